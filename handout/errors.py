@@ -1,0 +1,59 @@
+"""Everything that can go wrong, as one tree.
+
+    HandoutError
+    ├── InputError            exit code 2: what was asked for cannot be done as asked
+    │   ├── MissingCharacters     the hand has no form for some characters
+    │   ├── DoesNotFit            text larger than its page, drawing larger than the bed
+    │   ├── ProfileError          a machine's TOML file is wrong
+    │   └── TableError            a CSV that cannot be read as addresses
+    └── DeviceError           exit code 3: the machine or its port
+        ├── PortError             the port cannot be opened, or was lost
+        ├── DeviceSilent          nothing answered in time
+        └── DeviceAlarm           the machine reported an error or an alarm
+
+A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback.
+"""
+
+
+class HandoutError(Exception):
+    """Root of the tree; `exit_code` is what the command returns for it."""
+
+    exit_code = 2
+
+
+class InputError(HandoutError):
+    """What the user gave cannot be used as it is."""
+
+
+class MissingCharacters(InputError):
+    """The hand lacks forms for some characters of the text."""
+
+
+class DoesNotFit(InputError):
+    """Something is larger than the place it has to go."""
+
+
+class ProfileError(InputError):
+    """A machine description in a TOML file is not valid."""
+
+
+class TableError(InputError):
+    """A table of addresses cannot be read."""
+
+
+class DeviceError(HandoutError):
+    """A machine, or the way to it, failed."""
+
+    exit_code = 3
+
+
+class PortError(DeviceError):
+    """A port cannot be opened, or the connection was lost."""
+
+
+class DeviceSilent(DeviceError):
+    """The machine did not answer in time."""
+
+
+class DeviceAlarm(DeviceError):
+    """The machine reported an error or stopped with an alarm."""

@@ -1,0 +1,228 @@
+"""Machines as TOML files: `devices/*.toml` read into frozen, validated structs.
+
+An unknown key, a missing unit or a value out of its bounds is an error that names the file, the key and the bound.
+The fields are documented for people who do not program in `devices/README.md`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from handout import shipped, units
+from handout.errors import ProfileError
+
+
+class Length(float):
+    """mm, written in the file as ``"297mm"``."""
+
+
+class Time(float):
+    """s, written as ``"150ms"``."""
+
+
+class Speed(float):
+    """mm/s, written as ``"60mm/s"``."""
+
+
+class Acceleration(float):
+    """mm/s², written as ``"800mm/s2"``."""
+
+
+# kind of quantity, and a unit to show in an error message
+_KINDS: dict[type, tuple[str, str]] = {
+    Length: ("length", "mm"),
+    Time: ("time", "ms"),
+    Speed: ("speed", "mm/s"),
+    Acceleration: ("acceleration", "mm/s2"),
+}
+
+
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of a profile; subclasses name the bounds of their numbers in `_bounds`."""
+
+
+class Bed(_Table, frozen=True):
+    """Where the pen can go: width and height, and which machine corner the page's top left lies in."""
+
+    width: Length
+    height: Length
+    origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
+
+
+class Limits(_Table, frozen=True):
+    """What the machine can do; its own settings, read when it is connected, win over these.
+
+    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
+    """
+
+    draw_speed: Speed
+    travel_speed: Speed
+    acceleration: Acceleration
+    junction_deviation: Length = Length(0.01)
+    steps_per_mm: float = 80.0
+
+
+class Pen(_Table, frozen=True):
+    """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
+
+    up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long the move takes;
+    z_speed: speed of the Z axis; kind: what is mounted, for the preview; width: of its line.
+    """
+
+    lift: Literal["servo", "z"]
+    up: float
+    down: float
+    up_time: Time
+    down_time: Time
+    z_speed: Speed = Speed(20.0)
+    width: Length = Length(0.4)
+
+
+class Port(_Table, frozen=True):
+    """How the machine is reached: baud rate, receive buffer in bytes, seconds of silence before giving up."""
+
+    baud: int = 115200
+    buffer: int = 128
+    timeout: Time = Time(5.0)
+    start_up: Time = Time(2.0)
+
+
+class Plotter(_Table, frozen=True):
+    """A pen plotter."""
+
+    kind: Literal["plotter"]
+    title: str
+    dialect: Literal["grbl"]
+    bed: Bed
+    limits: Limits
+    pen: Pen
+    port: Port = Port()
+    homing: bool = False
+    segment_rate: float = 100.0
+    notes: str = ""
+
+
+class Margins(_Table, frozen=True):
+    """What the printer cannot print on, from each edge of the sheet as it is fed."""
+
+    top: Length = Length(0.0)
+    right: Length = Length(0.0)
+    bottom: Length = Length(0.0)
+    left: Length = Length(0.0)
+
+
+class Printer(_Table, frozen=True):
+    """An inkjet or a file that stands for one.
+
+    queue: name of the CUPS queue (empty: `--printer QUEUE` or the system's default); dpi: of the raster that is
+    sent; margins: unprintable edge; sources: names of the trays; options: further ``lp -o`` options, sent as
+    they are; file: pages are written to a file instead of being sent.
+    """
+
+    kind: Literal["printer"]
+    title: str
+    dpi: int
+    queue: str = ""
+    file: bool = False
+    margins: Margins = Margins()
+    sources: tuple[str, ...] = ()
+    options: dict[str, str] = {}
+    notes: str = ""
+
+
+Profile = Plotter | Printer
+
+# key path → (least, greatest); a number outside is an error
+_BOUNDS: dict[str, tuple[float, float]] = {
+    "bed.width": (10, 5000), "bed.height": (10, 5000),
+    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
+    "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
+    "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "pen.z_speed": (0.1, 500), "pen.width": (0.02, 20),
+    "port.baud": (300, 4_000_000), "port.buffer": (16, 65536), "port.timeout": (0.05, 600),
+    "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
+    "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
+}  # fmt: skip
+
+
+def _quantity(kind: type, value: Any) -> Any:
+    name, unit = _KINDS[kind]
+    if not isinstance(value, str):
+        raise ValueError(f'needs a {name} with its unit in quotes, such as "12{unit}"')
+    return kind(units.parse(value, name, "it"))
+
+
+def _check_bounds(profile: Profile, path: Path) -> None:
+    for key, (least, greatest) in _BOUNDS.items():
+        value: Any = profile
+        for name in key.split("."):
+            value = getattr(value, name, None)
+        if value is not None and not least <= value <= greatest:
+            raise ProfileError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
+
+
+def read(path: Path) -> Profile:
+    """Read and check a machine's TOML file.
+
+    Raises
+    ------
+    ProfileError
+        Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ProfileError(f"{path}: cannot be read as a device file: {reason}.") from error
+    kinds: dict[str, type[Profile]] = {"plotter": Plotter, "printer": Printer}
+    kind = table.get("kind")
+    if kind not in kinds:
+        raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
+    try:
+        profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
+    except msgspec.ValidationError as error:
+        raise ProfileError(f"{path}: {_hint(str(error), kinds[kind])}") from error
+    _check_bounds(profile, path)
+    return profile
+
+
+def _hint(message: str, kind: type) -> str:
+    """The validation message, with the nearest known key where a key was misspelt."""
+    if "unknown field `" in message:
+        wrong = message.split("`")[1]
+        known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins) for f in msgspec.structs.fields(t)}
+        near = difflib.get_close_matches(wrong, known, 1)
+        message += f"; did you mean {near[0]!r}?" if near else ""
+    return message
+
+
+def names(kind: str | None = None) -> list[str]:
+    """Names of all known machines, the user's own included; `kind` is ``"plotter"``, ``"printer"`` or None."""
+    return sorted(n for n in shipped.files("devices", "*.toml") if kind is None or n.startswith(f"{kind}-"))
+
+
+def find(name: str, kind: str) -> Profile:
+    """The machine `name`: a path to a TOML file, a full name, or a name without its ``plotter-`` / ``printer-``.
+
+    Raises
+    ------
+    ProfileError
+        Unknown (the message lists the nearest), or of another kind.
+    """
+    known = shipped.files("devices", "*.toml")
+    path = Path(name) if name.endswith(".toml") else known.get(name) or known.get(f"{kind}-{name}")
+    if path is None:
+        choices = names(kind)
+        near = difflib.get_close_matches(f"{kind}-{name}", choices, 3, 0.4) or choices
+        raise ProfileError(
+            f"No {kind} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list)."
+        )
+    profile = read(path)
+    if profile.kind != kind:
+        raise ProfileError(f"{name} is a {profile.kind}, not a {kind}.")
+    return profile

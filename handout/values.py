@@ -1,0 +1,274 @@
+"""The nouns that every room shares: few, frozen, arrays read-only.
+
+Page coordinates are mm, origin at the top left, y down.  Letter space is the frame in which letters are drawn:
+x-height 1, baseline y = 0, y up, x to the right, upright (the slant is added when writing).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def readonly(values: ArrayLike, *shape: int | None) -> Array:
+    """A read-only float64 copy of `values`, of the given shape (None: any length).
+
+    Raises
+    ------
+    ValueError
+        Wrong shape or a value that is not finite.
+    """
+    array = np.array(values, dtype=np.float64)
+    fits = array.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError("expected finite numbers")
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Page:
+    """A sheet: width and height in mm, and the name it is sold under."""
+
+    width: float
+    height: float
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """One pen-down movement.
+
+    t : (n,) float, s, strictly increasing, on the clock of the page.
+    xy : (n, 2) float, mm, page coordinates (y down).
+    pressure : (n,) float in 0–1, optional.
+    tilt, azimuth, rotation : (n,) float, rad, optional.
+    width : (n,) float, mm, width of the mark, optional.
+    word : index of the written word on its page, counted from 0; −1 if unknown.
+    """
+
+    t: Array
+    xy: Array
+    pressure: Array | None = None
+    tilt: Array | None = None
+    azimuth: Array | None = None
+    rotation: Array | None = None
+    width: Array | None = None
+    word: int = -1
+
+    def __post_init__(self) -> None:
+        t = readonly(self.t, None)
+        if len(t) == 0:
+            raise ValueError("a stroke needs at least one sample")
+        if len(t) > 1 and not (np.diff(t) > 0).all():
+            raise ValueError("the times of a stroke must increase")
+        object.__setattr__(self, "t", t)
+        object.__setattr__(self, "xy", readonly(self.xy, len(t), 2))
+        for name in ("pressure", "tilt", "azimuth", "rotation", "width"):
+            channel = getattr(self, name)
+            if channel is not None:
+                object.__setattr__(self, name, readonly(channel, len(t)))
+
+    @cached_property
+    def length(self) -> float:
+        """Length of the path, mm."""
+        return float(np.linalg.norm(np.diff(self.xy, axis=0), axis=1).sum())
+
+    @cached_property
+    def speed(self) -> Array:
+        """(n,) float, mm/s: central differences; zeros for a single sample."""
+        if len(self.t) < 2:
+            return np.zeros(len(self.t))
+        velocity = np.gradient(self.xy, self.t, axis=0)
+        return np.asarray(np.hypot(velocity[:, 0], velocity[:, 1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """Strokes in the order of writing on one page; what previews, plotters and InkML take.
+
+    The time between one stroke's last sample and the next stroke's first is spent with the pen up.
+    `about` holds what is stored with every output: seed, hand, text, the program's version …
+    """
+
+    strokes: tuple[Stroke, ...]
+    page: Page
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample, s (0 for an empty drawing)."""
+        return float(self.strokes[-1].t[-1]) if self.strokes else 0.0
+
+    @cached_property
+    def pen_down(self) -> float:
+        """Length written with the pen down, mm."""
+        return float(sum(stroke.length for stroke in self.strokes))
+
+    @cached_property
+    def pen_up(self) -> float:
+        """Length of the straight moves between strokes, mm."""
+        ends = [(a.xy[-1], b.xy[0]) for a, b in zip(self.strokes, self.strokes[1:], strict=False)]
+        return float(sum(np.linalg.norm(b - a) for a, b in ends))
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float] | None:
+        """(x least, y least, x greatest, y greatest) in mm, or None for an empty drawing."""
+        if not self.strokes:
+            return None
+        xy = np.concatenate([stroke.xy for stroke in self.strokes])
+        return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Pixels on a page.
+
+    rgba : (h, w, 4) float32 in 0–1, straight alpha, device RGB.
+    dpi : pixels per inch.
+    origin : (x, y) of the top left corner on the page, mm.
+    """
+
+    rgba: NDArray[np.float32]
+    dpi: float
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        rgba = np.asarray(self.rgba, dtype=np.float32)
+        if rgba.ndim != 3 or rgba.shape[2] != 4:
+            raise ValueError(f"expected (h, w, 4), got {rgba.shape}")
+        rgba = rgba.view()
+        rgba.flags.writeable = False
+        object.__setattr__(self, "rgba", rgba)
+
+
+@dataclass(frozen=True, eq=False)
+class ActionPlan:
+    """What the hand intends for one pen-down component; both motion engines take it.
+
+    points : (m, 2) float, mm: where the pen should pass, in order, evenly spaced in motor time.
+    interval : s, motor time from one point to the next.
+    smooth : smoothing time divided by `interval` (0.2 careful … 0.4 hasty); see motion.optimal_control.
+    spread : (m, 2, 2) float, mm², optional: covariance of each target, for motor noise and for looseness.
+    """
+
+    points: Array
+    interval: float
+    smooth: float
+    spread: Array | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", readonly(self.points, None, 2))
+        if self.spread is not None:
+            object.__setattr__(self, "spread", readonly(self.spread, len(self.points), 2, 2))
+        if not (self.interval > 0 and self.smooth > 0):
+            raise ValueError("interval and smooth must be positive")
+
+
+@dataclass(frozen=True, eq=False)
+class Glyph:
+    """One form of a letter in letter space (x-height 1, baseline y = 0, y up).
+
+    letter : the grapheme it writes.
+    strokes : tuple of (n, 2) float: points on the curve, in order; a stroke of one point is a dot.
+    late : for each stroke, whether it is written after the word (i-dots, t-bars, accents).
+    width : how far the next letter is set off.
+    entry : how the pen comes in: "low" (joined from the baseline), "high" (joined from a high exit such as
+        that of o), "lifted" (starts afresh), or "free" (may follow either; the first point decides nothing).
+    exit : how the pen leaves: "low", "high", or "lifted" (does not join).
+    places : places in the word where the form is used: "start", "middle", "end", "alone".
+    after, before : the letters next to which the form is used ("" : any).
+    form : number of the drawn form among the forms of its letter; forms derived from one drawing share it.
+    """
+
+    letter: str
+    strokes: tuple[Array, ...]
+    late: tuple[bool, ...]
+    width: float
+    entry: str = "lifted"
+    exit: str = "lifted"
+    places: frozenset[str] = frozenset({"start", "middle", "end", "alone"})
+    after: str = ""
+    before: str = ""
+    form: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """How one person writes; read-only.
+
+    glyphs : the forms of every character that has forms of its own.
+    marks : accents by combining character: glyphs relative to the centre of an x-height letter.
+    slant : tangent of the slant.
+    smooth : see ActionPlan.
+    interval : s of motor time a point at the hand's own pace.
+    word_space : gap between words, x-heights.
+    pitch : distance of lines, x-heights.
+    """
+
+    name: str
+    title: str
+    glyphs: Mapping[str, tuple[Glyph, ...]]
+    marks: Mapping[str, tuple[Glyph, ...]]
+    slant: float
+    smooth: float
+    interval: float
+    word_space: float
+    pitch: float
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A glyph with its place on a page.
+
+    strokes : tuple of (n, 2) float, mm, page coordinates: the glyph's points as this instance has them.
+    joined : whether its first stroke continues the last stroke of the glyph before.
+    word : index of its word on the page.
+    at : index of its grapheme in the text.
+    """
+
+    glyph: Glyph
+    strokes: tuple[Array, ...]
+    joined: bool
+    word: int
+    at: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A written line: its text, its glyphs, and the height of its baseline at the left margin, mm."""
+
+    text: str
+    placed: tuple[Placed, ...]
+    baseline: float
+
+
+@dataclass(frozen=True, eq=False)
+class Manuscript:
+    """A page of text written in a hand: glyphs chosen and placed, still without ink and without time.
+
+    x_height : mm.
+    about : seed, hand and options, stored with every output.
+    """
+
+    lines: tuple[Line, ...]
+    page: Page
+    x_height: float
+    about: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,105 @@
+"""Where writing goes on a sheet: page sizes, margins, letter size, line distance."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from handout import units
+from handout.errors import InputError
+from handout.values import Page
+
+Align = Literal["left", "right", "centre", "ragged"]
+
+# ISO 216 / ISO 269 and North American sizes, mm; envelopes lie with their long side across, as they are addressed
+PAGES: dict[str, Page] = {
+    page.name.lower(): page
+    for page in (
+        Page(210, 297, "A4"),
+        Page(148, 210, "A5"),
+        Page(105, 148, "A6"),
+        Page(215.9, 279.4, "letter"),
+        Page(220, 110, "DL"),
+        Page(162, 114, "C6"),
+        Page(229, 162, "C5"),
+        Page(241.3, 104.775, "number-10"),
+    )
+}
+_CUSTOM = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)(mm|cm|in)\Z")
+
+
+def page(name: str) -> Page:
+    """The page of that name, or of the size ``"WxHmm"``.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a side outside 20–5000 mm.
+    """
+    if name.lower() in PAGES:
+        return PAGES[name.lower()]
+    match = _CUSTOM.match(name)
+    if match is None:
+        known = ", ".join(p.name for p in PAGES.values())
+        raise InputError(f"No page size is called {name!r}: use one of {known}, or WxHmm such as 150x100mm.")
+    width, height = (units.length(match.group(i) + match.group(3)) for i in (1, 2))
+    if not (20 <= width <= 5000 and 20 <= height <= 5000):
+        raise InputError(f"A page of {width:g} x {height:g} mm is outside 20 to 5000 mm a side.")
+    return Page(width, height, name)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text is set on a page.
+
+    page : the sheet.
+    margin : (top, right, bottom, left), mm.
+    x_height : height of a small letter without ascender, mm.
+    line_spacing : distance of baselines, mm; None: the hand's own.
+    align : "ragged" is a left edge that wanders as people's does; "left" is a straighter one.
+    fit : shrink what does not fit (size first, then spacing) instead of refusing it.
+    jitter : scale of all variation: 1 as people vary, 0 the ideal form.
+
+    Raises
+    ------
+    InputError
+        Margins that leave no room, or an x-height or line distance outside its bounds.
+    """
+
+    page: Page
+    margin: tuple[float, float, float, float] = (20.0, 20.0, 20.0, 20.0)
+    x_height: float = 2.5
+    line_spacing: float | None = None
+    align: Align = "ragged"
+    fit: bool = False
+    jitter: float = 1.0
+
+    def __post_init__(self) -> None:
+        top, right, bottom, left = self.margin
+        if min(self.margin) < 0:
+            raise InputError(f"margin: {min(self.margin):g} mm is negative; margins are 0 mm or more.")
+        if self.width < 5 or self.height < 5:
+            raise InputError(
+                f"The margins ({top:g}, {right:g}, {bottom:g}, {left:g} mm) leave {max(self.width, 0):g} x "
+                f"{max(self.height, 0):g} mm of the {self.page.width:g} x {self.page.height:g} mm page; "
+                "at least 5 x 5 mm are needed: use smaller margins or a larger page."
+            )
+        if not 0.3 <= self.x_height <= 100:
+            raise InputError(f"x-height: {self.x_height:g} mm is outside 0.3 to 100 mm.")
+        if self.line_spacing is not None and not self.x_height <= self.line_spacing <= 1000:
+            raise InputError(
+                f"line spacing: {self.line_spacing:g} mm is outside {self.x_height:g} mm (the x-height) to 1000 mm."
+            )
+        if not 0 <= self.jitter <= 5:
+            raise InputError(f"jitter: {self.jitter:g} is outside 0 to 5 (1 is as people vary).")
+
+    @property
+    def width(self) -> float:
+        """Room between the left and right margin, mm."""
+        return self.page.width - self.margin[1] - self.margin[3]
+
+    @property
+    def height(self) -> float:
+        """Room between the top and bottom margin, mm."""
+        return self.page.height - self.margin[0] - self.margin[2]
