@@ -219,9 +219,7 @@ def find(name: str, kind: str) -> Profile:
     if path is None:
         choices = names(kind)
         near = difflib.get_close_matches(f"{kind}-{name}", choices, 3, 0.4) or choices
-        raise ProfileError(
-            f"No {kind} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list)."
-        )
+        raise ProfileError(f"No {kind} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list).")
     profile = read(path)
     if profile.kind != kind:
         raise ProfileError(f"{name} is a {profile.kind}, not a {kind}.")
