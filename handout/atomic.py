@@ -5,13 +5,18 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from handout.errors import InputError
 
 
-def write(path: Path, data: bytes) -> None:
-    """Write `data` to a temporary file beside `path`, then rename it into place.
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """A stream into a temporary file beside `path`, renamed into place when the block ends without an error.
+
+    For what is too long to be held in memory as a whole; `write` is for everything else.
 
     Raises
     ------
@@ -26,15 +31,29 @@ def write(path: Path, data: bytes) -> None:
         raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
     try:
         with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
+            yield stream
         umask = os.umask(0)
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)
         Path(name).replace(path)
-    except OSError as error:
+    except BaseException as error:
         with contextlib.suppress(OSError):
             Path(name).unlink()
-        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
+        if isinstance(error, OSError):
+            raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
+        raise
+
+
+def write(path: Path, data: bytes) -> None:
+    """Write `data` to a temporary file beside `path`, then rename it into place.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist or is not writable; nothing has been changed then.
+    """
+    with opened(path) as stream:
+        stream.write(data)
 
 
 def check_writable(path: Path) -> None:

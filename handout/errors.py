@@ -9,6 +9,7 @@
     └── DeviceError           exit code 3: the machine or its port
         ├── PortError             the port cannot be opened, or was lost
         ├── DeviceSilent          nothing answered in time
+        ├── PrinterError          a print queue is missing, or refused a page
         └── DeviceAlarm           the machine reported an error or an alarm
 
 A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback.
@@ -53,6 +54,10 @@ class PortError(DeviceError):
 
 class DeviceSilent(DeviceError):
     """The machine did not answer in time."""
+
+
+class PrinterError(DeviceError):
+    """A print queue cannot be reached, does not exist, or refused a page."""
 
 
 class DeviceAlarm(DeviceError):

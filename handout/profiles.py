@@ -120,8 +120,10 @@ class Printer(_Table, frozen=True):
     """An inkjet or a file that stands for one.
 
     queue: name of the CUPS queue (empty: `--printer QUEUE` or the system's default); dpi: of the raster that is
-    sent; margins: unprintable edge; sources: names of the trays; options: further ``lp -o`` options, sent as
-    they are; file: pages are written to a file instead of being sent.
+    sent; margins: unprintable edge; sources: names of the trays; source: the tray to feed from (empty: the
+    printer's own choice); options: further ``lp -o`` options, sent as they are; feed: the edge of the sheet that
+    goes in first; turn: the way a page is turned to lie in that direction; file: pages are written to a file
+    instead of being sent; simulated: jobs are written into a folder, as a queue would receive them.
     """
 
     kind: Literal["printer"]
@@ -131,7 +133,11 @@ class Printer(_Table, frozen=True):
     file: bool = False
     margins: Margins = Margins()
     sources: tuple[str, ...] = ()
+    source: str = ""
     options: dict[str, str] = {}
+    feed: Literal["short", "long"] = "short"
+    turn: Literal["left", "right"] = "left"
+    simulated: bool = False
     notes: str = ""
 
 

@@ -187,6 +187,8 @@ class Glyph:
     exit : how the pen leaves: "low", "high", or "lifted" (does not join).
     places : places in the word where the form is used: "start", "middle", "end", "alone".
     after, before : the letters next to which the form is used ("" : any).
+    rank : how particular the form is to its place; where several fit, the most particular are used.
+    reluctance : cost of lifting the pen before it where it could have been joined.
     form : number of the drawn form among the forms of its letter; forms derived from one drawing share it.
     """
 
@@ -199,6 +201,8 @@ class Glyph:
     places: frozenset[str] = frozenset({"start", "middle", "end", "alone"})
     after: str = ""
     before: str = ""
+    rank: int = 0
+    reluctance: float = 0.0
     form: int = 0
 
     def __post_init__(self) -> None:
@@ -213,6 +217,8 @@ class Hand:
     marks : accents by combining character: glyphs relative to the centre of an x-height letter.
     slant : tangent of the slant.
     smooth : see ActionPlan.
+    drawn_at : the smoothing at which the points of the glyphs lie on the curve.
+    late_after : dots, bars and accents are written after the "word" or after their "letter".
     interval : s of motor time a point at the hand's own pace.
     word_space : gap between words, x-heights.
     pitch : distance of lines, x-heights.
@@ -224,6 +230,8 @@ class Hand:
     marks: Mapping[str, tuple[Glyph, ...]]
     slant: float
     smooth: float
+    drawn_at: float
+    late_after: str
     interval: float
     word_space: float
     pitch: float

@@ -1,0 +1,194 @@
+"""Hands that were drawn: a TOML file of points on the curve, read into a `Hand`.
+
+The file holds every form once.  What follows from a form by rule is derived here: the ways into a joined letter
+(from the baseline, from a high exit, or with the pen lifted), and how its last stroke ends at the end of a word.
+The format is described for people who draw in `docs/hands.md`.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from handout.errors import InputError
+from handout.values import Array, Glyph, Hand, readonly
+
+# name in the file → combining character
+MARKS = {
+    "grave": "\u0300",
+    "acute": "\u0301",
+    "circumflex": "\u0302",
+    "tilde": "\u0303",
+    "diaeresis": "\u0308",
+    "ring": "\u030a",
+    "caron": "\u030c",
+    "cedilla": "\u0327",
+}
+_PLACES = frozenset({"start", "middle", "end", "alone"})
+_LAST = frozenset({"end", "alone"})
+_HIGH_EXIT_KEPT = 0.72  # share of a high exit stroke that is written at the end of a word
+_NEVER = 6.0  # reluctance of a lift that the hand does not make
+
+
+class _Form(msgspec.Struct, forbid_unknown_fields=True):
+    width: float
+    pen: str
+    late: str = ""
+    in_: str = msgspec.field(default="lifted", name="in")
+    out: Literal["low", "high", "lifted"] = "lifted"
+    at: str = ""
+    after: str = ""
+    before: str = ""
+    end: str = ""
+    cut: int = 0
+
+
+class _Entry(msgspec.Struct, forbid_unknown_fields=True):
+    low: list[str] = []
+    high: list[str] = []
+    lifted: list[str] = []
+    lift: float = 0.0
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    name: str
+    title: str
+    slant: float
+    smooth: float
+    interval: float
+    word_space: float
+    pitch: float
+    letters: dict[str, list[_Form]]
+    marks: dict[str, list[_Form]]
+    drawn_at: float | None = None
+    late: Literal["word", "letter"] = "word"
+    endings: list[tuple[float, float]] = []
+    entries: dict[str, _Entry] = {}
+
+
+def read(path: Path) -> Hand:
+    """Read a drawn hand.
+
+    Raises
+    ------
+    InputError
+        Not TOML, an unknown key, an entry that is not defined, or points that are not numbers.
+    """
+    try:
+        file = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _File)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
+    try:
+        glyphs = {
+            letter: tuple(glyph for number, form in enumerate(forms) for glyph in _derive(letter, number, form, file))
+            for letter, forms in file.letters.items()
+        }
+        marks = {
+            MARKS[name]: tuple(_glyph(name, number, form, _points(form.pen)) for number, form in enumerate(forms))
+            for name, forms in file.marks.items()
+        }
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{path}: {error}.") from error
+    return Hand(
+        name=file.name,
+        title=file.title,
+        glyphs=glyphs,
+        marks=marks,
+        slant=file.slant,
+        smooth=file.smooth,
+        drawn_at=file.drawn_at or file.smooth,
+        late_after=file.late,
+        interval=file.interval,
+        word_space=file.word_space,
+        pitch=file.pitch,
+    )
+
+
+def _points(text: str) -> list[Array]:
+    """``"x,y x,y | x,y"`` → one (n, 2) array a stroke."""
+    if not text:
+        return []
+    try:
+        return [
+            readonly([[float(v) for v in point.split(",")] for point in stroke.split()], None, 2)
+            for stroke in text.split("|")
+        ]
+    except ValueError as error:
+        raise ValueError(f"points {text!r}: expected 'x,y x,y | x,y' ({error})") from error
+
+
+def _glyph(letter: str, number: int, form: _Form, strokes: list[Array]) -> Glyph:
+    late = _points(form.late)
+    return Glyph(
+        letter=letter,
+        strokes=(*strokes, *late),
+        late=(False,) * len(strokes) + (True,) * len(late),
+        width=form.width,
+        places=frozenset(form.at.split()) or _PLACES,
+        after=form.after,
+        before=form.before,
+        rank=bool(form.at) + 2 * bool(form.after) + 2 * bool(form.before),
+        form=number,
+    )
+
+
+def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyph]:
+    """Every glyph that follows from one drawn form."""
+    pen = _points(form.pen)
+    if not pen:
+        raise ValueError(f"letter {letter!r}, form {number + 1}: no points")
+    for kind, prefix, reluctance, inside in _ways_in(letter, form, file):
+        first = np.vstack([prefix, pen[0]]) if len(prefix) else pen[0]
+        glyph = replace(_glyph(letter, number, form, [first, *pen[1:]]), entry=kind, reluctance=reluctance)
+        if inside:
+            glyph = replace(glyph, places=glyph.places - {"start", "alone"})
+        if form.out == "lifted":
+            yield glyph
+            continue
+        if glyph.places - _LAST:
+            yield replace(glyph, exit=form.out, places=glyph.places - _LAST)
+        if glyph.places & _LAST:
+            yield from _ended(replace(glyph, places=glyph.places & _LAST, rank=glyph.rank + 1), form, file)
+
+
+def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array, float, bool]]:
+    """(kind of entry, points before the form's own, reluctance to lift, only inside a word)."""
+    if form.in_ in ("low", "high", "lifted", "free"):
+        yield form.in_, np.empty((0, 2)), 0.0, False
+        return
+    if form.in_ not in file.entries:
+        raise ValueError(f"letter {letter!r}: no entry is called {form.in_!r}")
+    entry = file.entries[form.in_]
+    reluctance = math.log((1 - entry.lift) / entry.lift) if 0 < entry.lift < 1 else _NEVER
+    for kind in ("low", "high", "lifted"):
+        for text in getattr(entry, kind):
+            points = _points(text)
+            cost = reluctance if kind == "lifted" else 0.0
+            yield kind, points[0] if points else np.empty((0, 2)), cost, kind != "lifted"
+
+
+def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
+    """The forms of a joining letter at the end of a word: its exit is shortened, or as `end`, `cut` say."""
+    last = glyph.late.index(True) - 1 if True in glyph.late else len(glyph.late) - 1
+    body, tip = glyph.strokes[last], glyph.strokes[last][-1]
+    if form.cut:
+        tails, body = [np.empty(2)], body[: -form.cut]
+        variants = [(body, 0.0)]
+    else:
+        if form.end:
+            tails = [points[0] for points in _points(form.end.replace(" ", "|"))]
+        elif form.out == "high":
+            tails = [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
+        else:
+            tails = [np.array([tip[0] + dx, y]) for dx, y in file.endings] or [tip]
+        variants = [(np.vstack([body[:-1], tail]), max(0.0, 0.6 * float(tail[0] - tip[0]))) for tail in tails]
+    for points, wider in variants:
+        strokes = (*glyph.strokes[:last], points, *glyph.strokes[last + 1 :])
+        yield replace(glyph, strokes=strokes, width=glyph.width + wider)

@@ -1,0 +1,49 @@
+"""The hands at hand: the built-in ones by name, others by the path of their file."""
+
+from __future__ import annotations
+
+import difflib
+from functools import lru_cache
+from pathlib import Path
+
+from handout import shipped
+from handout.errors import InputError
+from handout.hand import drawn
+from handout.values import Hand
+
+_HOUSE = Path(__file__).resolve().parent / "house"
+
+
+def names() -> list[str]:
+    """Names of the built-in hands and of the user's own drawn ones."""
+    return sorted(_paths())
+
+
+def _paths() -> dict[str, Path]:
+    built_in = {path.stem: path for path in sorted(_HOUSE.glob("*.toml"))}
+    own = shipped.user_folder("hands")
+    return built_in | ({path.stem: path for path in sorted(own.glob("*.toml"))} if own.is_dir() else {})
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path) -> Hand:
+    return drawn.read(path)
+
+
+def load(name: str) -> Hand:
+    """The hand `name`: one of `names()`, or the path of a drawn hand's TOML file.
+
+    Raises
+    ------
+    InputError
+        No such hand (the message lists the nearest), or a file that cannot be read.
+    """
+    if name.endswith(".toml"):
+        return _read(Path(name).resolve())
+    known = _paths()
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+        raise InputError(
+            f"No hand is called {name!r}: use {', '.join(near)}, or the path of a drawn hand's .toml file."
+        )
+    return _read(known[name])

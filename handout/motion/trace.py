@@ -1,0 +1,147 @@
+"""From a manuscript to timed strokes: what the pen does, in the order in which a person does it.
+
+Letters that are joined become one component; dots, bars and accents follow their word (or their letter, in a hand
+that writes so).  A motor engine gives each component its movement; pressure follows from direction and speed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
+
+Engine = Callable[[ActionPlan], tuple[Array, Array]]
+
+ENGINES = ("optimal-control", "sigma-lognormal")
+STEPS = 12  # samples a point of the plan: about 140 a second
+# Time with the pen up: a lift and a landing, and the way between at a hand's speed in the air (people write about
+# 1.25 characters a second, lifts included)
+_LIFT = 0.11  # s, inside a word
+_WORD = 0.22  # s more, between words
+_LINE = 0.45  # s more, between lines
+_AIR_SPEED = 18.0  # x-heights a second
+_PACE = 0.06  # relative standard deviation of a component's pace
+_PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
+_PULL = 0.16
+_EASE = 0.14
+
+
+@dataclass(frozen=True, eq=False)
+class _Component:
+    """The points of one pen-down movement, and the word and line it belongs to."""
+
+    points: Array
+    word: int
+    line: int
+
+
+def trace(
+    manuscript: Manuscript,
+    hand: Hand,
+    rng: np.random.Generator,
+    engine: str = "optimal-control",
+    *,
+    speed: float = 1.0,
+    jitter: float = 1.0,
+) -> Drawing:
+    """Timed strokes for a manuscript.
+
+    Parameters
+    ----------
+    engine : {"optimal-control", "sigma-lognormal"}
+        Source: seed 003 and seed 002; both take the same points.
+    speed : float
+        Pace of the writing, 1 is the hand's own.
+    jitter : float
+        Scale of the variation of pace and of motor noise.
+
+    Raises
+    ------
+    InputError
+        Unknown engine, or a speed outside 0.05 to 50.
+    """
+    if not 0.05 <= speed <= 50:
+        raise InputError(f"speed: {speed:g} is outside 0.05 to 50 (1 is the pace of a person).")
+    follow = _engine(engine, hand)
+    clock = 0.0
+    before: _Component | None = None
+    strokes = []
+    for component in _components(manuscript, hand):
+        clock += _in_the_air(before, component, manuscript.x_height)
+        pace = hand.interval * math.exp(rng.normal(0.0, _PACE * min(jitter, 2.0)))
+        t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
+        strokes.append(Stroke((clock + t) / speed, xy, pressure=_press(t, xy), word=component.word))
+        clock += float(t[-1])
+        before = component
+    about = {**manuscript.about, "kinematics": engine}
+    return Drawing(tuple(strokes), manuscript.page, about)
+
+
+def _engine(name: str, hand: Hand) -> Engine:
+    if name == "optimal-control":
+        from handout.motion import optimal_control
+
+        return partial(optimal_control.follow, steps=STEPS, baked_at=hand.drawn_at)
+    if name == "sigma-lognormal":
+        from handout.motion import sigma_lognormal
+
+        return partial(sigma_lognormal.follow, steps=STEPS)
+    raise InputError(f"kinematics: {name!r} is unknown; use {' or '.join(ENGINES)}.")
+
+
+def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
+    """Every pen-down movement of the page in the order of writing."""
+    for number, line in enumerate(manuscript.lines):
+        for word, placed in groupby(line.placed, key=lambda p: p.word):
+            units = list(placed)
+            parts = [units] if hand.late_after == "word" else [[unit] for unit in units]
+            for part in parts:
+                yield from (_Component(points, word, number) for points in _strokes(part))
+
+
+def _strokes(placed: Sequence[Placed]) -> Iterator[Array]:
+    """The movements of some neighbouring glyphs: joined ones as one, then what is written late."""
+    current: list[Array] = []
+    late: list[Array] = []
+    for unit in placed:
+        main = [s for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if not is_late]
+        late += [s for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if is_late]
+        if unit.joined and current:
+            current.append(main.pop(0))
+        for stroke in main:
+            if current:
+                yield np.vstack(current)
+            current = [stroke]
+    if current:
+        yield np.vstack(current)
+    yield from late
+
+
+def _in_the_air(before: _Component | None, after: _Component, x_height: float) -> float:
+    """Seconds from the end of one movement to the start of the next."""
+    if before is None:
+        return 0.0
+    way = float(np.linalg.norm(after.points[0] - before.points[-1])) / x_height
+    pause = _LINE if after.line != before.line else _WORD if after.word != before.word else 0.0
+    # a hand crosses the page quicker, mm for mm, than it goes to the next letter
+    return _LIFT + pause + math.sqrt(way) / math.sqrt(_AIR_SPEED) * 0.25
+
+
+def _press(t: Array, xy: Array) -> Array:
+    """Pressure along a stroke: heavier pulling down and where it is slow, light at both tips.  (n,) in 0–1."""
+    if len(t) < 3:
+        return np.full(len(t), _PRESSURE)
+    velocity = np.gradient(xy, t, axis=0)
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    usual = float(np.sqrt(np.mean(speed**2))) or 1.0
+    down = velocity[:, 1] / usual
+    pressure = _PRESSURE + _PULL * np.tanh(down) - _EASE * (np.tanh(speed / usual) - 0.6)
+    tips = np.minimum(t - t[0], t[-1] - t) / 0.05
+    return np.asarray(np.clip(pressure * (0.55 + 0.45 * np.minimum(1.0, tips)), 0.05, 1.0))

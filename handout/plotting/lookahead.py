@@ -1,0 +1,164 @@
+"""What a GRBL planner will do with a program, computed on the host for a whole page at once.
+
+GRBL gives every block (a straight line with a feed) an entry speed that no later block makes impossible to brake from,
+as far as its queue lets it see, and runs each block as a trapezoid of speed.  The same rule, written for arrays: with
+E the running sum of 2·a·length, a speed v is reachable from another u when v² − E and u² − E are ordered, so the pass
+back from the end of the queue is a sliding minimum of (limit + E), and the pass forward a running one.
+
+Source: the specification of GRBL 1.1's planner (junction deviation, entry speed at most both nominal speeds, look-ahead
+of the queue, a block ends at rest when the queue is empty).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Array
+
+Flags = NDArray[np.bool_]
+_STRAIGHT = 0.999999  # cosine beyond which GRBL takes a corner for straight, or for a reversal
+_REST = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """A machine as its planner sees it; three axes (x, y, z).
+
+    acceleration : (3,) float, mm/s²; rate : (3,) float, mm/s; steps : (3,) float, steps/mm.
+    deviation : junction deviation, mm; queue : blocks the planner looks ahead.
+    """
+
+    acceleration: Array
+    rate: Array
+    steps: Array
+    deviation: float
+    queue: int
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Straight lines in a row, as far as they do not depend on the feed.
+
+    length : (n,) float, mm; acceleration : (n,) float, mm/s² along the line; rate : (n,) float, mm/s, greatest speed.
+    corner : (n,) float, mm²/s², square of the greatest speed at the block's start; 0 where the machine stands.
+    """
+
+    length: Array
+    acceleration: Array
+    rate: Array
+    corner: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How the blocks run: speeds at their ends, mm/s, and how long each takes, s.
+
+    entry, leave, nominal, duration : (n,) float.
+    """
+
+    entry: Array
+    leave: Array
+    nominal: Array
+    duration: Array
+
+
+def to_steps(points: Array, steps: Array) -> Array:
+    """The points the machine goes to: whole steps.  (n, 3) float, mm."""
+    return np.round(points * steps) / steps
+
+
+def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
+    """The lines from each point to the next.
+
+    Parameters
+    ----------
+    points : (n + 1, 3) float, mm, machine coordinates; the first is where the machine stands.
+    stands : (n,) bool: whether the machine comes to rest before the block (a pen command, a pause).
+    """
+    move = np.diff(to_steps(points, machine.steps), axis=0)
+    length = np.sqrt((move * move).sum(axis=1))
+    unit = move / np.maximum(length, _REST)[:, None]
+    corner = np.zeros(len(length))
+    corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
+    corner[stands] = 0.0
+    return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner)
+
+
+def along(unit: Array, limits: Array) -> Array:
+    """The greatest value along each direction that keeps every axis within its limit.  (n,) float."""
+    with np.errstate(divide="ignore"):
+        return np.asarray((limits / np.abs(unit)).min(axis=1))
+
+
+def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
+    """Square of the speed allowed where two lines meet, mm²/s².
+
+    before, after : (n, 3) float, unit vectors.  The speed is that of a circle which touches both lines and leaves the
+    corner by the junction deviation: v² = a·δ·sin(θ/2) / (1 − sin(θ/2)), θ the angle between the lines.
+    """
+    cosine = -(before * after).sum(axis=1)
+    half = np.sqrt(np.clip(0.5 * (1.0 - cosine), 0.0, 1.0))
+    across = after - before
+    across /= np.maximum(np.sqrt((across * across).sum(axis=1)), _REST)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed2 = along(across, machine.acceleration) * machine.deviation * half / (1.0 - half)
+    speed2[cosine < -_STRAIGHT] = np.inf
+    speed2[cosine > _STRAIGHT] = 0.0
+    return speed2
+
+
+def run(lines: Blocks, feed: Array, queue: int) -> Motion:
+    """How a GRBL planner with a queue of `queue` blocks runs the lines at the given feeds.
+
+    feed : (n,) float, mm/s, the F of each block.
+    """
+    if len(feed) == 0:
+        return Motion(*(np.zeros(0) for _ in range(4)))
+    nominal = np.minimum(feed, lines.rate)
+    limit = np.empty(len(feed) + 1)
+    limit[0] = limit[-1] = 0.0
+    limit[1:-1] = np.minimum(np.minimum(nominal[1:], nominal[:-1]) ** 2, lines.corner[1:])
+    speed2 = reachable(limit, 2.0 * lines.acceleration * lines.length, queue)
+    speed = np.sqrt(speed2)
+    entry, leave = speed[:-1], speed[1:]
+    return Motion(entry, leave, nominal, trapezoid_time(lines.length, lines.acceleration, entry, leave, nominal))
+
+
+def reachable(limit: Array, gain: Array, queue: int | None = None) -> Array:
+    """The greatest squared speeds under `limit` that acceleration and braking allow.
+
+    limit : (n + 1,) float, mm²/s², at the ends of the blocks; gain : (n,) float, 2·a·length of each block.
+    queue : how many blocks ahead braking is planned (None: all); beyond them the planner expects to stop.
+    """
+    energy = np.concatenate([[0.0], np.cumsum(gain)])
+    raised = limit + energy
+    if queue is None or queue >= len(gain):
+        back = np.minimum.accumulate(raised[::-1])[::-1]
+    else:
+        stop = np.concatenate([energy[queue:], np.full(queue, energy[-1])])
+        back = np.minimum(_ahead_minimum(raised, queue), stop)
+    speed2 = np.minimum.accumulate(back - 2.0 * energy) + energy
+    return np.maximum(speed2, 0.0)
+
+
+def _ahead_minimum(values: Array, width: int) -> Array:
+    """Minimum of each value and the `width` − 1 after it, by doubling."""
+    out, have = values.copy(), 1
+    while have < width:
+        step = min(have, width - have)
+        out[:-step] = np.minimum(out[:-step], out[step:])
+        have += step
+    return out
+
+
+def trapezoid_time(length: Array, acceleration: Array, entry: Array, leave: Array, nominal: Array) -> Array:
+    """Time of lines run with constant acceleration, a plateau at most at the nominal speed, and braking.  (n,) s."""
+    top2 = 0.5 * (entry**2 + leave**2) + acceleration * length
+    top = np.minimum(np.sqrt(top2), np.maximum(nominal, np.maximum(entry, leave)))
+    plateau = np.maximum(length - (2.0 * top**2 - entry**2 - leave**2) / (2.0 * acceleration), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        time = (2.0 * top - entry - leave) / acceleration + plateau / top
+    return np.where(length > 0.0, time, 0.0)

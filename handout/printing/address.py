@@ -1,0 +1,152 @@
+"""An address as lines, in the order usual for its country."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from handout.printing import countries
+from handout.printing.countries import Country
+
+# role of a column (see columns.py) → its cells in this row, in the order of the columns, none empty
+Fields = Mapping[str, Sequence[str]]
+
+_GREETINGS = frozenset(
+    "dear sehr liebe lieber hallo cher chère estimado estimada querido querida caro cara gentile beste geachte".split()
+)
+_STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of an address table.
+
+    number : as a spreadsheet counts, the header being row 1.
+    lines : what is written, from the name to the country; empty if there is nothing to address.
+    warnings : what the user should look at, each a phrase to stand after "row 5:".
+    problem : why the row cannot be addressed; empty if it can.
+    cells : every cell by its header, as found in the file.
+    """
+
+    number: int
+    lines: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    problem: str = ""
+    cells: Mapping[str, str] = field(default_factory=dict)
+
+
+def tidy(cell: str) -> str:
+    """A cell without invisible characters, with single spaces; line breaks are kept."""
+    text = re.sub("\r\n|[\r\v\f\u0085\u2028\u2029]", "\n", unicodedata.normalize("NFC", cell))
+    text = "".join(c for c in text if c in "\n\t\u200d" or unicodedata.category(c) not in ("Cc", "Cf"))
+    return "\n".join(line for line in (" ".join(part.split()) for part in text.split("\n")) if line)
+
+
+def _one(fields: Fields, role: str) -> str:
+    return fields[role][0] if fields.get(role) else ""
+
+
+def _name(fields: Fields) -> str:
+    parts = [cell for role in ("first", "middle", "last") for cell in fields.get(role, ())]
+    name, title = _one(fields, "name") or " ".join(parts), _one(fields, "title")
+    greeting = title and title.split()[0].casefold() in _GREETINGS
+    return name if not title or greeting or not name or name.startswith(f"{title} ") else f"{title} {name}"
+
+
+def _who(fields: Fields) -> list[str]:
+    """Name, department, company and care of: the lines above the street."""
+    care = [c if c.casefold().startswith("c/o") else f"c/o {c}" for c in fields.get("careof", ())]
+    return [line for line in (_name(fields), *fields.get("attention", ()), *fields.get("company", ()), *care) if line]
+
+
+def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
+    street, number = _one(fields, "street"), _one(fields, "number")
+    if country.code:
+        number_first = country.number_first
+    parts = (number, street) if number_first else (street, number)
+    line = " ".join(part for part in parts if part)
+    extra = list(fields.get("extra", ()))
+    above, below = (extra, []) if country.extra_first else ([], extra)
+    return [part for part in (*above, line, *fields.get("street2", ()), *below, *fields.get("box", ())) if part]
+
+
+def _place(fields: Fields, country: Country) -> list[str]:
+    city, state, code = (_one(fields, role) for role in ("city", "state", "postcode"))
+    if fields.get("place"):
+        return [_one(fields, "place"), *([state] if state else [])]
+    if country.order == "city state code":
+        lines = [" ".join(part for part in (city, state, code) if part)]
+    elif country.order == "city / code":
+        lines = [city, state, code]
+    else:
+        lines = [" ".join(part for part in (code, city) if part), state]
+        if country.code == "IT" and len(state) == 2:
+            lines = [f"{lines[0]} {state}"]
+    return [line for line in lines if line]
+
+
+def _block(text: str, who: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The lines of an address that came as a whole, below those names that it does not hold itself; warnings."""
+    lines, warnings = text.split("\n"), []
+    if len(lines) == 1 and "," in text:
+        lines = [part.strip() for part in text.split(",") if part.strip()]
+        if len(lines) > 1 and _STATE_AND_ZIP.match(lines[-1]):
+            lines[-2:] = [f"{lines[-2]} {lines[-1]}"]
+        warnings.append("the address was one line and has been broken at its commas: check it")
+    held = {line.casefold() for line in lines}
+    return [line for line in who if line.casefold() not in held] + lines, warnings
+
+
+def _whole_number(fields: Fields) -> tuple[Fields, list[str]]:
+    """Postal codes that a program exported as a decimal number ("62704.0"), mended and mentioned."""
+    code = _one(fields, "postcode")
+    if not re.fullmatch(r"\d+\.0+", code):
+        return fields, []
+    mended = code.split(".")[0]
+    return {**fields, "postcode": [mended]}, [f"postal code {code} was read as {mended}"]
+
+
+def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], list[str], str]:
+    """The lines of an address, what to warn of, and why there is none if there is none.
+
+    Parameters
+    ----------
+    fields : mapping
+        Role of a column → its cells; a cell may hold several lines.
+    number_first : bool
+        Whether the house number stands before the street where the country does not say.
+
+    Returns
+    -------
+    tuple
+        (lines, warnings, problem); `lines` is empty where `problem` is not.
+    """
+    fields, warnings = _whole_number(fields)
+    who, named = _who(fields), _one(fields, "country")
+    country = countries.find(named) if named else countries.guess(_one(fields, "postcode"), _one(fields, "state"))
+    country = country or countries.UNKNOWN
+    where = _street(fields, country, number_first) + _place(fields, country)
+    told = set(fields) & {"street", "street2", "box", "city", "place", "postcode"}
+    if fields.get("address") and not told:
+        found, more = _block(_one(fields, "address"), who)
+        warnings += more
+    elif told:
+        found = who + where
+        warnings += _check(fields, country)
+    else:
+        return (), warnings, "there is no street, place or address in it" if fields else "it is empty"
+    if named and (not found or found[-1].casefold() != named.casefold()):
+        found.append(countries.last_line(named))
+    elif named:
+        found[-1] = countries.last_line(named)
+    return tuple(line for text in found for line in text.split("\n")), warnings, ""
+
+
+def _check(fields: Fields, country: Country) -> list[str]:
+    warnings = []
+    if not set(fields) & {"city", "place", "postcode"}:
+        warnings.append("it names no city")
+    odd = countries.postcode_warning(_one(fields, "postcode"), country)
+    return [*warnings, odd] if odd else warnings

@@ -1,0 +1,138 @@
+"""Which form of each letter is written: one Viterbi pass a word, perturbed so that no two words come out alike.
+
+Unary costs come from the place in the word and from how recently a form was used, pairwise costs from how the
+end of one glyph meets the start of the next.
+
+Source: seed 000, §6.2 (perturb-and-MAP; the costs are this project's).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Array, Glyph, Hand
+from handout.writing.text import Letter, runs
+
+_EXITS = {"low": 0, "high": 1, "lifted": 2}
+_ENTRIES = {"low": 0, "high": 1, "free": 2, "lifted": 3}
+# cost of exit (row) meeting entry (column); joined pairs are those of a joining exit with another entry than "lifted"
+_MEET = np.array([[0.0, 5.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0], [1.5, 3.0, 0.0, 0.0]])
+_REUSE = 4.0  # cost of the form just used, falling with the letters written since
+_MEMORY = 12.0  # letters after which a use is half forgotten
+_TWIN = 6.0  # cost of the same form twice running, as in "ll"
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidates:
+    glyphs: tuple[Glyph, ...]
+    exits: NDArray[np.intp]
+    entries: NDArray[np.intp]
+    forms: NDArray[np.intp]
+    reluctance: Array
+
+
+class Chooser:
+    """Chooses the glyphs of one text, word by word; remembers what it used.
+
+    Parameters
+    ----------
+    hand : Hand
+    rng : numpy.random.Generator
+    variation : float
+        Scale of the perturbation; 0 always takes the best form.
+    """
+
+    def __init__(self, hand: Hand, rng: np.random.Generator, variation: float = 1.0) -> None:
+        self._hand = hand
+        self._rng = rng
+        self._variation = variation
+        self._written = 0
+        self._last: dict[tuple[str, int], int] = {}
+        self._cache: dict[tuple[str, str, str, str], _Candidates] = {}
+
+    def word(self, letters: Sequence[Letter]) -> list[Glyph]:
+        """The glyphs for the letters of one word (with its punctuation)."""
+        options = self._options(letters)
+        costs = [self._unary(candidates) for candidates in options]
+        best = costs[0] + np.where(options[0].entries == _ENTRIES["high"], 5.0, 0.0)
+        back: list[NDArray[np.intp]] = []
+        for left, right, cost in zip(options, options[1:], costs[1:], strict=False):
+            total = best[:, None] + _pairwise(left, right, self._variation)
+            back.append(total.argmin(axis=0))
+            best = total.min(axis=0) + cost
+        path = [int(best.argmin())]
+        for pointers in reversed(back):
+            path.append(int(pointers[path[-1]]))
+        chosen = [candidates.glyphs[i] for candidates, i in zip(options, reversed(path), strict=True)]
+        for glyph in chosen:
+            self._last[glyph.letter, glyph.form] = self._written
+            self._written += 1
+        return chosen
+
+    def _options(self, letters: Sequence[Letter]) -> list[_Candidates]:
+        bases = ["", *(letter.base for letter in letters), ""]
+        return [
+            self._candidates(base, place, before, after)
+            for base, place, before, after in zip(bases[1:], runs(letters), bases, bases[2:], strict=False)
+        ]
+
+    def _candidates(self, letter: str, place: str, before: str, after: str) -> _Candidates:
+        key = (letter, place, before, after)
+        if key not in self._cache:
+            self._cache[key] = _gather(_fitting(self._hand.glyphs[letter], place, before, after))
+        return self._cache[key]
+
+    def _unary(self, candidates: _Candidates) -> Array:
+        if not self._variation:
+            return np.zeros(len(candidates.glyphs))
+        noise = np.log(-np.log(self._rng.uniform(1e-12, 1.0, len(candidates.glyphs))))
+        since = [self._written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
+        return np.asarray(self._variation * noise + _REUSE * 0.5 ** (np.array(since) / _MEMORY))
+
+
+def _fitting(glyphs: Sequence[Glyph], place: str, before: str, after: str) -> list[Glyph]:
+    """The glyphs for a place and neighbours; of each kind of entry only the most particular."""
+    fit = [
+        glyph
+        for glyph in glyphs
+        if place in glyph.places
+        and (not glyph.after or (before and before in glyph.after))
+        and (not glyph.before or (after and after in glyph.before))
+    ]
+    best: dict[str, int] = {}
+    for glyph in fit:
+        best[glyph.entry] = max(best.get(glyph.entry, 0), glyph.rank)
+    return [glyph for glyph in fit if glyph.rank == best[glyph.entry]] or list(glyphs)
+
+
+def _gather(glyphs: Sequence[Glyph]) -> _Candidates:
+    return _Candidates(
+        tuple(glyphs),
+        np.array([_EXITS[glyph.exit] for glyph in glyphs]),
+        np.array([_ENTRIES[glyph.entry] for glyph in glyphs]),
+        np.array([hash_form(glyph) for glyph in glyphs]),
+        np.array([glyph.reluctance for glyph in glyphs]),
+    )
+
+
+def hash_form(glyph: Glyph) -> int:
+    """A number that two glyphs share exactly when they derive from one drawn form."""
+    return ord(glyph.letter[0]) * 4096 + glyph.form
+
+
+def joined(left: Glyph, right: Glyph) -> bool:
+    """Whether the pen stays down between two neighbours."""
+    return left.exit != "lifted" and right.entry != "lifted"
+
+
+def _pairwise(left: _Candidates, right: _Candidates, variation: float) -> Array:
+    cost: Array = _MEET[np.ix_(left.exits, right.entries)]
+    joins = left.exits != _EXITS["lifted"]
+    cost = cost + joins[:, None] * right.reluctance
+    if variation:
+        cost = cost + _TWIN * (left.forms[:, None] == right.forms)
+    return cost

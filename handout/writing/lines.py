@@ -1,0 +1,82 @@
+"""Breaking a text into lines, and making it fit when asked to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from handout.writing.words import Word
+
+LEAST_GAP = 0.42  # between the ink of two words, x-heights
+_SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before)."""
+
+    word: Word
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The units of one written line; `gaps` may be narrower than the units ask for."""
+
+    units: tuple[Unit, ...]
+    gaps: tuple[float, ...]
+    indent: float
+
+    @property
+    def width(self) -> float:
+        """From the start of the first unit to the end of the ink of the last, x-heights."""
+        return extent(self.units, self.gaps)
+
+
+def extent(units: Sequence[Unit], gaps: Sequence[float]) -> float:
+    """Width of units side by side, x-heights."""
+    if not units:
+        return 0.0
+    last = units[-1].word
+    reach = max(last.right, last.advance)
+    return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
+
+
+def wrap(paragraph: Sequence[Unit], indent: float, room: float, squeeze: float = _SQUEEZE) -> list[Row]:
+    """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
+    rows: list[Row] = []
+    units: list[Unit] = []
+    for unit in paragraph:
+        if units and _squeezed([*units, unit], room - indent, squeeze) is None:
+            rows.append(_row(units, indent, room, squeeze))
+            units, indent = [], 0.0
+        units.append(unit)
+    rows.append(_row(units, indent, room, squeeze))
+    return rows
+
+
+def _row(units: list[Unit], indent: float, room: float, squeeze: float) -> Row:
+    gaps = _squeezed(units, room - indent, squeeze)
+    return Row(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
+
+
+def _gaps(units: Sequence[Unit]) -> list[float]:
+    """The gaps before the units, none before the first; ink never closes a gap."""
+    gaps = [0.0]
+    for before, unit in pairwise(units):
+        overhang = before.word.right - before.word.advance - unit.word.left
+        gaps.append(max(unit.gap, LEAST_GAP + overhang) if unit.gap else 0.0)
+    return gaps[: len(units)]
+
+
+def _squeezed(units: Sequence[Unit], room: float, squeeze: float) -> list[float] | None:
+    """Gaps with which the units fit in `room`, bunched if need be; None if they do not."""
+    gaps = _gaps(units)
+    over = extent(units, gaps) - room
+    if over <= 0:
+        return gaps
+    if over > squeeze * sum(gaps):
+        return None
+    share = 1 - over / sum(gaps)
+    return [gap * share for gap in gaps]

@@ -1,0 +1,119 @@
+"""Rows of words on sheets: edges, baselines, and the page coordinates of every stroke."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from handout.errors import DoesNotFit
+from handout.values import Array, Hand, Line, Manuscript, Placed
+from handout.writing.layout import Layout
+from handout.writing.lines import Row
+from handout.writing.words import Word
+
+ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
+EDGE = 0.18  # of the ragged left edge, x-heights
+TILT = 0.0035  # of the slope of a line, tangent
+BEND = 0.10  # of the sag of a line, x-heights
+PITCH = 0.05  # of the distance of lines, x-heights
+
+
+def room(layout: Layout) -> float:
+    """Width between the margins, x-heights."""
+    return layout.width / layout.x_height
+
+
+def spacing(hand: Hand, layout: Layout) -> float:
+    """Distance of baselines, mm."""
+    return layout.line_spacing if layout.line_spacing is not None else hand.pitch * layout.x_height
+
+
+def lines_a_page(hand: Hand, layout: Layout) -> int:
+    """How many lines one page holds."""
+    height = layout.height - (ASCENT + DESCENT) * layout.x_height
+    return 1 + math.floor(height / spacing(hand, layout) + 1e-9) if height >= 0 else 0
+
+
+def paginate(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Generator) -> list[Manuscript]:
+    """Give every row its place.
+
+    Raises
+    ------
+    DoesNotFit
+        Not even one line fits between the margins.
+    """
+    held = lines_a_page(hand, layout)
+    if held == 0:
+        raise DoesNotFit(
+            f"A line of {layout.x_height:g} mm x-height needs {(ASCENT + DESCENT) * layout.x_height:.1f} mm between "
+            f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
+            "larger page."
+        )
+    sheets = [rows[i : i + held] for i in range(0, len(rows), held)]
+    return [_sheet(sheet, hand, layout, rng) for sheet in sheets]
+
+
+def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Generator) -> Manuscript:
+    """Place the rows of one page."""
+    scale, pitch, jitter = layout.x_height, spacing(hand, layout), layout.jitter
+    tilt_of_page = rng.normal(0.0, 0.5 * TILT * jitter)
+    edge = 0.0
+    lines, words = [], 0
+    for number, row in enumerate(rows):
+        baseline = layout.margin[0] + ASCENT * scale + number * pitch + rng.normal(0.0, PITCH * jitter) * scale
+        edge = 0.6 * edge + rng.normal(0.0, 0.8 * EDGE * jitter)
+        tilt = tilt_of_page + rng.normal(0.0, TILT * jitter)
+        bend = rng.normal(0.0, BEND * jitter)
+        if not row.units:
+            continue
+        x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)
+        placed: list[Placed] = []
+        for unit, gap in zip(row.units, row.gaps, strict=True):
+            x += gap * scale
+            placed.extend(_place(unit.word, x, baseline, _curve(tilt, bend, layout), scale, words))
+            x += unit.word.advance * scale
+            words += 1
+        lines.append(Line(_text(row), tuple(placed), baseline))
+    return Manuscript(tuple(lines), layout.page, scale, {"hand": hand.name})
+
+
+def _left(row: Row, layout: Layout, edge: float) -> float:
+    """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
+    spare = room(layout) - row.indent - row.width
+    if layout.align == "right":
+        return max(0.0, spare - abs(edge))
+    if layout.align == "centre":
+        return max(0.0, 0.5 * spare + edge)
+    wander = edge if layout.align == "ragged" else 0.25 * edge
+    return min(max(wander, -0.5), max(0.0, spare))
+
+
+def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, float]:
+    """(slope, sag, half width): about its middle a line rises by slope·u + sag·(u/half)²."""
+    half = 0.5 * layout.width
+    most = 0.35 * layout.x_height / half  # re-anchored: a long line drifts no further than a short one
+    return max(-most, min(most, tilt)), bend * layout.x_height, half
+
+
+def _place(
+    word: Word, x: float, baseline: float, curve: tuple[float, float, float], scale: float, index: int
+) -> Iterator[Placed]:
+    slope, sag, half = curve
+
+    def to_page(points: Array) -> Array:
+        px = x + points[:, 0] * scale
+        u = px - half
+        lift = slope * u + sag * ((u / half) ** 2 - 0.33)
+        return np.column_stack([px, baseline - points[:, 1] * scale - lift])
+
+    for glyph, strokes, join, at in zip(word.glyphs, word.strokes, word.joins, word.at, strict=True):
+        yield Placed(glyph, tuple(to_page(s) for s in strokes), join, index, at)
+
+
+def _text(row: Row) -> str:
+    return "".join(
+        (" " if i and unit.gap else "") + "".join(g.letter for g in unit.word.glyphs)
+        for i, unit in enumerate(row.units)
+    )

@@ -1,0 +1,159 @@
+"""Text as it is typed, turned into what a hand can write: graphemes, each a letter and its accents."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import regex
+
+from handout.errors import InputError, MissingCharacters
+from handout.values import Hand
+
+# Characters that look the same when written by hand; "" is not written at all
+_SAME = str.maketrans(
+    {
+        "\t": "    ",
+        "\u00ad": "",
+        "\u200b": "",
+        "\u200c": "",
+        "\u200d": "",
+        "\u2060": "",
+        "\ufeff": "",
+        "\u2010": "-",
+        "\u2011": "-",
+        "\u2012": "–",
+        "\u2015": "—",
+        "\u2212": "–",
+        "\u2032": "’",
+        "\u2033": "”",
+        "\u02bc": "’",
+        "\u2024": ".",
+        "\u2044": "/",
+        "\u037e": ";",
+        "ﬀ": "ff",
+        "ﬁ": "fi",
+        "ﬂ": "fl",
+        "ﬃ": "ffi",
+        "ﬄ": "ffl",
+        "\u0133": "ij",
+        "\u0132": "IJ",
+        "\u1e9e": "SS",
+        "\u212b": "Å",
+        "\u2126": "Ω",
+        "\u00b4": "’",
+    }
+)
+# spaces at which a line must not break
+GLUE = "\u00a0\u202f\u2007"
+_SPACES = str.maketrans(
+    dict.fromkeys("\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200a\u205f\u3000", " ")
+)
+_NEWLINES = regex.compile(r"\r\n|[\r\v\f\x85\u2028\u2029]")
+_GRAPHEME = regex.compile(r"\X")
+# What may stand for a letter when the user accepts borrowed forms
+_BORROWED = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "Ð", "ı": "i", "ħ": "h", "Ħ": "H", "™": "TM", "©": "(c)", "®": "(R)"}
+_MOST_NAMED = 20
+
+
+@dataclass(frozen=True)
+class Letter:
+    """What is written for one grapheme: a letter that the hand has, the accents on it, and where it stands."""
+
+    base: str
+    marks: tuple[str, ...]
+    at: int
+
+
+def normalise(text: str) -> str:
+    """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
+    text = unicodedata.normalize("NFC", _NEWLINES.sub("\n", text))
+    return unicodedata.normalize("NFC", text.translate(_SAME).translate(_SPACES))
+
+
+def spell(text: str, hand: Hand, *, fallback: bool = False) -> list[Letter | str]:
+    """The graphemes of normalised `text` as letters of `hand`; spaces and newlines as they are.
+
+    Parameters
+    ----------
+    fallback : bool
+        Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case.
+
+    Raises
+    ------
+    InputError
+        Nothing to write.
+    MissingCharacters
+        The hand lacks characters; the message lists all of them with their places.
+    """
+    letters: list[Letter | str] = []
+    missing: dict[str, list[str]] = {}
+    line, column = 1, 0
+    for at, grapheme in enumerate(_GRAPHEME.findall(text)):
+        column += 1
+        if grapheme == "\n":
+            line, column = line + 1, 0
+        if grapheme.isspace():
+            letters.append(grapheme)
+            continue
+        found = _letters(grapheme, hand, at) or (_borrow(grapheme, hand, at) if fallback else [])
+        if not found:
+            missing.setdefault(grapheme, []).append(f"line {line}, character {column}")
+        letters.extend(found)
+    if missing:
+        raise MissingCharacters(_complaint(missing, hand, fallback))
+    if not any(isinstance(letter, Letter) for letter in letters):
+        raise InputError("There is nothing to write: the text is empty.")
+    return letters
+
+
+def _letters(grapheme: str, hand: Hand, at: int) -> list[Letter]:
+    """The grapheme as one letter of the hand, with accents where it has no form of its own; [] if it lacks it."""
+    if grapheme in hand.glyphs:
+        return [Letter(grapheme, (), at)]
+    base, *marks = list(unicodedata.normalize("NFD", grapheme))
+    if base in hand.glyphs and marks and all(mark in hand.marks for mark in marks):
+        return [Letter(base, tuple(marks), at)]
+    return []
+
+
+def _borrow(grapheme: str, hand: Hand, at: int) -> list[Letter]:
+    base, *marks = list(unicodedata.normalize("NFD", grapheme))
+    kept = tuple(mark for mark in marks if mark in hand.marks)
+    for choice in (_BORROWED.get(base, base), unicodedata.normalize("NFKC", base), base.swapcase()):
+        if choice and all(part in hand.glyphs for part in choice):
+            return [Letter(part, kept if i == 0 else (), at) for i, part in enumerate(choice)]
+    return []
+
+
+def _complaint(missing: dict[str, list[str]], hand: Hand, fallback: bool) -> str:
+    named = [
+        f"{_name(grapheme)} ({'; '.join(places[:3])}{f' and {len(places) - 3} more' if len(places) > 3 else ''})"
+        for grapheme, places in list(missing.items())[:_MOST_NAMED]
+    ]
+    more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
+    way_out = "use another hand" if fallback else "use another hand, or --fallback to accept similar forms"
+    return f"The hand {hand.name} has no form for {', '.join(named)}{more}: {way_out}."
+
+
+def _name(grapheme: str) -> str:
+    if grapheme.isprintable():
+        return f"'{grapheme}'"
+    return "+".join(f"U+{ord(char):04X}" for char in grapheme)
+
+
+def runs(letters: Sequence[Letter]) -> list[str]:
+    """For each letter, its place in its word: "start", "middle", "end" or "alone".
+
+    The place of a small letter is counted among small letters: a capital, a digit or a quotation mark is not
+    joined to it, so what follows starts afresh.
+    """
+
+    bases = ["", *(letter.base for letter in letters), ""]
+    places = []
+    for before_it, base, after_it in zip(bases, bases[1:], bases[2:], strict=False):
+        same = str.islower if base.islower() else str.isalpha
+        before, after = same(before_it) and before_it.isalpha(), same(after_it) and after_it.isalpha()
+        places.append("middle" if before and after else "end" if before else "start" if after else "alone")
+    return places
