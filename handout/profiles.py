@@ -47,11 +47,18 @@ class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 class Bed(_Table, frozen=True):
-    """Where the pen can go: width and height, and which machine corner the page's top left lies in."""
+    """Where the pen can go.
+
+    width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
+    which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins.
+    """
 
     width: Length
     height: Length
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
+    y: Literal["up", "down"] = "up"
+    zero: Literal["kept", "here"] = "kept"
 
 
 class Limits(_Table, frozen=True):
@@ -70,8 +77,8 @@ class Limits(_Table, frozen=True):
 class Pen(_Table, frozen=True):
     """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
 
-    up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long the move takes;
-    z_speed: speed of the Z axis; kind: what is mounted, for the preview; width: of its line.
+    up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long to wait for the pen
+    after the command; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
     lift: Literal["servo", "z"]
@@ -80,20 +87,31 @@ class Pen(_Table, frozen=True):
     up_time: Time
     down_time: Time
     z_speed: Speed = Speed(20.0)
+    z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
 
 
 class Port(_Table, frozen=True):
-    """How the machine is reached: baud rate, receive buffer in bytes, seconds of silence before giving up."""
+    """How the machine is reached, and what its controller can take.
+
+    baud: bits a second; buffer: bytes it receives before it reads them; queue: moves it looks ahead; line_time: how
+    long it takes to read one line; timeout: silence before giving up; start_up: wait after opening the port.
+    """
 
     baud: int = 115200
     buffer: int = 128
+    queue: int = 15
+    line_time: Time = Time(0.0035)
     timeout: Time = Time(5.0)
     start_up: Time = Time(2.0)
 
 
 class Plotter(_Table, frozen=True):
-    """A pen plotter."""
+    """A pen plotter.
+
+    homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
+    name: the name of its file, without ``.toml``.
+    """
 
     kind: Literal["plotter"]
     title: str
@@ -105,6 +123,7 @@ class Plotter(_Table, frozen=True):
     homing: bool = False
     segment_rate: float = 100.0
     notes: str = ""
+    name: str = ""
 
 
 class Margins(_Table, frozen=True):
@@ -149,9 +168,9 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
     "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
-    "pen.z_speed": (0.1, 500), "pen.width": (0.02, 20),
-    "port.baud": (300, 4_000_000), "port.buffer": (16, 65536), "port.timeout": (0.05, 600),
-    "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
+    "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
+    "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
+    "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
     "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
 }  # fmt: skip
 
@@ -187,14 +206,26 @@ def read(path: Path) -> Profile:
         raise ProfileError(f"{path}: cannot be read as a device file: {reason}.") from error
     kinds: dict[str, type[Profile]] = {"plotter": Plotter, "printer": Printer}
     kind = table.get("kind")
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
+    if "name" in table:
+        raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
     try:
         profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
     except msgspec.ValidationError as error:
         raise ProfileError(f"{path}: {_hint(str(error), kinds[kind])}") from error
     _check_bounds(profile, path)
+    if isinstance(profile, Plotter):
+        _check_pen(profile.pen, path)
+        profile = msgspec.structs.replace(profile, name=path.stem)
     return profile
+
+
+def _check_pen(pen: Pen, path: Path) -> None:
+    if pen.lift == "z" and pen.up <= pen.down:
+        raise ProfileError(f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis).")
+    if pen.up == pen.down:
+        raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
 
 
 def _hint(message: str, kind: type) -> str:

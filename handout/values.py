@@ -222,6 +222,7 @@ class Hand:
     interval : s of motor time a point at the hand's own pace.
     word_space : gap between words, x-heights.
     pitch : distance of lines, x-heights.
+    variation : how much the letters of this hand vary, 1 is usual.
     """
 
     name: str
@@ -235,6 +236,7 @@ class Hand:
     interval: float
     word_space: float
     pitch: float
+    variation: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

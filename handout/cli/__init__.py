@@ -1,0 +1,80 @@
+"""The command `handout`: one file a verb, loaded only when it is called, so that `--help` answers at once."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import click
+
+from handout import __version__
+from handout.errors import HandoutError
+
+INTERRUPTED = 130
+
+# verb → what `handout --help` says of it; the code is in the module of that name
+_VERBS = {
+    "write": "Write a text to a file: SVG, PNG, PDF, InkML, JSON or G-code.",
+    "plot": "Write a text with a pen plotter.",
+    "print": "Address envelopes from a table and print them.",
+    "hand": "List and show hands.",
+    "devices": "List, show and check machines.",
+    "score": "Measure how far a page looks written by a person.",
+}
+
+
+class _Verbs(click.Group):
+    """A group that imports a verb's module only when the verb is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(_VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in _VERBS:
+            return None
+        command = import_module(f"handout.cli.{cmd_name}_").command
+        assert isinstance(command, click.Command)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in _VERBS:
+            import difflib
+
+            near = difflib.get_close_matches(args[0], _VERBS, 1)
+            hint = f" Did you mean {near[0]!r}?" if near else f" Use one of {', '.join(_VERBS)}."
+            raise click.UsageError(f"There is no command {args[0]!r}.{hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_VERBS.items()))
+
+
+@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="handout")
+def cli() -> None:
+    """Write any text in a person's handwriting and put it on paper."""
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    try:
+        result = cli.main(args=args, prog_name="handout", standalone_mode=False)
+        code = result if isinstance(result, int) else 0
+    except click.exceptions.Exit as leave:
+        code = leave.exit_code
+    except click.ClickException as error:
+        error.show()
+        code = 2
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("Interrupted.", err=True)
+        code = INTERRUPTED
+    except HandoutError as error:
+        click.echo(f"handout: {error}", err=True)
+        code = error.exit_code
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = 0
+    sys.exit(code)

@@ -68,6 +68,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     letters: dict[str, list[_Form]]
     marks: dict[str, list[_Form]]
     drawn_at: float | None = None
+    variation: float = 1.0
     late: Literal["word", "letter"] = "word"
     endings: list[tuple[float, float]] = []
     entries: dict[str, _Entry] = {}
@@ -108,6 +109,7 @@ def read(path: Path) -> Hand:
         interval=file.interval,
         word_space=file.word_space,
         pitch=file.pitch,
+        variation=file.variation,
     )
 
 

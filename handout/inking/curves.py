@@ -20,6 +20,7 @@ _Points = NDArray[np.complex128]
 _Number = TypeVar("_Number", np.float64, np.complex128)
 
 TOLERANCE = 0.008  # mm; leaves room for rounding to 0.001 mm within the 0.01 mm that outputs promise
+_PLANE = np.array([1, 1j])
 _LONGEST = 32  # samples of the pieces that fitting begins with
 
 
@@ -42,6 +43,33 @@ class Curve:
         u = np.clip((t - self.t[i]) / (self.t[i + 1] - self.t[i]), 0.0, 1.0)[:, None]
         a, b, c, d = (self.points[3 * i + j] for j in range(4))
         return np.asarray((1 - u) ** 3 * a + 3 * (1 - u) ** 2 * u * b + 3 * (1 - u) * u**2 * c + u**3 * d)
+
+
+@dataclass(frozen=True, eq=False)
+class Beziers:
+    """All Béziers of several curves in one row; a dot counts as one without length.
+
+    control : (4, m) complex, mm: control points x + i y.
+    t : (2, m) float, s: begin and end.
+    stroke : (m,) index of the curve each belongs to.
+    """
+
+    control: _Points
+    t: Array
+    stroke: _Index
+
+
+def beziers(found: Sequence[Curve]) -> Beziers:
+    """Every Bézier of `found`, in order; there must be at least one curve."""
+    whole = [_lengthened(curve) for curve in found]
+    control = np.concatenate([np.stack([c.points[j : 3 * len(c.t) - 5 + j : 3] for j in range(4)]) for c in whole], 1)
+    t = np.concatenate([np.stack([c.t[:-1], c.t[1:]]) for c in whole], axis=1)
+    owner = np.repeat(np.arange(len(whole)), [len(c.t) - 1 for c in whole])
+    return Beziers(control @ _PLANE, t, owner)
+
+
+def _lengthened(curve: Curve) -> Curve:
+    return curve if len(curve.t) > 1 else Curve(np.repeat(curve.t, 2), np.repeat(curve.points, 4, axis=0))
 
 
 def fit(strokes: Sequence[Stroke], tolerance: float = TOLERANCE) -> list[Curve]:
@@ -73,7 +101,7 @@ class _Row:
         self.ends: _Index = np.cumsum([len(s.t) for s in strokes])
         self.starts: _Index = np.r_[0, self.ends[:-1]]
         self.t: Array = np.concatenate([s.t for s in strokes])
-        self.z: _Points = np.concatenate([s.xy for s in strokes]) @ np.array([1, 1j])
+        self.z: _Points = np.concatenate([s.xy for s in strokes]) @ _PLANE
         self.velocity = self._velocities()
         self.check_t = _between(self.t, (self.t[:-1] + self.t[1:]) / 2)
         bow = (self.velocity[:-1] - self.velocity[1:]) * np.diff(self.t) / 8

@@ -1,9 +1,9 @@
-"""The linear-quadratic tracker over a chain of Gaussians, solved for positions only.
+"""The linear-quadratic tracker, solved for positions only.
 
-A discretised chain of `order` integrators driven by forward differences has the control
-``u_t = (Δⁿ x)_t / dtⁿ``, so the whole optimal control problem is one quadratic form in the positions whose Hessian
-is symmetric, positive definite and banded.  A band Cholesky factor then gives the mean and exact samples in time
-linear in the length, where the dense batch solution is cubic and loses all digits after some ten targets.
+A chain of `order` integrators driven by forward differences has the control ``u_t = (Δⁿ x)_t / dtⁿ``, so the whole
+optimal control problem is one quadratic form in the positions, and its Hessian is symmetric, positive definite and
+banded.  A band Cholesky factor then gives the mean and exact samples in time linear in the length, where the dense
+batch solution is cubic and has lost all its digits after some ten targets.
 
 Source: seed 003, §3.1–3.2 (eq. 9 corrected: ω = 2π/Ts; eq. 14 corrected: its second arguments are precisions).
 """
@@ -18,17 +18,17 @@ from scipy.linalg import cho_solve_banded, cholesky_banded, get_lapack_funcs
 
 from handout.values import Array
 
-Ends = Literal["fixed", "free", "rest"]
+End = Literal["free", "rest", "fixed"]
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A factorised tracker.
+    """A factorised quadratic form in the positions of N samples in D dimensions.
 
     At an end at rest the first (last) `order` samples are one unknown, which makes the rest exact and keeps the
     band: `before` (`after`) samples are repetitions of the first (last) unknown.  `factor` is the lower band
-    Cholesky factor of the Hessian over the unknowns, interleaved by dimension; `dimensions` is 1 where all
-    dimensions share it.  A fixed start is left out of the factor; its `coupling` to the others is kept instead.
+    Cholesky factor over the unknowns, interleaved by dimension; `dimensions` is 1 where all dimensions share it.
+    A fixed start is left out of the factor; its `coupling` to the unknowns that follow is kept instead.
     """
 
     factor: Array
@@ -40,29 +40,62 @@ class Chain:
     def solve(self, force: Array, start: Array | None = None) -> Array:
         """Positions (N, D) that answer the generalised force (N, D); `start` (D,) where the chain fixes it."""
         rhs = _gather(force, self.before, self.after)
-        if self.coupling is not None and start is not None:
+        if self.coupling is not None:
             rhs = rhs[1:]
-            reach = min(len(self.coupling), len(rhs))
-            rhs[:reach] -= self.coupling[:reach, None] * start
-        flat = rhs if self.dimensions == 1 else rhs.reshape(-1, 1)
-        solved = cho_solve_banded((self.factor, True), flat, check_finite=False).reshape(rhs.shape)
-        return self._unfold(solved, start)
+            if start is not None:
+                reach = min(len(self.coupling), len(rhs))
+                rhs[:reach] -= np.multiply.outer(self.coupling[:reach], start)
+        flat = rhs if self.dimensions == 1 else rhs.reshape(self.factor.shape[1], -1)
+        solved = cho_solve_banded((self.factor, True), flat, check_finite=False, overwrite_b=True)
+        return self._unfold(solved.reshape(rhs.shape), start)
 
     def noise(self, rng: np.random.Generator, dimensions: int) -> Array:
-        """One draw (N, `dimensions`) from N(0, H⁻¹), by back substitution in the factor (a fixed start stays put)."""
-        size = self.factor.shape[1]
+        """One draw (N, `dimensions`) from N(0, H⁻¹), by back substitution in the factor; a fixed start stays put."""
         columns = dimensions if self.dimensions == 1 else 1
+        white = rng.standard_normal((self.factor.shape[1], columns))
         (tbtrs,) = get_lapack_funcs(("tbtrs",), (self.factor,))
-        drawn, _ = tbtrs(self.factor, rng.standard_normal((size, columns)), uplo="L", trans="T", diag="N")
-        return self._unfold(drawn.reshape(-1, dimensions), np.zeros(dimensions))
+        drawn, _ = tbtrs(self.factor, white, uplo="L", trans="T", diag="N")
+        return self._unfold(drawn.reshape(-1, dimensions), None)
 
     def _unfold(self, unknowns: Array, start: Array | None) -> Array:
         """Positions of all samples from those of the unknowns."""
         if self.coupling is not None:
-            unknowns = np.vstack([start, unknowns])
+            first = np.zeros(unknowns.shape[1:]) if start is None else start
+            unknowns = np.concatenate([first[None], unknowns])
         head = np.repeat(unknowns[:1], self.before, axis=0)
         tail = np.repeat(unknowns[-1:], self.after, axis=0)
         return np.concatenate([head, unknowns, tail])
+
+
+def factorise(weights: Array, stiffness: float, order: int, start: End, end: End) -> Chain:
+    """Factorise ``H = blockdiag(weights) + stiffness · Δⁿ'Δⁿ`` under the given end conditions.
+
+    Parameters
+    ----------
+    weights : (N,) or (N, D, D) float
+        Precision of each sample's target.
+    stiffness : float
+        Weight of the squared differences: ``(smooth · steps)^(2 order)`` where the weights are about 1.
+    order : int
+        Order of the chain of integrators; N ≥ 2 order.
+    start, end : {"free", "rest", "fixed"}
+        "rest": the first (last) `order` samples coincide; "fixed" (start only): at a given place.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        So stiff that the form is singular to working precision.
+    """
+    before, after = (order - 1 if kind != "free" else 0 for kind in (start, end))
+    gathered = _gather(weights, before, after)
+    band = _whole_band(stiffness * _difference_band(len(weights), before, after, order), gathered)
+    dimensions = 1 if weights.ndim == 1 else weights.shape[1]
+    coupling = None
+    if start == "fixed":
+        coupling = band[dimensions::dimensions, 0].copy()
+        band = band[:, dimensions:]
+    factor = cholesky_banded(band, lower=True, check_finite=False, overwrite_ab=True)
+    return Chain(factor, before, after, dimensions, coupling)
 
 
 def _gather(values: Array, before: int, after: int) -> Array:
@@ -73,34 +106,8 @@ def _gather(values: Array, before: int, after: int) -> Array:
     return gathered
 
 
-def factorise(weights: Array, stiffness: float, order: int, ends: Ends) -> Chain:
-    """Factorise ``H = diag(weights) + stiffness Δⁿ'Δⁿ`` under the given end conditions.
-
-    Parameters
-    ----------
-    weights : (N,) or (N, D, D) float
-        Precision of each sample's target.
-    stiffness : float
-        Weight of the squared differences: ``(smooth · steps)^(2 order)`` where weights are about 1.
-    order : int
-        Order of the chain of integrators.
-    ends : {"fixed", "free", "rest"}
-        "fixed": the first `order` samples lie at a given start; "free"; "rest": at rest at both ends.
-    """
-    before, after = (order - 1 if ends != "free" else 0), (order - 1 if ends == "rest" else 0)
-    gathered = _gather(weights, before, after)
-    differences = _difference_band(len(weights), before, after, order)
-    band = _spread_band(stiffness * differences, gathered)
-    dimensions = 1 if weights.ndim == 1 else weights.shape[1]
-    coupling = None
-    if ends == "fixed":
-        coupling = band[dimensions::dimensions, 0].copy()
-        band = band[:, dimensions:]
-    return Chain(cholesky_banded(band, lower=True, check_finite=False), before, after, dimensions, coupling)
-
-
 def _difference_band(samples: int, before: int, after: int, order: int) -> Array:
-    """Lower band (order+1, unknowns) of Δⁿ'Δⁿ, where samples that share an unknown are added together."""
+    """Lower band (order + 1, unknowns) of Δⁿ'Δⁿ, where samples that share an unknown are added together."""
     stencil = np.array([1.0])
     for _ in range(order):
         stencil = np.convolve(stencil, [-1.0, 1.0])
@@ -117,15 +124,14 @@ def _difference_band(samples: int, before: int, after: int, order: int) -> Array
     return band[:, :unknowns]
 
 
-def _spread_band(differences: Array, weights: Array) -> Array:
-    """The band of the whole Hessian: differences in every dimension, blocks of weights on the diagonal."""
+def _whole_band(differences: Array, weights: Array) -> Array:
+    """Lower band of the Hessian: the differences in every dimension, the weights on the diagonal."""
     if weights.ndim == 1:
         band = differences.copy()
         band[0] += weights
         return band
     unknowns, d = weights.shape[:2]
-    order = len(differences) - 1
-    band = np.zeros((order * d + 1, unknowns * d))
+    band = np.zeros(((len(differences) - 1) * d + 1, unknowns * d))
     for axis in range(d):
         band[::d, axis::d] += differences
         for other in range(axis + 1):

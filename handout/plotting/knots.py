@@ -5,6 +5,8 @@ All strokes of a page are treated at once, on one clock: stroke follows stroke w
 
 from __future__ import annotations
 
+import bisect
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +16,8 @@ from handout.values import Array
 
 Index = NDArray[np.intp]
 _PAUSE = 1.0  # s between strokes on the common clock; nothing is ever interpolated across it
-_MERGED = 1e-9
+_TINY = 1e-12
+_PASSES = 12  # each pass at least halves what is left of a curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,10 @@ class Track:
     def at(self, t: Array) -> Array:
         """(m, 2) mm: where the pen should be at times t."""
         return np.stack([np.interp(t, self.t, self.xy[:, 0]), np.interp(t, self.t, self.xy[:, 1])], axis=1)
+
+    def stroke_at(self, t: Array) -> Index:
+        """(m,) stroke under way at times t."""
+        return self.stroke[np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 1)]
 
 
 def track(times: list[Array], paths: list[Array]) -> Track:
@@ -55,12 +62,12 @@ def cut(path: Track, rate: float, shortest: float, deviation: float) -> Track:
     Returns
     -------
     Track
-        The knots.  Every stroke keeps its first and last sample (one knot if it never leaves `shortest`).
+        The knots.  Every stroke keeps its first and last sample; one that stays within `shortest` has one knot.
     """
     turning = _turning_points(path, 1.0 / rate)
-    knots = _evenly(path, turning, rate)
-    knots = _finer_where_curved(path, knots, deviation)
-    return _merge(path, knots, turning, shortest)
+    knots = _evenly(turning, path.stroke_at(turning), rate)
+    knots = _merge(path, _follow(path, knots, deviation), turning, shortest)
+    return Track(knots, path.at(knots), path.stroke_at(knots))
 
 
 def _turning_points(path: Track, interval: float) -> Array:
@@ -69,29 +76,78 @@ def _turning_points(path: Track, interval: float) -> Array:
     A hand slows down where its path turns; a segment that began before a turn and ended behind it would cut it off.
     """
     t, stroke = path.t, path.stroke
-    first = np.flatnonzero(np.diff(stroke, prepend=-1))
-    last = np.append(first[1:], len(t)) - 1
-    early, late = (np.clip(t + sign * interval / 2, t[first][stroke], t[last][stroke]) for sign in (-1, 1))
+    first, last = _ends(stroke)
+    early, late = (np.clip(t + half, t[first][stroke], t[last][stroke]) for half in (-interval / 2, interval / 2))
     moved = path.at(late) - path.at(early)
-    speed = np.sqrt((moved * moved).sum(axis=1)) / np.maximum(late - early, _MERGED)
+    speed = np.sqrt((moved * moved).sum(axis=1)) / np.maximum(late - early, _TINY)
     least = np.flatnonzero((speed[1:-1] < speed[:-2]) & (speed[1:-1] <= speed[2:])) + 1
-    ends = np.union1d(t[first], t[last])
-    chosen: list[float] = []
-    for time in t[least[np.argsort(speed[least], kind="stable")]]:
-        chosen.append(float(time))
-    return _spaced(ends, np.array(chosen), 2 * interval)
+    slowest_first = t[least[np.argsort(speed[least], kind="stable")]]
+    return _apart(np.union1d(t[first], t[last]), slowest_first, 2 * interval)
 
 
-def _spaced(fixed: Array, wanted: Array, gap: float) -> Array:
-    """The fixed times and, in order of preference, those wanted ones that keep their distance from all others."""
-    taken = {int(time // gap) for time in fixed}
-    cells: dict[int, list[float]] = {}
-    for time in fixed:
-        cells.setdefault(int(time // gap), []).append(float(time))
-    for time in wanted:
-        cell = int(time // gap)
-        near = [other for c in (cell - 1, cell, cell + 1) for other in cells.get(c, ())]
-        if all(abs(other - time) >= gap for other in near):
-            cells.setdefault(cell, []).append(float(time))
-            taken.add(cell)
-    return np.sort(np.array([time for cell in cells.values() for time in cell]))
+def _ends(stroke: Index) -> tuple[Index, Index]:
+    """Index of the first and of the last sample of every stroke."""
+    first = np.flatnonzero(np.diff(stroke, prepend=-1))
+    return first, np.append(first[1:], len(stroke)) - 1
+
+
+def _apart(fixed: Array, wanted: Array, gap: float) -> Array:
+    """The fixed times and, in their order, those of the wanted that keep the gap from all that were taken before."""
+    taken = fixed.tolist()
+    for time in wanted.tolist():
+        place = bisect.bisect(taken, time)
+        if time - taken[place - 1] >= gap and (place == len(taken) or taken[place] - time >= gap):
+            taken.insert(place, time)
+    return np.array(taken)
+
+
+def _evenly(knots: Array, stroke_of: Index, rate: float) -> Array:
+    """The knots, and between those of one stroke as many more, evenly in time, as the rate asks for."""
+    gaps = np.diff(knots)
+    pieces = np.where(stroke_of[1:] == stroke_of[:-1], np.ceil(gaps * rate - 1e-6), 1).astype(int)
+    pieces = np.maximum(pieces, 1)
+    start = np.repeat(np.arange(len(gaps)), pieces)
+    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.append(knots[start] + gaps[start] * count / pieces[start], knots[-1])
+
+
+def _follow(path: Track, knots: Array, deviation: float) -> Array:
+    """Add the sample farthest from its chord to every segment that departs from the path, until none does."""
+    for _ in range(_PASSES):
+        ends = path.at(knots)
+        piece = np.clip(np.searchsorted(knots, path.t, side="right") - 1, 0, len(knots) - 2)
+        away = _from_chord(path.xy, ends[piece], ends[piece + 1])
+        away[path.stroke_at(knots[piece]) != path.stroke_at(knots[piece + 1])] = 0.0
+        order = np.lexsort((away, piece))
+        farthest = order[np.flatnonzero(np.diff(piece[order], append=-1))]
+        more = farthest[away[farthest] > deviation]
+        if len(more) == 0:
+            break
+        knots = np.union1d(knots, path.t[more])
+    return knots
+
+
+def _from_chord(points: Array, start: Array, end: Array) -> Array:
+    """Distance of each point from its own straight segment.  (n,) mm."""
+    along = end - start
+    squared = np.maximum((along * along).sum(axis=1), _TINY)
+    share = np.clip(((points - start) * along).sum(axis=1) / squared, 0.0, 1.0)
+    off = points - start - share[:, None] * along
+    return np.asarray(np.sqrt((off * off).sum(axis=1)))
+
+
+def _merge(path: Track, knots: Array, wanted: Array, shortest: float) -> Array:
+    """Leave out knots nearer than `shortest` to the one before; turning points stay rather than others."""
+    stroke, xy = path.stroke_at(knots), path.at(knots).tolist()
+    firm = np.isin(knots, wanted).tolist()
+    first, last = (set(ends.tolist()) for ends in _ends(stroke))
+    kept: list[int] = []
+    for index, (x, y) in enumerate(xy):
+        if index not in first:
+            before = kept[-1]
+            if math.hypot(x - xy[before][0], y - xy[before][1]) < shortest:
+                if before in first or not (firm[index] or index in last) or (firm[before] and index not in last):
+                    continue
+                kept.pop()
+        kept.append(index)
+    return knots[kept]

@@ -44,25 +44,41 @@ class Blocks:
 
     length : (n,) float, mm; acceleration : (n,) float, mm/s² along the line; rate : (n,) float, mm/s, greatest speed.
     corner : (n,) float, mm²/s², square of the greatest speed at the block's start; 0 where the machine stands.
+    radius : (n,) float, mm, of the curve that turns there; infinite where the machine stands or turns back.
     """
 
     length: Array
     acceleration: Array
     rate: Array
     corner: Array
+    radius: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
     """How the blocks run: speeds at their ends, mm/s, and how long each takes, s.
 
-    entry, leave, nominal, duration : (n,) float.
+    entry, leave, nominal, duration : (n,) float; acceleration : (n,) float, mm/s²; length : (n,) float, mm.
     """
 
     entry: Array
     leave: Array
     nominal: Array
+    acceleration: Array
+    length: Array
     duration: Array
+
+    def travelled(self, row: int, t: float) -> float:
+        """How far block `row` has come `t` seconds after its start, mm."""
+        u, v, a = float(self.entry[row]), float(self.leave[row]), float(self.acceleration[row])
+        top = float(top_speed(self.length[row], a, u, v, self.nominal[row]))
+        left = float(self.duration[row]) - t
+        speeding, braking = (top - u) / a, (top - v) / a
+        if t <= speeding:
+            return u * t + 0.5 * a * t * t
+        if left <= braking:
+            return float(self.length[row]) - v * left - 0.5 * a * left * left
+        return (top * top - u * u) / (2 * a) + top * (t - speeding)
 
 
 def to_steps(points: Array, steps: Array) -> Array:
@@ -81,10 +97,18 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     move = np.diff(to_steps(points, machine.steps), axis=0)
     length = np.sqrt((move * move).sum(axis=1))
     unit = move / np.maximum(length, _REST)[:, None]
-    corner = np.zeros(len(length))
+    corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
-    corner[stands] = 0.0
-    return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner)
+    radius[1:] = _radius(unit, length)
+    corner[stands], radius[stands] = 0.0, np.inf
+    return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner, radius)
+
+
+def _radius(unit: Array, length: Array) -> Array:
+    """Radius of the curve of which each two lines are chords, mm; infinite for a turn of more than a quarter."""
+    cosine = (unit[:-1] * unit[1:]).sum(axis=1)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return np.where(cosine > 0, 0.5 * (length[:-1] + length[1:]) / np.maximum(angle, _REST), np.inf)
 
 
 def along(unit: Array, limits: Array) -> Array:
@@ -116,7 +140,7 @@ def run(lines: Blocks, feed: Array, queue: int) -> Motion:
     feed : (n,) float, mm/s, the F of each block.
     """
     if len(feed) == 0:
-        return Motion(*(np.zeros(0) for _ in range(4)))
+        return Motion(*(np.zeros(0) for _ in range(6)))
     nominal = np.minimum(feed, lines.rate)
     limit = np.empty(len(feed) + 1)
     limit[0] = limit[-1] = 0.0
@@ -124,7 +148,8 @@ def run(lines: Blocks, feed: Array, queue: int) -> Motion:
     speed2 = reachable(limit, 2.0 * lines.acceleration * lines.length, queue)
     speed = np.sqrt(speed2)
     entry, leave = speed[:-1], speed[1:]
-    return Motion(entry, leave, nominal, trapezoid_time(lines.length, lines.acceleration, entry, leave, nominal))
+    took = trapezoid_time(lines.length, lines.acceleration, entry, leave, nominal)
+    return Motion(entry, leave, nominal, lines.acceleration, lines.length, took)
 
 
 def reachable(limit: Array, gain: Array, queue: int | None = None) -> Array:
@@ -154,10 +179,15 @@ def _ahead_minimum(values: Array, width: int) -> Array:
     return out
 
 
+def top_speed(length: Array, acceleration: Array, entry: Array, leave: Array, nominal: Array) -> Array:
+    """Greatest speed of lines run with constant acceleration and braking, at most at the nominal speed.  mm/s."""
+    peak = np.sqrt(0.5 * (entry**2 + leave**2) + acceleration * length)
+    return np.minimum(peak, np.maximum(nominal, np.maximum(entry, leave)))
+
+
 def trapezoid_time(length: Array, acceleration: Array, entry: Array, leave: Array, nominal: Array) -> Array:
     """Time of lines run with constant acceleration, a plateau at most at the nominal speed, and braking.  (n,) s."""
-    top2 = 0.5 * (entry**2 + leave**2) + acceleration * length
-    top = np.minimum(np.sqrt(top2), np.maximum(nominal, np.maximum(entry, leave)))
+    top = top_speed(length, acceleration, entry, leave, nominal)
     plateau = np.maximum(length - (2.0 * top**2 - entry**2 - leave**2) / (2.0 * acceleration), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         time = (2.0 * top - entry - leave) / acceleration + plateau / top

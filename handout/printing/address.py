@@ -13,9 +13,11 @@ from handout.printing.countries import Country
 # role of a column (see columns.py) → its cells in this row, in the order of the columns, none empty
 Fields = Mapping[str, Sequence[str]]
 
-_GREETINGS = frozenset(
-    "dear sehr liebe lieber hallo cher chère estimado estimada querido querida caro cara gentile beste geachte".split()
-)
+# a column of forms of address may hold the opening of a letter instead: that is not written on an envelope
+_GREETINGS = {
+    *("dear", "sehr", "liebe", "lieber", "hallo", "cher", "chère", "estimado", "estimada", "querido", "querida"),
+    *("caro", "cara", "gentile", "beste", "geachte"),
+}
 _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 

@@ -30,8 +30,8 @@ _HEADERS: dict[str, str] = {
         alla cortese attenzione, reparto, dipartimento, ter attentie van, t.a.v., afdeling""",
     "street": """street, street address, street name, street and number, street 1, address line 1, address 1, address1
         line 1, addr 1, mailing street, road
-        Straße, Straße und Hausnummer, Straße Nr., Straße Hausnummer, Straße Hausnr., Straße und Nr., Str., Strassenname, Adresszeile 1
-        Adresse 1, Anschrift 1
+        Straße, Straße und Hausnummer, Straße Nr., Straße Hausnummer, Straße Hausnr., Straße und Nr., Str.
+        Straßenname, Adresszeile 1, Adresse 1, Anschrift 1
         rue, voie, rue et numéro, numéro et rue, n° et rue, numéro et voie, n° et voie, adresse ligne 1
         calle, calle y número, domicilio, vía, dirección 1, dirección línea 1
         via, via e numero, via e numero civico, indirizzo 1, via/piazza
@@ -64,8 +64,8 @@ _HEADERS: dict[str, str] = {
         postcode plaats, postcode en plaats, postcode woonplaats, postcode en woonplaats""",
     "country": """country, country name, country code, country/region, nation, mailing country
         Land, Staat, Ländercode, pays, code pays, país, código de país, paese, nazione, stato, landcode""",
-    "address": """address, full address, postal address, mailing address, address block, delivery address, shipping address
-        Adresse, Anschrift, Postadresse, Postanschrift, Adressblock, Lieferadresse
+    "address": """address, full address, postal address, mailing address, address block, delivery address
+        shipping address, Adresse, Anschrift, Postadresse, Postanschrift, Adressblock, Lieferadresse
         adresse complète, adresse postale, dirección, dirección completa, dirección postal
         indirizzo, indirizzo completo, indirizzo postale, adres, volledig adres, postadres, recapito""",
 }

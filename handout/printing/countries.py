@@ -62,7 +62,8 @@ LT | LITHUANIA      | 5 | c   | Litauen, Lietuva, Lituanie, LTU
 LU | LUXEMBOURG     | 4 | cnx | Luxemburg, Lëtzebuerg, Luxemburgo, Lussemburgo, L, LUX
 LV | LATVIA         |   | c   | Lettland, Latvija, Lettonie, LVA
 MX | MEXICO         | 5 | c   | México, Mexiko, Mexique, Messico, MEX
-NL | NETHERLANDS    |   | c   | The Netherlands, Niederlande, Nederland, Holland, Pays-Bas, Países Bajos, Paesi Bassi, NLD
+NL | NETHERLANDS    |   | c   | The Netherlands, Niederlande, Nederland, Holland, Pays-Bas,\
+ Países Bajos, Paesi Bassi, NLD
 NO | NORWAY         | 4 | c   | Norwegen, Norge, Noreg, Norvège, Noruega, Norvegia, Noorwegen, NOR
 NZ | NEW ZEALAND    | 4 | sn  | Neuseeland, Nouvelle-Zélande, Aotearoa, NZL
 PL | POLAND         | 5 | c   | Polen, Polska, Pologne, Polonia, POL
@@ -86,7 +87,8 @@ _PREFIX = re.compile(r"[A-Z]{1,3}[- ](?=\d)")
 
 
 def _read() -> tuple[dict[str, Country], dict[str, Country]]:
-    countries, called = {}, {}
+    countries: dict[str, Country] = {}
+    called: dict[str, Country] = {}
     for row in _TABLE.strip().splitlines():
         code, name, digits, how, others = (cell.strip() for cell in row.split("|"))
         country = Country(code, name, _ORDERS[how[0]], int(digits) if digits else None, "n" in how, "x" in how)

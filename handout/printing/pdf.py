@@ -23,6 +23,9 @@ from handout.values import Page, Raster
 _POINT = 25.4 / 72
 _WHITE = 255
 _CATALOG, _PAGES, _INFO = 1, 2, 3
+# pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
+# for Poppler, which would then stretch the picture by one
+_INSET = 0.02
 # rows composited at a time, so that a large page needs little memory beside itself
 _STRIP = 256
 
@@ -68,10 +71,8 @@ class PdfWriter:
         """Write the table of contents that makes the file complete."""
         kids = " ".join(f"{kid} 0 R" for kid in self._kids)
         self._object(_PAGES, f"<< /Type /Pages /Count {len(self._kids)} /Kids [{kids}] >>".encode())
-        preferences = "<< /PrintScaling /None /PickTrayByPDFSize true >>"
-        self._object(
-            _CATALOG, f"<< /Type /Catalog /Pages {_PAGES} 0 R /ViewerPreferences {preferences} >>".encode()
-        )
+        unscaled = "/ViewerPreferences << /PrintScaling /None >>"
+        self._object(_CATALOG, f"<< /Type /Catalog /Pages {_PAGES} 0 R {unscaled} >>".encode())
         start, size = self._at, self._next
         table = "".join(f"{self._offsets[number]:010d} 00000 n \n" for number in range(1, size))
         self._put(f"xref\n0 {size}\n0000000000 65535 f \n{table}".encode())
@@ -138,22 +139,33 @@ def _placing(pixels: NDArray[np.uint8], x: int, y: int, raster: Raster, page: Pa
 
     The grid is counted from the top left of the sheet, as printers count it; PDF counts from the bottom.
     """
-    size = 72 / raster.dpi
+    pixel = 72 / raster.dpi
     height, width = pixels.shape[:2]
-    bottom = page.height / _POINT - (y + height) * size
-    return f"q {_number(width * size)} 0 0 {_number(height * size)} {_number(x * size)} {_number(bottom)} cm /Im Do Q".encode()
+    bottom = page.height / _POINT - (y + height - _INSET) * pixel
+    matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
+    return f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
 
 
 def _cropped(raster: Raster) -> tuple[NDArray[np.uint8], int, int] | None:
     """The inked part as 8-bit device RGB on white, and the pixel of the sheet its corner lies on; None if blank."""
-    pixels = _on_white(raster.rgba)
-    inked = (pixels != _WHITE).any(axis=2)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    if len(rows) == 0:
+    inked = _box(raster.rgba[..., 3] > 0)
+    if inked is None:
+        return None
+    pixels = _on_white(raster.rgba[inked])
+    # opaque paper has alpha everywhere: what comes out white is as good as none
+    coloured = _box((pixels != _WHITE).any(axis=2))
+    if coloured is None:
         return None
     x, y = (round(offset * raster.dpi / 25.4) for offset in raster.origin)
-    top, left = int(rows[0]), int(columns[0])
-    return pixels[top : rows[-1] + 1, left : columns[-1] + 1], x + left, y + top
+    return pixels[coloured], x + inked[1].start + coloured[1].start, y + inked[0].start + coloured[0].start
+
+
+def _box(mask: NDArray[np.bool_]) -> tuple[slice, slice] | None:
+    """The rows and columns between the first and the last True."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if len(rows) == 0:
+        return None
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
 def _on_white(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:

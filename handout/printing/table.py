@@ -177,4 +177,3 @@ def _row(n: int, record: _Record, headers: list[str], roles: list[str | None], w
     if windows and accented:
         warnings.append(f"read as Windows-1252 because it is not UTF-8: check the accents in {accented!r}")
     return Row(n, lines, tuple(warnings), problem, by_header)
-

@@ -95,7 +95,7 @@ def _gap(spaces: int, hand: Hand, rng: np.random.Generator, jitter: float) -> fl
     if not spaces:
         return 0.0
     wide = hand.word_space * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
-    return max(0.5 * hand.word_space, wide + rng.normal(0.0, WORD_GAP * jitter))
+    return max(0.72 * hand.word_space, wide + rng.normal(0.0, WORD_GAP * jitter))
 
 
 def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:

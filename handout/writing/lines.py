@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from handout.writing.words import Word
 
-LEAST_GAP = 0.42  # between the ink of two words, x-heights
+LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 
 

@@ -21,10 +21,13 @@ SLANT = 0.025  # tangent, a word
 SIZE = 0.025  # relative, a word
 RISE = 0.02  # a letter, correlated with its neighbours
 GAP = 0.022  # a letter
-WARP = 0.028  # of the smooth field that bends a word
+BREADTH = 0.06  # relative width of a letter
+HEIGHT = 0.035  # relative height of a letter
+SHEAR = 0.022  # slant of a letter against its word, tangent
+# smooth fields that bend a word: (standard deviation, shortest and longest wavelength)
+WARPS = ((0.028, 1.6, 3.4), (0.016, 0.7, 1.6))
 _RISE_MEMORY = 0.7
 _WAVES = 6
-_WAVELENGTHS = (1.6, 3.4)  # x-heights
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,26 +50,27 @@ def write_word(
     letters: Sequence[Letter], hand: Hand, chooser: Chooser, rng: np.random.Generator, jitter: float
 ) -> Word:
     """Choose the forms of a word and set them side by side."""
+    jitter *= hand.variation
     glyphs = [
         accented(glyph, letter.marks, hand, rng) if letter.marks else glyph
         for glyph, letter in zip(chooser.word(letters), letters, strict=True)
     ]
     joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
-    gaps = rng.normal(0.0, GAP * jitter, len(glyphs))
-    starts = np.concatenate([[0.0], np.cumsum([glyph.width for glyph in glyphs] + gaps)])
-    rises = _correlated(rng, len(glyphs), RISE * jitter)
+    shapes = _shapes(len(glyphs), rng, jitter)
+    widths = np.array([glyph.width for glyph in glyphs]) * shapes[:, 0, 0] + rng.normal(0.0, GAP * jitter, len(glyphs))
+    starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), _walk(rng, len(glyphs), RISE * jitter)])
     flat = np.vstack(
         [
-            stroke + np.array([x, dy])
-            for glyph, x, dy in zip(glyphs, starts, rises, strict=False)
+            stroke @ shape + start
+            for glyph, shape, start in zip(glyphs, shapes, starts, strict=True)
             for stroke in glyph.strokes
         ]
     )
-    flat = flat + _warp(flat, rng, WARP * jitter)
+    flat = flat + sum(_warp(flat, rng, sd * jitter, shortest, longest) for sd, shortest, longest in WARPS)
     slant = hand.slant + rng.normal(0.0, SLANT * jitter)
     size = 1.0 + rng.normal(0.0, SIZE * jitter)
     flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0))
-    advance = size * float(starts[-1])
+    advance = size * float(widths.sum())
     return Word(
         glyphs=tuple(glyphs),
         strokes=_unflatten(flat, glyphs),
@@ -78,7 +82,16 @@ def write_word(
     )
 
 
-def _correlated(rng: np.random.Generator, n: int, sd: float) -> Array:
+def _shapes(n: int, rng: np.random.Generator, jitter: float) -> Array:
+    """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it."""
+    shapes = np.zeros((n, 2, 2))
+    shapes[:, 0, 0] = np.exp(rng.normal(0.0, BREADTH * jitter, n))
+    shapes[:, 1, 1] = np.exp(_walk(rng, n, HEIGHT * jitter))
+    shapes[:, 1, 0] = rng.normal(0.0, SHEAR * jitter, n)
+    return shapes
+
+
+def _walk(rng: np.random.Generator, n: int, sd: float) -> Array:
     """A first-order autoregressive walk of standard deviation `sd`."""
     steps = rng.normal(0.0, sd * np.sqrt(1 - _RISE_MEMORY**2), n)
     walk = np.empty(n)
@@ -89,13 +102,13 @@ def _correlated(rng: np.random.Generator, n: int, sd: float) -> Array:
     return walk
 
 
-def _warp(xy: Array, rng: np.random.Generator, sd: float) -> Array:
+def _warp(xy: Array, rng: np.random.Generator, sd: float, shortest: float, longest: float) -> Array:
     """Displacements by a smooth random field, so that strokes that cross or touch stay registered.
 
     White noise a point would kink the eased ends of strokes; a field bends the word as a whole.
     """
     angle = rng.uniform(0.0, 2 * np.pi, _WAVES)
-    length = rng.uniform(*_WAVELENGTHS, _WAVES)
+    length = rng.uniform(shortest, longest, _WAVES)
     phase = rng.uniform(0.0, 2 * np.pi, _WAVES)
     size = rng.normal(0.0, sd * np.sqrt(2 / _WAVES), (_WAVES, 2))
     wave = 2 * np.pi / length * np.vstack([np.cos(angle), np.sin(angle)])

@@ -1,0 +1,214 @@
+"""What the verbs have in common: the options, where the text comes from, what is said at the end."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from handout import __version__, units
+from handout.errors import InputError
+from handout.writing.layout import Layout, page
+
+if TYPE_CHECKING:
+    from handout.values import Drawing, Hand, Manuscript
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
+_HURRIED = 2.5  # --speed fast, for a file
+
+_WRITING = (
+    click.option("--hand", default="house-joined", show_default=True, help="A built-in hand, or a .toml file."),
+    click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
+    click.option("--x-height", "x_height", default="2.5mm", show_default=True, help="Height of a small letter."),
+    click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
+    click.option("--align", type=click.Choice(["left", "right", "centre", "ragged"]), default="ragged", show_default=True),
+    click.option(
+        "--kinematics",
+        type=click.Choice(["optimal-control", "sigma-lognormal"]),
+        default="optimal-control",
+        show_default=True,
+        help="How the strokes move.",
+    ),
+    click.option("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
+    click.option("--jitter", type=float, default=1.0, show_default=True, help="Variation: 1 as people vary, 0 none."),
+    click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
+    click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
+    click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
+    click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
+)
+_SHEET = (
+    click.option("--page", "page_name", default="A5", show_default=True, help="A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."),
+    click.option("--margin", help="e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."),
+    click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
+)
+_RASTER = (
+    click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
+    click.option("--pen-width", default="0.4mm", show_default=True, help="Width of the line, in pictures."),
+    click.option("--ink", default="#20223a", show_default=True, help="Colour of the ink, in pictures."),
+)
+
+
+def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
+    def decorate(function: F) -> F:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+writing_options = _all(_WRITING)
+sheet_options = _all(_SHEET)
+picture_options = _all(_RASTER)
+
+
+def text_of(words: Sequence[str], file: str | None) -> str:
+    """The text to write: the arguments, a file, or standard input for ``-``.
+
+    Raises
+    ------
+    InputError
+        None or two of them given; a file that is missing, too long, or not text in UTF-8 (or UTF-16 with a mark).
+    """
+    if file is not None and words:
+        raise InputError("Both a text and --file are given; give one of them.")
+    if file is None and not words:
+        raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
+    if file is None and list(words) != ["-"]:
+        return " ".join(words)
+    name = "standard input" if file in (None, "-") else str(file)
+    try:
+        data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
+    return _decoded(data, name)
+
+
+def _decoded(data: bytes, name: str) -> str:
+    if len(data) > _MOST_TEXT:
+        raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
+    coding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = data.decode(coding)
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8.") from error
+    if "\0" in text:
+        raise InputError(f"{name} is not text: it holds zero bytes.")
+    return text.rstrip("\n")
+
+
+def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
+    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
+    if text is None:
+        margin = min(20.0, 0.1 * min(width, height))
+        return (margin,) * 4
+    parts = [units.length(part, "margin") for part in text.split(",")]
+    if len(parts) not in (1, 2, 4):
+        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
+    top, right, bottom, left = (parts * 4)[:4]
+    return (top, right, bottom, left)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The options of a verb, checked."""
+
+    hand: Hand
+    layout: Layout
+    seed: int
+    kinematics: str
+    speed: float
+    fast: bool
+    pages: int | None
+    fallback: bool
+
+
+def setup(
+    options: dict[str, Any], page_name: str | None = None, margin: str | None = None, pages: int | None = None
+) -> Setup:
+    """Check the common options; `options` are those of `writing_options`."""
+    from handout.hand.library import load
+
+    sheet = page(page_name or "A5")
+    spacing = options["line_spacing"]
+    layout = Layout(
+        page=sheet,
+        margin=margins(margin, sheet.width, sheet.height),
+        x_height=units.length(options["x_height"], "x-height"),
+        line_spacing=units.length(spacing, "line spacing") if spacing else None,
+        align=options["align"],
+        fit=options["fit"],
+        jitter=options["jitter"],
+    )
+    fast, factor = _speed(options["speed"])
+    seed = options["seed"] if options["seed"] is not None else secrets.randbelow(10**6)
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; use 0 or more.")
+    return Setup(load(options["hand"]), layout, seed, options["kinematics"], factor, fast, pages, options["fallback"])
+
+
+def _speed(text: str) -> tuple[bool, float]:
+    if text in ("human", "fast"):
+        return text == "fast", 1.0
+    try:
+        return False, float(text)
+    except ValueError:
+        raise InputError(f"speed: {text!r} is neither human, fast, nor a factor such as 1.5.") from None
+
+
+def compose_and_trace(
+    text: str, job: Setup, layout: Layout | None = None, stream: tuple[int, ...] = ()
+) -> tuple[list[Manuscript], list[Drawing]]:
+    """The pages of a text as manuscripts and as timed strokes; `stream` names an independent random stream."""
+    import numpy as np
+
+    from handout.motion.trace import trace
+    from handout.writing.compose import compose
+
+    layout = layout or job.layout
+    rng = np.random.default_rng([job.seed, *stream])
+    pages = compose(text, job.hand, layout, rng, pages=job.pages, fallback=job.fallback)
+    speed = job.speed * (_HURRIED if job.fast else 1.0)
+    drawings = []
+    for number, manuscript in enumerate(pages, 1):
+        drawing = trace(manuscript, job.hand, rng, job.kinematics, speed=speed, jitter=layout.jitter)
+        about = {"program": f"handout {__version__}", "seed": job.seed, "page_number": number, "pages": len(pages)}
+        drawings.append(replace(drawing, about={**about, **drawing.about}))
+    return pages, drawings
+
+
+def summary(pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]) -> dict[str, Any]:
+    """What `--json` prints of a piece of writing."""
+    return {
+        "pages": len(pages),
+        "lines": sum(len(manuscript.lines) for manuscript in pages),
+        "characters": sum(len(line.placed) for manuscript in pages for line in manuscript.lines),
+        "strokes": sum(len(drawing.strokes) for drawing in drawings),
+        "pen_down_mm": round(sum(drawing.pen_down for drawing in drawings), 2),
+        "pen_up_mm": round(sum(drawing.pen_up for drawing in drawings), 2),
+        "duration_s": round(sum(drawing.duration for drawing in drawings), 2),
+        "seed": job.seed,
+        "hand": job.hand.name,
+        "files": [str(path) for path in files],
+    }
+
+
+def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:
+    """Data to standard output, talk to standard error."""
+    if as_json:
+        click.echo(json.dumps(result, ensure_ascii=False))
+    if not quiet:
+        click.echo(said, err=True)
+
+
+def talk(quiet: bool) -> Callable[[str], None]:
+    """A function that says something on standard error, unless the user wants quiet."""
+    return (lambda message: None) if quiet else (lambda message: click.echo(message, err=True))

@@ -1,0 +1,111 @@
+"""Where a page lies on the machine: the only place that turns page coordinates into machine coordinates.
+
+The page's corner that is nearest to the machine's zero lies in the zero: the lower left for ``origin = "bottom-left"``,
+the upper left for ``"top-left"``; for ``"centre"`` the middle of the page lies in it.  A page that does not fit the bed
+upright is turned a quarter to the left if more of it fits then: its top edge lies along the left edge of the bed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.errors import DoesNotFit
+from handout.profiles import Plotter
+from handout.values import Array, Drawing, Page, Stroke, readonly
+
+_SLACK = 0.05  # mm beyond the bed that no machine notices
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A page on a bed.
+
+    turn : (2, 2) float, page to machine; an isometry, so its transpose leads back.
+    shift : (2,) float, mm, machine coordinates of the page's top left corner.
+    turned : whether the page lies with its top to the left.
+    """
+
+    turn: Array
+    shift: Array
+    turned: bool
+
+    def to_machine(self, xy: Array) -> Array:
+        """(n, 2) mm, page → machine."""
+        return xy @ self.turn.T + self.shift
+
+    def to_page(self, xy: Array) -> Array:
+        """(n, 2) mm, machine → page."""
+        return (xy - self.shift) @ self.turn
+
+
+def place(page: Page, profile: Plotter) -> Placement:
+    """How a page lies on the bed of a machine."""
+    turned = _covered(profile, page.height, page.width) > _covered(profile, page.width, page.height) + _SLACK
+    width, height = (page.height, page.width) if turned else (page.width, page.height)
+    # page → sheet as it lies, origin at its upper left, y towards the reader
+    turn, shift = np.eye(2), np.zeros(2)
+    if turned:
+        turn, shift = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.array([0.0, page.width])
+    left, above = {"bottom-left": (0.0, height), "top-left": (0.0, 0.0), "centre": (width / 2, height / 2)}[
+        profile.bed.origin
+    ]
+    away = -1.0 if profile.bed.y == "up" else 1.0
+    flip = np.array([1.0, away])
+    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(flip * (shift - [left, above]), 2), turned)
+
+
+def _covered(profile: Plotter, width: float, height: float) -> float:
+    """Area of a sheet that lies on the bed, mm²."""
+    return min(width, profile.bed.width) * min(height, profile.bed.height)
+
+
+def reach(profile: Plotter) -> tuple[Array, Array]:
+    """Least and greatest machine coordinates of the bed: two (2,) float, mm."""
+    size = np.array([profile.bed.width, profile.bed.height], dtype=float)
+    if profile.bed.origin == "centre":
+        return -size / 2, size / 2
+    zero_in_corner_ahead = (profile.bed.origin == "bottom-left") == (profile.bed.y == "up")
+    return (np.zeros(2), size) if zero_in_corner_ahead else (np.array([0.0, -size[1]]), np.array([size[0], 0.0]))
+
+
+def check(xy: Array, profile: Plotter) -> None:
+    """Raise DoesNotFit for the machine coordinate, (n, 2) mm, that is farthest outside the bed."""
+    least, greatest = reach(profile)
+    for axis, name in enumerate("xy"):
+        low, high = xy[:, axis].min(), xy[:, axis].max()
+        value = low if least[axis] - low > high - greatest[axis] else high
+        if value < least[axis] - _SLACK or value > greatest[axis] + _SLACK:
+            raise DoesNotFit(
+                f"{name} = {value:.4g} mm is outside the bed {least[axis]:g}–{greatest[axis]:g} mm of "
+                f"{profile.name or profile.title}: use --fit or a larger bed."
+            )
+
+
+def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
+    """The drawing, made smaller with its page if it does not fit the bed of the machine; times stay as they are.
+
+    What hangs over the edge of the page counts as part of the page.
+    """
+    if drawing.bounds is None:
+        return drawing
+    try:
+        placed = place(drawing.page, profile)
+        check(np.concatenate([placed.to_machine(stroke.xy) for stroke in drawing.strokes]), profile)
+        return drawing
+    except DoesNotFit:
+        pass
+    left, top, right, bottom = drawing.bounds
+    corner = np.array([min(left, 0.0), min(top, 0.0)])
+    width, height = np.array([max(right, drawing.page.width), max(bottom, drawing.page.height)]) - corner
+    bed = profile.bed
+    scale = min(1.0, max(min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)))
+    strokes = tuple(_scaled(stroke, corner, scale) for stroke in drawing.strokes)
+    return dataclasses.replace(drawing, strokes=strokes, page=Page(width * scale, height * scale, drawing.page.name))
+
+
+def _scaled(stroke: Stroke, corner: Array, scale: float) -> Stroke:
+    width = None if stroke.width is None else stroke.width * scale
+    return dataclasses.replace(stroke, xy=(stroke.xy - corner) * scale, width=width)

@@ -1,0 +1,28 @@
+"""What a machine is told, free of any dialect."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Move(NamedTuple):
+    """A straight move to x, y (mm, machine coordinates) at a feed in mm/min."""
+
+    x: float
+    y: float
+    feed: float
+
+
+class Pen(NamedTuple):
+    """The pen is lowered or lifted, and waited for."""
+
+    down: bool
+
+
+class Pause(NamedTuple):
+    """The machine stands still, s."""
+
+    seconds: float
+
+
+Block = Move | Pen | Pause

@@ -1,0 +1,302 @@
+"""Reads InkML: this program's own exactly, and that of others as far as it goes.
+
+Of others' files: channels in any order and unit, X and Y alone if need be; differences (``'`` and ``"``), repeated
+(``*``) and hexadecimal values; contexts, trace formats and ink sources by reference; resolutions.  Traces of a lifted
+pen are left out.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.sinks import markup
+from handout.values import Array, Drawing, Page, Stroke
+
+_LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "himetric": 0.01}
+_TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_TOKEN = re.compile(r"""\s*([!'"]?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\*|\?|[TF]|[-+]?\#[0-9A-Fa-f]+)""")
+_RATE = 100.0  # Hz, of samples without times
+_LIFT = 0.1  # s between strokes without times
+_MARGIN = 5.0  # mm, around writing that would otherwise lie beyond its page
+
+
+@dataclass(frozen=True)
+class _Channel:
+    """name, and the factor that makes mm, s, rad or 0–1 of its values."""
+
+    name: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class _Trace:
+    channels: dict[str, Array]
+    start: float | None  # s, if the trace says when it began
+    word: int
+
+
+_PLAIN = (_Channel("X", 1.0), _Channel("Y", 1.0))
+
+
+def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
+    """Read an InkML file.
+
+    Parameters
+    ----------
+    data : bytes
+    unit : float
+        mm, of lengths for which the file names neither a unit nor a resolution.
+
+    Returns
+    -------
+    Drawing
+        Of a file of this program: the drawing it was made of, to 1e-6 of each unit.  Of another: a page as large
+        as the writing reaches; times that start at 0, and where there are none 100 samples a second
+        (`about["timing"]` says so); samples at which the clock stands still are left out.
+
+    Raises
+    ------
+    InputError
+        Not well-formed, not InkML, or a trace that cannot be read (the message says which).
+    """
+    root = markup.parse(data, "InkML")
+    if root.tag != "ink":
+        raise InputError(f"This is not InkML: its root element is <{root.tag}>, not <ink>.")
+    notes = {note.get("type", ""): (note.text or "").strip() for note in root.findall("annotation")}
+    traces = list(_traces(root, _Formats(root, unit)))
+    if notes.get("program") == "handout":
+        return _own(traces, notes)
+    return _foreign(traces, notes)
+
+
+class _Formats:
+    """Finds the channels of a trace, through whatever references lead to them."""
+
+    def __init__(self, root: Element, unit: float) -> None:
+        self._named = {element.get("id"): element for element in root.iter() if element.get("id")}
+        self.unit = unit
+
+    def of(self, element: Element, current: tuple[_Channel, ...], depth: int = 0) -> tuple[_Channel, ...]:
+        """The channels that `element` (trace, group, context, source or format) asks for, else `current`."""
+        if element.tag == "traceFormat":
+            return self._channels(element, None)
+        if depth > 8:
+            return current
+        own = element.find("traceFormat")
+        if own is not None:
+            return self._channels(own, element if element.tag == "inkSource" else element.find("inkSource"))
+        for key in ("traceFormatRef", "inkSourceRef", "contextRef"):
+            target = self._named.get((element.get(key) or "").partition("#")[2])
+            if target is not None:
+                return self.of(target, current, depth + 1)
+        source = element.find("inkSource")
+        return current if source is None else self.of(source, current, depth + 1)
+
+    def _channels(self, form: Element, source: Element | None) -> tuple[_Channel, ...]:
+        properties = [] if source is None else list(source.iter("channelProperty"))
+        resolutions = {p.get("channel"): p for p in properties if p.get("name") == "resolution"}
+        regular = [channel for part in (form, *form.findall("regularChannels")) for channel in part.findall("channel")]
+        return tuple(
+            _Channel(name, self._factor(name, c, resolutions.get(name))) for c in regular if (name := c.get("name", ""))
+        ) or tuple(_Channel(c.name, self.unit) for c in _PLAIN)
+
+    def _factor(self, name: str, channel: Element, resolution: Element | None) -> float:
+        units = channel.get("units", "")
+        if name in ("X", "Y", "W"):
+            if resolution is not None:
+                per = _LENGTHS.get(resolution.get("units", "").removeprefix("1/"))
+                value = _number(resolution.get("value"))
+                if per and value:
+                    return per / value
+            return _LENGTHS.get(units, self.unit)
+        if name == "T":
+            return _TIMES.get(units, 1e-3)
+        if name == "F":
+            return 1 / (_number(channel.get("max")) or 1.0)
+        if name in ("OA", "OE", "OR", "OTx", "OTy"):
+            return 1.0 if units == "rad" else np.pi / 180
+        return 1.0
+
+
+def _number(text: str | None) -> float | None:
+    try:
+        return float(text or "")
+    except ValueError:
+        return None
+
+
+def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
+    """All traces of a pen that is down, in the order of the file."""
+    count = 0
+
+    def walk(parent: Element, current: tuple[_Channel, ...], word: int) -> Iterator[_Trace]:
+        nonlocal count
+        for element in parent:
+            if element.tag in ("context", "inkSource", "traceFormat"):
+                current = formats.of(element, current)
+            elif element.tag == "traceGroup":
+                yield from walk(element, formats.of(element, current), _word(element, word))
+            elif element.tag == "trace":
+                count += 1
+                values = _values((element.text or "").strip(), formats.of(element, current), count)
+                if element.get("type") != "penUp" and values:
+                    start = _number(element.get("timeOffset"))
+                    yield _Trace(values, None if start is None else start / 1000, word)
+
+    yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), -1)
+
+
+def _word(group: Element, word: int) -> int:
+    note = next((n.text or "" for n in group.findall("annotation") if n.get("type") == "word"), "")
+    return int(note) if note.strip().isdecimal() else word
+
+
+def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str, Array]:
+    """Channel → values of a trace, in our units; nothing for an empty trace."""
+    rows = [row for row in text.split(",") if row.strip()]
+    names = [channel.name for channel in channels]
+    if not rows:
+        return {}
+    if "X" not in names or "Y" not in names:
+        raise InputError(f"Trace {number} has the channels {', '.join(names)}; X and Y are needed.")
+    try:
+        table = np.array([[float(v) for v in row.split()] for row in rows], dtype=np.float64)
+        plain = table.ndim == 2 and table.shape[1] == len(channels)
+    except ValueError:  # qualified values, values without spaces between them, or rows of several lengths
+        plain = False
+    if not plain:
+        table = _decode(rows, len(channels), number)
+    if not np.isfinite(table).all():
+        raise InputError(f"Trace {number} has a value that is not a finite number.")
+    return {c.name: table[:, i] * c.factor for i, c in enumerate(channels)}
+
+
+def _decode(rows: list[str], width: int, number: int) -> Array:
+    """(n, width): values as the standard lets them be written.
+
+    A qualifier holds for its channel until the next one: ``!`` values, ``'`` differences of values, ``"``
+    differences of differences; ``*`` repeats the last.
+    """
+    state = [_Decoder() for _ in range(width)]
+    table = np.empty((len(rows), width))
+    for at, row in enumerate(rows):
+        tokens = _TOKEN.findall(row)
+        if len(tokens) < width or _TOKEN.sub("", row).strip():
+            raise InputError(f"Trace {number}, sample {at + 1}: {row.strip()!r} is not {width} numbers.")
+        for i, (qualifier, text) in enumerate(tokens[:width]):
+            if text == "?":
+                raise InputError(f"Trace {number}, sample {at + 1}: the value of channel {i + 1} is unknown.")
+            table[at, i] = state[i].next(qualifier, text)
+    return table
+
+
+class _Decoder:
+    """A channel while its values are decoded."""
+
+    mode, value, step = "!", 0.0, 0.0
+
+    def next(self, qualifier: str, text: str) -> float:
+        self.mode = qualifier or self.mode
+        if self.mode == "!":
+            if text != "*":
+                given = _decimal(text)
+                self.value, self.step = given, given - self.value
+            return self.value
+        if text != "*":
+            self.step = _decimal(text) + (self.step if self.mode == '"' else 0.0)
+        self.value += self.step
+        return self.value
+
+
+def _decimal(text: str) -> float:
+    if text in "TF":
+        return float(text == "T")
+    return float(int(text.replace("#", ""), 16)) if "#" in text else float(text)
+
+
+def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
+    """The drawing that this program wrote."""
+    try:
+        page = json.loads(notes.get("page", ""))
+        sheet = Page(page["width"], page["height"], page["name"])
+        about: dict[str, Any] = json.loads(notes.get("about", "{}"))
+        if not (sheet.width > 0 and sheet.height > 0 and isinstance(about, dict)):
+            raise ValueError
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError("This InkML says it is by handout, but its annotations page and about are damaged.") from error
+    strokes = [_stroke(trace, number, trace.channels.get("T")) for number, trace in enumerate(traces, 1)]
+    return Drawing(tuple(strokes), sheet, about)
+
+
+def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
+    if not traces:
+        raise InputError("This InkML has no trace of a pen on paper.")
+    shift, page = _sheet(traces)
+    about: dict[str, Any] = {kind: text for kind, text in notes.items() if kind}
+    clocked = _clocked(traces)
+    if not clocked:
+        about["timing"] = f"assumed: {_RATE:g} samples a second"
+    origin = traces[0].channels["T"][0] if clocked else traces[0].start or 0.0
+    strokes: list[Stroke] = []
+    for number, trace in enumerate(traces, 1):
+        end = strokes[-1].t[-1] if strokes else None
+        t = trace.channels["T"] - origin if clocked else _assumed(trace, origin, end)
+        if end is not None and t[0] <= end:  # each trace has a clock of its own
+            t = t - t[0] + end + _LIFT
+        going = np.r_[True, t[1:] > np.maximum.accumulate(t)[:-1]]
+        moved = {name: values[going] for name, values in trace.channels.items()}
+        moved["X"], moved["Y"] = moved["X"] + shift[0], moved["Y"] + shift[1]
+        strokes.append(_stroke(_Trace(moved, None, trace.word), number, t[going]))
+    return Drawing(tuple(strokes), page, about)
+
+
+def _clocked(traces: list[_Trace]) -> bool:
+    """Whether the samples have times that mean something: some devices know only when a trace began."""
+    steps = [np.diff(trace.channels["T"]) > 0 for trace in traces if "T" in trace.channels]
+    running = sum(int(step.sum()) for step in steps)
+    return len(steps) == len(traces) and 2 * running >= sum(len(step) for step in steps)
+
+
+def _assumed(trace: _Trace, origin: float, end: float | None) -> Array:
+    """Times of a trace that has none, after the end of the one before."""
+    begin = trace.start - origin if trace.start is not None else 0.0 if end is None else end + _LIFT
+    return begin + np.arange(len(trace.channels["X"])) / _RATE
+
+
+def _sheet(traces: list[_Trace]) -> tuple[Array, Page]:
+    """By how much the writing is moved, and the page: what lies left of it or above it is moved onto it."""
+    points = np.concatenate([np.column_stack([trace.channels["X"], trace.channels["Y"]]) for trace in traces])
+    low, high = points.min(axis=0), points.max(axis=0)
+    shift = np.where(low < 0, _MARGIN - low, 0.0)
+    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
+    return shift, Page(max(width, 1.0), max(height, 1.0))
+
+
+def _stroke(trace: _Trace, number: int, t: Array | None) -> Stroke:
+    c = trace.channels
+    try:
+        if t is None:
+            raise ValueError("it has no times")
+        xy = np.column_stack([c["X"], c["Y"]])
+        tilt, azimuth = _pose(c)
+        rotation, width = c.get("OR"), c.get("W")
+        return Stroke(t, xy, c.get("F"), tilt, azimuth, rotation, width, trace.word)
+    except ValueError as error:
+        raise InputError(f"Trace {number} cannot be used: {error}.") from error
+
+
+def _pose(channels: dict[str, Array]) -> tuple[Array | None, Array | None]:
+    """Tilt from the vertical and azimuth, rad, from elevation and azimuth or from tilts along the axes."""
+    if "OTx" in channels and "OTy" in channels:
+        x, y = np.tan(channels["OTx"]), np.tan(channels["OTy"])
+        return np.arctan(np.hypot(x, y)), np.arctan2(y, x)
+    elevation = channels.get("OE")
+    return None if elevation is None else np.pi / 2 - elevation, channels.get("OA")

@@ -1,0 +1,116 @@
+"""Drawings as PDF: one page each, in their true size, as vector strokes; no fonts, no dates, same bytes every time.
+
+The file is written here and not by a library, since it needs five kinds of objects and nothing else: a library would
+bring fonts and dates that then have to be kept out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zlib
+from collections.abc import Sequence
+
+from handout import __version__
+from handout.errors import InputError
+from handout.inking import curves
+from handout.inking.curves import Curve
+from handout.sinks import about, paths
+from handout.values import Drawing
+
+_POINT = 72 / 25.4  # points a mm
+
+
+def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+    """Pages as one PDF file.
+
+    Parameters
+    ----------
+    drawings : sequence of Drawing
+        At least one; each is a page of its own size.
+    pen_width : float
+        mm, of strokes without a width of their own; others get their mean width.
+    colour : str
+        ``"#rrggbb"``, device RGB.
+
+    Raises
+    ------
+    InputError
+        No drawing, no such colour, or a pen width outside 0.02–50 mm.
+    """
+    if not drawings:
+        raise InputError("There is no page to write.")
+    paths.check_width(pen_width)
+    ink = " ".join(f"{part:.4g}" for part in paths.rgb(colour))
+    count = len(drawings)
+    kids = " ".join(f"{4 + 2 * i} 0 R" for i in range(count))
+    objects = [
+        b"<</Type/Catalog/Pages 2 0 R>>",
+        f"<</Type/Pages/Count {count}/Kids[{kids}]>>".encode(),
+        _information(drawings),
+    ]
+    for i, drawing in enumerate(drawings):
+        size = f"{drawing.page.width * _POINT:.4f} {drawing.page.height * _POINT:.4f}"
+        objects.append(
+            f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
+        )
+        objects.append(_stream(_content(drawing, pen_width, ink)))
+    return _file(objects)
+
+
+def _information(drawings: Sequence[Drawing]) -> bytes:
+    first = drawings[0]
+    named = {
+        "Title": about.title(first),
+        "Subject": about.describe(first),
+        "Keywords": about.as_json({"seed": first.about.get("seed"), "hand": first.about.get("hand")}),
+        "Creator": f"handout {__version__}",
+    }
+    return b"<<" + b"".join(f"/{key}<FEFF{_hex(value)}>".encode() for key, value in named.items()) + b">>"
+
+
+def _hex(text: str) -> str:
+    return text.encode("utf-16-be", "replace").hex().upper()
+
+
+def _stream(content: str) -> bytes:
+    packed = zlib.compress(content.encode("ascii"), 9)
+    return f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream"
+
+
+def _content(drawing: Drawing, pen_width: float, ink: str) -> str:
+    """The strokes in mm, y down, under a matrix that turns these into points, y up."""
+    lines = [f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm 1 J 1 j {ink} RG"]
+    before = ""
+    for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
+        width = paths.short(round(paths.stroke_width(stroke, pen_width) * 1000))
+        if width != before:
+            lines.append(f"{width} w")
+            before = width
+        lines.append(_path(curve))
+    return "\n".join(lines)
+
+
+def _path(curve: Curve) -> str:
+    points = paths.microns(curve)
+    x, y = points[0].tolist()
+    begin = f"{paths.short(x)} {paths.short(y)} m"
+    if (points == points[0]).all():
+        return f"{begin} {paths.short(x + 1)} {paths.short(y)} l S"  # round caps make it a dot
+    legs = points[1:].reshape(-1, 6).tolist()
+    return " ".join([begin, *(" ".join(map(paths.short, leg)) + " c" for leg in legs), "S"])
+
+
+def _file(objects: Sequence[bytes]) -> bytes:
+    """Number the objects from 1 (the first is the catalogue, the third the information) and index them."""
+    data = bytearray(b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n")
+    places = []
+    for number, body in enumerate(objects, 1):
+        places.append(len(data))
+        data += f"{number} 0 obj\n".encode() + body + b"\nendobj\n"
+    begin = len(data)
+    # names the content and nothing else, so that equal pages have equal names
+    name = hashlib.md5(data, usedforsecurity=False).hexdigest().upper()
+    data += f"xref\n0 {len(objects) + 1}\n0000000000 65535 f \n".encode()
+    data += b"".join(f"{place:010d} 00000 n \n".encode() for place in places)
+    trailer = f"<</Size {len(objects) + 1}/Root 1 0 R/Info 3 0 R/ID[<{name}><{name}>]>>"
+    return bytes(data) + f"trailer\n{trailer}\nstartxref\n{begin}\n%%EOF\n".encode()

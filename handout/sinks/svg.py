@@ -1,0 +1,107 @@
+"""A drawing as SVG: strokes as smooth paths in mm, pen-up travel to be switched on, the writing to be replayed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from handout.inking import curves
+from handout.inking.curves import Curve
+from handout.sinks import about, paths, replay
+from handout.values import Drawing, Stroke
+
+
+def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+    """A page as an SVG file; units are mm.
+
+    Every stroke is a ``<path class="stroke">`` of cubic Béziers that stays within 0.01 mm of the samples, with
+    ``data-t0`` and ``data-t1`` (s), ``data-k`` (ms that each Bézier takes) and ``data-word``.  The group
+    ``#travel`` has the moves between strokes; it is hidden, and shown by the class ``show-travel`` on the root,
+    by ``file.svg#travel`` or by the key T.  A click, the key P or ``file.svg#play`` replays the writing at its
+    own speed.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    pen_width : float
+        mm, of strokes without a width of their own; others get their mean width.
+    colour : str
+        ``"#rrggbb"``.
+
+    Raises
+    ------
+    InputError
+        No such colour, or a pen width outside 0.02–50 mm.
+    """
+    paths.rgb(colour)
+    paths.check_width(pen_width)
+    parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing)]
+    width = _mm(pen_width)
+    parts += [
+        f'<path class="nib" d="" data-width="{width}" fill="none" stroke="{colour}" stroke-width="{width}" '
+        'stroke-linecap="round" stroke-linejoin="round"/>',
+        f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>",
+        "</svg>\n",
+    ]
+    return "\n".join(parts).encode("utf-8")
+
+
+def _head(drawing: Drawing) -> list[str]:
+    width, height = _mm(drawing.page.width), _mm(drawing.page.height)
+    return [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
+        f'viewBox="0 0 {width} {height}">',
+        f"<title>{escape(about.title(drawing))}</title>",
+        f"<desc>{escape(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
+        f'<metadata id="about">{escape(about.as_json(about.record(drawing)))}</metadata>',
+        f"<style>{replay.STYLE}</style>",
+    ]
+
+
+def _ink(drawing: Drawing, pen_width: float, colour: str) -> list[str]:
+    fitted = curves.fit(drawing.strokes)
+    return [
+        f'<g id="ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
+        'stroke-linecap="round" stroke-linejoin="round">',
+        *(_stroke(stroke, curve, pen_width) for stroke, curve in zip(drawing.strokes, fitted, strict=True)),
+        "</g>",
+    ]
+
+
+def _stroke(stroke: Stroke, curve: Curve, pen_width: float) -> str:
+    width = _mm(paths.stroke_width(stroke, pen_width))
+    own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
+    word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
+    clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
+    spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""
+    times = f'data-t0="{_mm(float(stroke.t[0]))}" data-t1="{_mm(float(stroke.t[-1]))}"'
+    return f'<path class="stroke" {times}{word}{own}{spans} d="{_path(curve)}"/>'
+
+
+def _path(curve: Curve) -> str:
+    """Path data: a beginning, and Béziers relative to where the last one ended."""
+    points = paths.microns(curve)
+    begin = "M" + paths.joined(points[0].tolist())
+    if (points == points[0]).all():
+        return begin + "h.001"  # round caps make it a dot; some programs draw nothing for no length at all
+    legs = np.stack([points[1::3], points[2::3], points[3::3]], axis=1) - points[:-1:3, None]
+    return begin + "".join("c" + paths.joined(leg) for leg in legs.reshape(len(legs), 6).tolist())
+
+
+def _travel(drawing: Drawing) -> list[str]:
+    # the attribute hides it in programs that do not read the style sheet; for others the sheet decides
+    group = '<g id="travel" class="travel" display="none" fill="none" stroke="#c8503c" stroke-width=".15">'
+    return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
+
+
+def _move(a: Stroke, b: Stroke) -> str:
+    line = np.rint(np.concatenate([a.xy[-1], b.xy[0]]) * 1000).astype(np.int64).tolist()
+    times = f'data-t0="{_mm(float(a.t[-1]))}" data-t1="{_mm(float(b.t[0]))}"'
+    return f'<path {times} d="M{paths.joined(line[:2])}L{paths.joined(line[2:])}"/>'
+
+
+def _mm(value: float) -> str:
+    return paths.short(round(value * 1000))
