@@ -29,7 +29,9 @@ _WRITING = (
     click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
     click.option("--x-height", "x_height", default="2.5mm", show_default=True, help="Height of a small letter."),
     click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
-    click.option("--align", type=click.Choice(["left", "right", "centre", "ragged"]), default="ragged", show_default=True),
+    click.option(
+        "--align", type=click.Choice(["left", "right", "centre", "ragged"]), default="ragged", show_default=True
+    ),
     click.option(
         "--kinematics",
         type=click.Choice(["optimal-control", "sigma-lognormal"]),
@@ -45,7 +47,9 @@ _WRITING = (
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
 _SHEET = (
-    click.option("--page", "page_name", default="A5", show_default=True, help="A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."),
+    click.option(
+        "--page", "page_name", default="A5", show_default=True, help="A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+    ),
     click.option("--margin", help="e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."),
     click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
 )
@@ -185,7 +189,9 @@ def compose_and_trace(
     return pages, drawings
 
 
-def summary(pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]) -> dict[str, Any]:
+def summary(
+    pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]
+) -> dict[str, Any]:
     """What `--json` prints of a piece of writing."""
     return {
         "pages": len(pages),

@@ -1,4 +1,4 @@
-"""Outputs of a drawing: which suffix becomes which format, and writing them all or none.
+"""Outputs of drawings: which suffix becomes which format, and writing them all or none.
 
 Formats are imported only when they are written.
 """
@@ -13,76 +13,114 @@ from handout import atomic
 from handout.errors import InputError
 from handout.values import Drawing
 
-__all__ = ["suffixes", "write_drawing"]
+__all__ = ["Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
 
 PageSink = Callable[[Drawing], bytes]
 
 
 @dataclass(frozen=True)
-class _Pen:
-    width: float
-    colour: str
-    dpi: float
+class Pen:
+    """What formats that show ink draw with.
+
+    width : mm, 0.02 to 50; colour : ``"#rrggbb"``.
+
+    Raises
+    ------
+    InputError
+        A width out of its bounds, or no such colour.
+    """
+
+    width: float = 0.4
+    colour: str = "#1a1a2e"
+
+    def __post_init__(self) -> None:
+        from handout.sinks import paths
+
+        paths.rgb(self.colour)
+        paths.check_width(self.width)
 
 
-def _svg(page: Drawing, pen: _Pen) -> bytes:
+def _svg(page: Drawing, pen: Pen, dpi: float) -> bytes:
     from handout.sinks.svg import to_svg
 
     return to_svg(page, pen_width=pen.width, colour=pen.colour)
 
 
-def _png(page: Drawing, pen: _Pen) -> bytes:
+def _png(page: Drawing, pen: Pen, dpi: float) -> bytes:
     from handout.inking import plain
     from handout.sinks import paths
     from handout.sinks.png import to_png
 
-    cover = plain.coverage(page, pen.dpi, width=pen.width)
-    return to_png(cover, pen.dpi, about=page.about, palette=plain.shades(paths.rgb(pen.colour)))
+    cover = plain.coverage(page, dpi, width=pen.width)
+    return to_png(cover, dpi, about=page.about, palette=plain.shades(paths.rgb(pen.colour)))
 
 
-def _inkml(page: Drawing, pen: _Pen) -> bytes:
+def _inkml(page: Drawing, pen: Pen, dpi: float) -> bytes:
     from handout.sinks.inkml import to_inkml
 
     return to_inkml(page)
 
 
-def _json(page: Drawing, pen: _Pen) -> bytes:
+def _json(page: Drawing, pen: Pen, dpi: float) -> bytes:
     from handout.sinks.drawing_json import to_json
 
     return to_json(page)
 
 
-_PAGES: dict[str, Callable[[Drawing, _Pen], bytes]] = {".svg": _svg, ".png": _png, ".inkml": _inkml, ".json": _json}
+_PAGES: dict[str, Callable[[Drawing, Pen, float], bytes]] = {
+    ".svg": _svg,
+    ".png": _png,
+    ".inkml": _inkml,
+    ".json": _json,
+}
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
-    """All suffixes that `write_drawing` knows, those of `extra` included."""
+    """All suffixes that can be written, those of `extra` included."""
     return sorted({*_PAGES, ".pdf", *(extra or {})})
 
 
-def write_drawing(
+def check_outputs(paths: Sequence[Path], extra: Mapping[str, PageSink] | None = None, pages: int = 1) -> list[Path]:
+    """The files that `pages` pages become, checked before any work is done for them.
+
+    Raises
+    ------
+    InputError
+        A suffix that is not known (the message lists the known ones), two outputs of the same name, or a place
+        that cannot be written.
+    """
+    files = [file for path in paths for file in _files(path, pages, extra)]
+    seen: set[Path] = set()
+    for file in files:
+        if file.resolve() in seen:
+            raise InputError(f"Two outputs would be written to {file}: give each a name of its own.")
+        seen.add(file.resolve())
+        atomic.check_writable(file)
+    return files
+
+
+def write_drawings(
     drawings: Sequence[Drawing],
     paths: Sequence[Path],
     *,
+    pen: Pen | None = None,
     dpi: float = 300.0,
-    pen_width: float = 0.5,
-    colour: str = "#1a1a2e",
     extra: Mapping[str, PageSink] | None = None,
 ) -> list[Path]:
     """Write pages to files whose suffixes say the format.
 
-    A PDF holds all pages; of the other formats each page gets a file of its own, which is numbered
-    (``letter-1.svg``, ``letter-2.svg`` …) if there are several.  All files are made before the first is written.
+    A PDF holds all pages; of the other formats each page gets a file of its own, numbered (``letter-1.svg``,
+    ``letter-2.svg`` …) if there are several.  All files are made before the first is written.
 
     Parameters
     ----------
     drawings : sequence of Drawing
         The pages, at least one.
     paths : sequence of Path
+    pen : Pen, optional
+        For formats that show ink.
     dpi : float
-        Of formats made of pixels.
-    pen_width : float
-        mm; `colour` as ``"#rrggbb"``: of formats that show ink.
+        Pixels per inch, 20 to 4800, for formats made of pixels.
     extra : mapping of suffix to function, optional
         Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
 
@@ -94,40 +132,46 @@ def write_drawing(
     Raises
     ------
     InputError
-        No page, an unknown suffix, two outputs of the same name, or a place that cannot be written.
+        No page, or what `check_outputs` and the formats refuse.
     """
-    pen, extra = _Pen(pen_width, colour, dpi), extra or {}
     if not drawings:
         raise InputError("There is no page to write.")
-    targets = [(path, _targets(path, len(drawings), extra)) for path in paths]
-    flat = [file for _, files in targets for file in files]
-    seen: set[Path] = set()
-    for file in flat:
-        if file.resolve() in seen:
-            raise InputError(f"Two outputs would be written to {file}: give each a name of its own.")
-        seen.add(file.resolve())
-        atomic.check_writable(file)
-    made = [data for path, _ in targets for data in _made(path.suffix.lower(), drawings, pen, extra)]
-    for file, data in zip(flat, made, strict=True):
+    files = check_outputs(paths, extra, len(drawings))
+    pen = pen or Pen()
+    made = [data for path in paths for data in _made(path.suffix.lower(), drawings, pen, dpi, extra or {})]
+    for file, data in zip(files, made, strict=True):
         atomic.write(file, data)
-    return flat
+    return files
 
 
-def _targets(path: Path, pages: int, extra: Mapping[str, PageSink]) -> list[Path]:
+def write_drawing(
+    drawing: Drawing,
+    path: Path,
+    *,
+    pen: Pen | None = None,
+    dpi: float = 300.0,
+    extra: Mapping[str, PageSink] | None = None,
+) -> Path:
+    """Write one page to one file; see `write_drawings`."""
+    return write_drawings([drawing], [path], pen=pen, dpi=dpi, extra=extra)[0]
+
+
+def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list[Path]:
     suffix = path.suffix.lower()
     if suffix not in suffixes(extra):
         known = ", ".join(suffixes(extra))
-        raise InputError(f"{path}: no output format has the suffix {path.suffix or '(none)'!r}; known are {known}.")
+        which = f"the suffix {path.suffix!r} is not known" if path.suffix else "the name has no suffix"
+        raise InputError(f"{path}: {which}; the formats that can be written are {known}.")
     if pages == 1 or suffix == ".pdf":
         return [path]
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
 
 
-def _made(suffix: str, drawings: Sequence[Drawing], pen: _Pen, extra: Mapping[str, PageSink]) -> list[bytes]:
+def _made(suffix: str, drawings: Sequence[Drawing], pen: Pen, dpi: float, extra: Mapping[str, PageSink]) -> list[bytes]:
     if suffix == ".pdf":
         from handout.sinks.pdf import to_pdf
 
         return [to_pdf(drawings, pen_width=pen.width, colour=pen.colour)]
     if suffix in _PAGES:
-        return [_PAGES[suffix](page, pen) for page in drawings]
+        return [_PAGES[suffix](page, pen, dpi) for page in drawings]
     return [extra[suffix](page) for page in drawings]

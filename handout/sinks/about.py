@@ -62,10 +62,12 @@ def title(drawing: Drawing) -> str:
 def describe(drawing: Drawing) -> str:
     """What it is, in a sentence: hand, seed, page, length and time."""
     about, page = drawing.about, drawing.page
+    number, pages = about.get("page_number"), about.get("pages")
+    which = f", page {number} of {pages}" if number and pages and pages != 1 else ""
     hand = f" in the hand {about['hand']}" if about.get("hand") else ""
     seed = f", seed {about['seed']}" if about.get("seed") is not None else ""
     return xml_safe(
-        f"Handwriting{hand}{seed}, on {page.width:g} x {page.height:g} mm: {len(drawing.strokes)} strokes, "
+        f"Handwriting{hand}{seed}{which}, on {page.width:g} x {page.height:g} mm: {len(drawing.strokes)} strokes, "
         f"{drawing.pen_down:.0f} mm of line, written in {units.duration(drawing.duration)}."
     )
 

@@ -198,7 +198,7 @@ def _part(word: Word, a: int, b: int, x: float) -> Word:
     right = max(float(s[:, 0].max()) for glyph in strokes for s in glyph)
     left = min(float(s[:, 0].min()) for glyph in strokes for s in glyph)
     joins = (False, *word.joins[a + 1 : b])
-    return Word(word.glyphs[a:b], strokes, joins, word.at[a:b], right, left, right)
+    return Word(word.glyphs[a:b], strokes, joins, word.at[a:b], word.spelt[a:b], right, left, right)
 
 
 def _pages(rows: int, hand: Hand, layout: Layout) -> int | float:

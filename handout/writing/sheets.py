@@ -113,7 +113,4 @@ def _place(
 
 
 def _text(row: Row) -> str:
-    return "".join(
-        (" " if i and unit.gap else "") + "".join(g.letter for g in unit.word.glyphs)
-        for i, unit in enumerate(row.units)
-    )
+    return "".join((" " if i and unit.gap else "") + "".join(unit.word.spelt) for i, unit in enumerate(row.units))

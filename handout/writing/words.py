@@ -5,6 +5,7 @@ Word space is letter space (x-height 1, baseline 0, y up) with the word's first 
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -32,8 +33,9 @@ _WAVES = 6
 
 @dataclass(frozen=True, eq=False)
 class Word:
-    """glyphs with their strokes in word space, which of them are joined to the one before, and the advance.
+    """Glyphs with their strokes in word space, which of them are joined to the one before, and the advance.
 
+    at, spelt : index in the text and grapheme of each glyph.
     left, right : horizontal extent of the ink within reach of the neighbouring words, x-heights.
     """
 
@@ -41,6 +43,7 @@ class Word:
     strokes: tuple[tuple[Array, ...], ...]
     joins: tuple[bool, ...]
     at: tuple[int, ...]
+    spelt: tuple[str, ...]
     advance: float
     left: float
     right: float
@@ -76,6 +79,7 @@ def write_word(
         strokes=_unflatten(flat, glyphs),
         joins=joins,
         at=tuple(letter.at for letter in letters),
+        spelt=tuple(unicodedata.normalize("NFC", letter.base + "".join(letter.marks)) for letter in letters),
         advance=advance,
         left=float(flat[:, 0].min()),
         right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), advance - 0.2),

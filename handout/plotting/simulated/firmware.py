@@ -12,6 +12,7 @@ from handout.plotting.simulated import parser
 from handout.plotting.simulated.parser import Modes, Refused
 from handout.plotting.simulated.queue import Axes, Queue
 from handout.plotting.simulated.stepper import Stepper
+from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
 
 Wait = float | Literal["line", "room", "rest"]
@@ -26,21 +27,21 @@ class Firmware:
 
     Parameters
     ----------
-    buffer : bytes it receives before it reads them; only reported here, the port keeps them.
+    wire : its receive buffer, of which it reports the size and the room.
+    queue : moves it looks ahead (0: as the profile says).
     say : takes each line of its answers.
     """
 
-    def __init__(self, profile: Plotter, axes: Axes, buffer: int, say: Callable[[str], None]) -> None:
-        self.profile, self.axes, self.buffer, self.say = profile, axes, buffer, say
-        self.queue = Queue(axes, profile.port.queue)
+    def __init__(self, profile: Plotter, axes: Axes, wire: Wire, queue: int, say: Callable[[str], None]) -> None:
+        self.profile, self.axes, self.wire, self.say = profile, axes, wire, say
+        self.queue = Queue(axes, queue or profile.port.queue)
         self.stepper = Stepper(self.queue)
         self.modes = Modes()
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self._place()
-        self.locked = False
+        self.locked = profile.homing
         self.dead = False  # after a limit: deaf to all but a reset
         self.power: list[tuple[float, float]] = []  # when the spindle output changed, and to what (0: off)
-        self.rx_free: Callable[[], int] = lambda: buffer
         self.now = 0.0
 
     def _place(self) -> None:
@@ -68,15 +69,26 @@ class Firmware:
         if self.stepper.moving:
             self.say("ALARM:3")
             self.locked = True
+        self._stand_still()
+        self.modes = Modes()
+        self._switch(0.0)
+        self.dead = False
+        self.banner()
+
+    def power_cycle(self) -> None:
+        """It was without power for a moment: where it stands now is its zero."""
+        self.locked, self.dead, self.modes = self.profile.homing, False, Modes()
+        self._stand_still()
+        self.modes.offset = list(self.at)
+        self._switch(0.0)
+        self.banner()
+
+    def _stand_still(self) -> None:
         self.stepper.stop()
         steps = self.stepper.position
         x, y, z = (count / per for count, per in zip(steps, self.axes.steps, strict=True))
         self.at = (x, y, z)
         self.queue.clear(steps)
-        self.modes = Modes()
-        self._switch(0.0)
-        self.dead = False
-        self.banner()
 
     def realtime(self, byte: int) -> bool:
         """Act on a real-time byte; whether it asks for a reset."""
@@ -95,7 +107,7 @@ class Firmware:
         x, y, z = (count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True))
         free = self.queue.size - len(self.queue.lines)
         feed = round(self.modes.feed) if self.stepper.moving else 0
-        return f"<{self.state}|MPos:{x:.3f},{y:.3f},{z:.3f}|Bf:{free},{self.rx_free()}|FS:{feed},0>"
+        return f"<{self.state}|MPos:{x:.3f},{y:.3f},{z:.3f}|Bf:{free},{self.wire.room}|FS:{feed},0>"
 
     def execute(self, raw: str) -> Iterator[Wait]:
         """Read a line, do what it says as far as that makes the controller wait, and answer."""
@@ -143,8 +155,7 @@ class Firmware:
 
     def alarm(self, number: int) -> None:
         """Stop dead, and hear nothing but a reset."""
-        self.stepper.stop()
-        self.queue.clear(self.stepper.position)
+        self._stand_still()
         self.locked = self.dead = True
         self.say(f"ALARM:{number}")
         self.say("[MSG:Reset to continue]")
@@ -168,7 +179,7 @@ class Firmware:
                 self.say(f"${number}={value}")
         elif line == "$I":
             self.say("[VER:1.1h.20190830:handout]")
-            self.say(f"[OPT:V,{self.queue.size},{self.buffer}]")
+            self.say(f"[OPT:V,{self.queue.size},{self.wire.size}]")
         else:
             raise Refused(3)
 

@@ -1,0 +1,63 @@
+"""`handout write`: a text to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from handout import units
+from handout.cli import options
+from handout.errors import InputError
+
+
+@click.command("write")
+@click.argument("text", nargs=-1)
+@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option(
+    "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode; may be repeated."
+)
+@click.option("--device", default="grbl-servo", show_default=True, help="The plotter a .gcode file is for.")
+@options.sheet_options
+@options.writing_options
+@options.picture_options
+def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **given: Any) -> None:
+    """Write TEXT (or a file, or - for standard input) in handwriting.
+
+    \b
+    handout write "Dear Ada, …" -o letter.svg
+    handout write --file letter.txt --page A5 --hand house-quick -o letter.pdf -o letter.png
+    """
+    from handout.sinks import check_outputs, write_drawings
+
+    paths = [Path(name) for name in output]
+    extra = {".gcode": _gcode(given)}
+    check_outputs(paths, extra)
+    words = options.text_of(text, file)
+    job = options.setup(given, given["page_name"], given["margin"], given["pages"])
+    pages, drawings = options.compose_and_trace(words, job)
+    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=given["dpi"], extra=extra)
+    result = options.summary(pages, drawings, job, files)
+    said = (
+        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}, "
+        f"{units.duration(result['duration_s'])} of writing; seed {job.seed}."
+    )
+    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+
+
+def _gcode(given: dict[str, Any]) -> Any:
+    def render(drawing: Any) -> bytes:
+        from handout import profiles
+        from handout.plotting import plan, to_gcode
+
+        profile = profiles.find(given["device"], "plotter")
+        if not isinstance(profile, profiles.Plotter):
+            raise InputError(f"{given['device']} is not a plotter.")
+        return to_gcode(plan(drawing, profile), profile)
+
+    return render
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,185 @@
+"""The dialect of GRBL 1.1: blocks → lines, lines → replies.  Nothing here waits, opens or remembers.
+
+Source: the specification of GRBL 1.1 as measured on the firmware (lines, real-time bytes, errors 1–38, alarms 1–10).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from handout.plotting.blocks import Block, Move, Pause, Pen
+from handout.profiles import Plotter
+from handout.profiles import Pen as PenProfile
+
+RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
+REALTIME = frozenset(b"?!~\x18")
+
+ERRORS: dict[int, str] = {
+    1: "a word without its letter", 2: "a number that cannot be read", 3: "a $ command it does not know",
+    4: "a negative value", 5: "homing is switched off in its settings ($22)", 6: "a step pulse that is too short",
+    7: "its memory of settings could not be read and was reset", 8: "a command that needs it to stand still",
+    9: "it is locked after an alarm", 10: "soft limits need homing ($20, $22)", 11: "a line that is too long",
+    12: "a speed beyond its step rate", 13: "the safety door is open", 14: "a start-up line that is too long",
+    15: "a jog beyond its travel", 16: "a jog it cannot read", 17: "laser mode needs PWM ($32)",
+    20: "a command it does not know", 21: "two commands of one kind in a line", 22: "a move without a speed",
+    23: "a whole number is needed", 24: "two commands that both need X, Y, Z", 25: "a letter twice in a line",
+    26: "a command without its axes", 27: "a line number that is too large", 28: "a missing P or L",
+    29: "a coordinate system it does not have", 30: "G53 without G0 or G1", 31: "axes that nothing uses",
+    32: "an arc without its plane", 33: "a target it cannot reach", 34: "an arc that does not close",
+    35: "an arc without its centre", 36: "words that nothing uses", 37: "a tool length on a wrong axis",
+    38: "a tool number that is too large",
+}  # fmt: skip
+ALARMS: dict[int, str] = {
+    1: "a limit switch was hit; it no longer knows where it is: bring it back to its zero",
+    2: "a move would have left its travel: check its travel ($130, $131) and where its zero is",
+    3: "it was reset while it moved and no longer knows where it is: bring it back to its zero",
+    4: "a probe was not as expected", 5: "a probe touched nothing", 6: "homing was interrupted",
+    7: "the safety door was opened while homing", 8: "homing could not leave the limit switch",
+    9: "homing did not find a limit switch", 10: "homing did not find the second limit switch",
+}  # fmt: skip
+
+
+class Ok(NamedTuple):
+    """A line was taken; it need not have been executed."""
+
+
+class Error(NamedTuple):
+    """A line was refused."""
+
+    number: int
+
+    @property
+    def words(self) -> str:
+        return f"error:{self.number}, {ERRORS.get(self.number, 'unknown')}"
+
+
+class Alarm(NamedTuple):
+    """The machine stopped and locked itself."""
+
+    number: int
+
+    @property
+    def words(self) -> str:
+        return f"ALARM:{self.number}: {ALARMS.get(self.number, 'unknown')}"
+
+
+class Banner(NamedTuple):
+    """The controller has started."""
+
+    text: str
+
+
+class Status(NamedTuple):
+    """The answer to ``?``: a state such as Idle, Run, Hold, Alarm (without its number), and the rest as it came."""
+
+    state: str
+    detail: str
+    fields: str
+
+    @property
+    def waiting(self) -> int | None:
+        """Bytes free in its receive buffer, if it says."""
+        match = re.search(r"\|Bf:\d+,(\d+)", self.fields)
+        return int(match.group(1)) if match else None
+
+
+class Setting(NamedTuple):
+    """One line of ``$$``."""
+
+    number: int
+    value: float
+
+
+class Sizes(NamedTuple):
+    """From ``$I``: moves and bytes it can hold."""
+
+    queue: int
+    buffer: int
+
+
+class Note(NamedTuple):
+    """Anything else it says."""
+
+    text: str
+
+
+Reply = Ok | Error | Alarm | Banner | Status | Setting | Sizes | Note
+
+_OPTIONS = re.compile(r"\[OPT:[^,\]]*,(\d+),(\d+)")
+_SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d+)?)")
+
+
+def reply(line: bytes) -> Reply:
+    """What a line from the controller means."""
+    text = line.decode("ascii", "replace").strip()
+    if text == "ok":
+        return Ok()
+    if match := re.fullmatch(r"(error|ALARM):(\d+)", text):
+        return (Error if match.group(1) == "error" else Alarm)(int(match.group(2)))
+    if text.startswith("<") and text.endswith(">"):
+        state, _, fields = text[1:-1].partition("|")
+        name, _, detail = state.partition(":")
+        return Status(name, detail, "|" + fields)
+    if re.match(r"grbl", text, re.IGNORECASE):
+        return Banner(text)
+    if match := _OPTIONS.match(text):
+        return Sizes(int(match.group(1)), int(match.group(2)))
+    if match := _SETTING.match(text):
+        return Setting(int(match.group(1)), float(match.group(2)))
+    return Note(text)
+
+
+def opening(profile: Plotter) -> list[bytes]:
+    """Millimetres, absolute positions, feeds per minute; and the zero, if it is where the pen stands."""
+    here = [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
+    return [b"G21\n", b"G90\n", b"G94\n", *here]
+
+
+def closing() -> list[bytes]:
+    """A pause of no length is answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
+    return [b"G4P0\n"]
+
+
+def pen(down: bool, profile: PenProfile) -> list[bytes]:
+    """Lower or lift the pen and wait for it."""
+    value, wait = (profile.down, profile.down_time) if down else (profile.up, profile.up_time)
+    if profile.lift == "z":
+        lines = [f"G1Z{_number(value)}F{_number(profile.z_speed * 60, 1)}\n".encode()]
+    else:
+        lines = [f"M3S{_number(value)}\n".encode()]
+    return lines + ([pause(wait)] if wait > 0 else [])
+
+
+def pause(seconds: float) -> bytes:
+    """Stand still when all motion is done."""
+    return f"G4P{_number(seconds)}\n".encode()
+
+
+def lines(blocks: Iterable[Block], profile: Plotter) -> Iterator[tuple[int, bytes]]:
+    """The lines of a program, each with the index of its block.
+
+    What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
+    """
+    down: bool | None = None
+    motion = x = y = feed = ""
+    for index, block in enumerate(blocks):
+        if isinstance(block, Pen):
+            if block.down != down:
+                yield from ((index, line) for line in pen(block.down, profile.pen))
+            down = block.down
+            feed = "" if profile.pen.lift == "z" else feed
+        elif isinstance(block, Pause):
+            yield index, pause(block.seconds)
+        else:
+            words = [("G1", motion), (f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y)]
+            words.append((f"F{_number(block.feed, 1)}", feed))
+            yield index, ("".join(word for word, before in words if word != before) + "\n").encode()
+            (motion, _), (x, _), (y, _), (feed, _) = words
+
+
+def _number(value: float, digits: int = 3) -> str:
+    """As short as it can be written."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text

@@ -1,0 +1,125 @@
+"""Ways to a machine: a serial port, a network socket, or the simulated plotter.  A port moves bytes and no more."""
+
+from __future__ import annotations
+
+import errno
+import re
+from typing import Any, Protocol
+
+from handout.errors import InputError, PortError
+from handout.profiles import Plotter
+
+
+class Port(Protocol):
+    """What a driver needs of a connection."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; PortError if the connection is lost."""
+
+    def read(self, timeout: float) -> bytes:
+        """What has come in; waits up to `timeout` seconds for a first byte, and returns nothing if none comes."""
+
+    def close(self) -> None:
+        """Close the connection; harmless if it is closed."""
+
+
+def open_port(url: str, profile: Plotter) -> Port:
+    """Open the way to a machine.
+
+    Parameters
+    ----------
+    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``sim:`` for the
+        simulated plotter, with options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+
+    Raises
+    ------
+    PortError
+        It cannot be opened; the message says what to check and which serial ports there are.
+    InputError
+        Options the simulated plotter does not know.
+    """
+    if url == "sim" or url.startswith("sim:"):
+        from handout.plotting.simulated import SimulatedPlotter, options
+
+        rest = url[4:]
+        if rest and not rest.startswith("?"):
+            raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
+        return SimulatedPlotter(profile, options.parse(rest[1:]))
+    return SerialPort(url, profile.port.baud)
+
+
+class SerialPort:
+    """A port of pyserial's: a device or an address."""
+
+    def __init__(self, url: str, baud: int) -> None:
+        import serial
+
+        self.url = url
+        try:
+            more = {} if "://" in url else {"exclusive": True}
+            self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.1, write_timeout=10, **more)
+        except (OSError, ValueError) as error:  # pyserial's own errors are OSErrors
+            raise PortError(_why(url, error)) from error
+
+    def write(self, data: bytes) -> None:
+        try:
+            self._serial.write(data)
+        except OSError as error:
+            raise PortError(self._lost()) from error
+
+    def read(self, timeout: float) -> bytes:
+        try:
+            if self._serial.timeout != timeout:
+                self._serial.timeout = timeout
+            data: bytes = self._serial.read(1)
+            while data and (more := self._serial.in_waiting):
+                data += self._serial.read(more)
+            return data
+        except (OSError, TypeError) as error:  # pyserial raises TypeError where a port was closed under it
+            raise PortError(self._lost()) from error
+
+    def close(self) -> None:
+        self._serial.close()
+
+    def _lost(self) -> str:
+        return f"The connection to {self.url} is lost: is the plotter still plugged in and switched on?"
+
+
+def _why(url: str, error: Exception) -> str:
+    """One sentence on why a port cannot be opened, and one on which there are."""
+    if "://" in url:
+        return f"{url} cannot be opened ({_reason(error)}): check the address, and that the machine is on the network."
+    number = getattr(error, "errno", None)
+    reasons = {
+        errno.ENOENT: "does not exist: is the plotter plugged in and switched on?",
+        errno.EACCES: "may not be used by you: on Linux, join the group dialout (or uucp) and log in again.",
+        errno.EBUSY: "is in use: close the other program that talks to the plotter.",
+        errno.EAGAIN: "is in use: close the other program that talks to the plotter.",
+    }
+    text = str(error)
+    if number not in reasons and ("FileNotFoundError" in text or "could not open" in text and number == 2):
+        number = errno.ENOENT
+    if number not in reasons and "PermissionError" in text:
+        number = errno.EACCES
+    if number not in reasons and "exclusively lock" in text:
+        number = errno.EBUSY
+    said = reasons.get(number or 0) or (
+        f"cannot be opened ({_reason(error)}): is the plotter plugged in, may you use the port, does another program?"
+    )
+    return f"{url} {said} {_found()}"
+
+
+def _reason(error: Exception) -> str:
+    return re.sub(r"\s+", " ", getattr(error, "strerror", None) or str(error)).rstrip(".")
+
+
+def _found() -> str:
+    ports = serial_ports()
+    return f"Serial ports found: {', '.join(ports)}." if ports else "No serial port was found."
+
+
+def serial_ports() -> list[str]:
+    """Names of the serial ports of this computer."""
+    from serial.tools import list_ports
+
+    return sorted(port.device for port in list_ports.comports())

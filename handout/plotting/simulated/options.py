@@ -1,0 +1,83 @@
+"""What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``."""
+
+from __future__ import annotations
+
+import difflib
+from urllib.parse import parse_qsl
+
+import msgspec
+
+from handout import units
+from handout.errors import InputError
+
+FAULTS = {
+    "jam": "it stands still and never answers again",
+    "late": "every ok comes late by the time `late`",
+    "lost-byte": "the end of a line is lost on the way to it",
+    "lost-ok": "one ok is lost on the way back",
+    "error": "it refuses a line (error:33)",
+    "alarm": "a limit switch is hit (ALARM:1)",
+    "reset": "it starts again, as after a break in its power",
+    "unplugged": "the connection is gone",
+}
+_NUMBERS = {"after": (0, 10**9), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1)}
+_QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
+
+
+class Options(msgspec.Struct, frozen=True, kw_only=True):
+    """How a simulated plotter differs from its profile.
+
+    fault : what goes wrong, one of `FAULTS`; after : how many lines of G-code are read before that.
+    buffer, queue : bytes and moves it can hold (0: as the profile says).
+    late, latency : s, of an ok with ``fault=late``, and of every byte.
+    acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
+    realtime : pass time as a real machine would, instead of as fast as possible.
+    """
+
+    fault: str = ""
+    after: int = 20
+    buffer: int = 0
+    queue: int = 0
+    late: float = 0.5
+    latency: float = 0.001
+    acceleration: float = 0.0
+    speed: float = 0.0
+    realtime: bool = False
+
+
+def parse(query: str) -> Options:
+    """Options from what follows ``sim:?``.
+
+    Raises
+    ------
+    InputError
+        An unknown option or fault, or a value that cannot be read.
+    """
+    given: dict[str, str | int | float | bool] = {}
+    for name, text in parse_qsl(query, keep_blank_values=True):
+        if name == "fault":
+            given[name] = _one_of(text, list(FAULTS), "fault")
+        elif name in _QUANTITIES:
+            given[name] = units.parse(text, _QUANTITIES[name], name)
+        elif name in _NUMBERS:
+            given[name] = _whole(name, text)
+        else:
+            _one_of(name, ["fault", *_NUMBERS, *_QUANTITIES], "option")
+    if "realtime" in given:
+        given["realtime"] = bool(given["realtime"])
+    return msgspec.convert(given, Options)
+
+
+def _whole(name: str, text: str) -> int:
+    least, greatest = _NUMBERS[name]
+    if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
+        raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
+    return int(text)
+
+
+def _one_of(text: str, known: list[str], what: str) -> str:
+    if text in known:
+        return text
+    near = difflib.get_close_matches(text, known, 1)
+    hint = f" (did you mean {near[0]}?)" if near else ""
+    raise InputError(f"The simulated plotter has no {what} {text!r}{hint}; it knows {', '.join(known)}.")

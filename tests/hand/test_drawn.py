@@ -1,0 +1,105 @@
+"""Drawn hands: reading, deriving forms, errors."""
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.hand import drawn
+from handout.hand.library import load, names
+
+HEAD = """
+name = "test"
+title = "Test"
+slant = 0.1
+smooth = 0.3
+interval = 0.08
+word_space = 0.8
+pitch = 3.7
+endings = [[0.1, 0.2]]
+[entries.stem]
+lift = 0.2
+low = [""]
+lifted = ["-.1,.8"]
+[marks]
+acute = [{ width = 0, pen = "0,1.3 .1,1.5" }]
+[letters]
+"""
+ASCII = [chr(code) for code in range(33, 127)]
+TYPOGRAPHIC = list("‘’“”‚„–—…€£§°«»¡¿·æøœßÆØŒ")
+ACCENTED = list("éèêëàâäöüñçåïîôûáíóúìòùýÿãõÉÈÊËÀÂÄÖÜÑÇÅÏÎÔÛÁÍÓÚ")
+
+
+def hand(tmp_path, letters, head=HEAD):
+    path = tmp_path / "test.toml"
+    path.write_text(head + letters, encoding="utf-8")
+    return drawn.read(path)
+
+
+def test_derives_ways_in_and_endings(tmp_path):
+    made = hand(
+        tmp_path, 'i = [{ in = "stem", out = "low", width = 0.5, pen = "0,1 0,.4 .1,0 .3,.4", late = "0,1.5 0,1.4" }]'
+    )
+    forms = made.glyphs["i"]
+    assert {(g.entry, g.exit) for g in forms} == {
+        ("low", "low"), ("low", "lifted"), ("lifted", "low"), ("lifted", "lifted"),
+    }  # fmt: skip
+    lifted = next(g for g in forms if g.entry == "lifted" and g.exit == "low")
+    assert lifted.strokes[0][0] == pytest.approx([-0.1, 0.8])
+    assert lifted.late == (False, True)
+    ended = next(g for g in forms if g.entry == "low" and g.exit == "lifted")
+    assert ended.strokes[0][-1] == pytest.approx([0.4, 0.2])
+    assert ended.places <= {"end", "alone"}
+    assert {g.form for g in forms} == {0}
+
+
+def test_cut_and_high_exit_endings(tmp_path):
+    made = hand(
+        tmp_path,
+        's = [{ in = "low", out = "low", width = 0.5, pen = "0,1 0,.4 .1,0 .3,.4", cut = 2 }]\n'
+        'o = [{ out = "high", width = 0.5, pen = "0,1 0,0 .4,1 .8,.8" }]',
+    )
+    assert any(len(g.strokes[0]) == 2 for g in made.glyphs["s"] if g.exit == "lifted")
+    tip = next(g for g in made.glyphs["o"] if g.exit == "lifted").strokes[0][-1]
+    assert 0.4 < tip[0] < 0.8
+
+
+@pytest.mark.parametrize(
+    ("letters", "says"),
+    [
+        ('a = [{ width = 1, pen = "0,1 x,2" }]', "points"),
+        ('a = [{ width = 1, pen = "" }]', "no points"),
+        ('a = [{ width = 1, pen = "0,1", in = "loop" }]', "loop"),
+        ('a = [{ width = 1, pn = "0,1" }]', "pn"),
+        ("a = [", "Unclosed|nvalid|Expected"),
+    ],
+)
+def test_errors_name_the_file_and_the_fault(tmp_path, letters, says):
+    with pytest.raises(InputError, match=says) as caught:
+        hand(tmp_path, letters)
+    assert "test.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["house-joined", "house-quick", "house-print"])
+def test_built_in_hands_are_complete(name):
+    made = load(name)
+    assert [c for c in ASCII + TYPOGRAPHIC if c not in made.glyphs] == []
+    from handout.writing.text import normalise, spell
+
+    assert len(spell(normalise("".join(ACCENTED)), made)) == len(ACCENTED)
+    for letter, forms in made.glyphs.items():
+        for place in ("start", "middle", "end", "alone"):
+            assert any(place in g.places for g in forms) or letter in "I", (letter, place)
+        for glyph in forms:
+            assert all(np.isfinite(s).all() and np.abs(s).max() < 4 for s in glyph.strokes), letter
+
+
+def test_frequent_letters_have_several_forms():
+    for name in names():
+        made = load(name)
+        for letter in "etaoinshrdlu":
+            assert len({g.form for g in made.glyphs[letter]}) >= 3, (name, letter)
+
+
+def test_unknown_hand_lists_the_nearest():
+    with pytest.raises(InputError, match="house-joined"):
+        load("house-joind")
