@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from handout import units
 from handout.cli import options
+
+if TYPE_CHECKING:
+    from handout.values import Hand
 
 _SPECIMEN = """\
 {name}: {title}
@@ -52,7 +56,7 @@ def list_(as_json: bool) -> None:
 @click.option("--output", "-o", multiple=True, required=True, help="A file for the sheet: .png .svg .pdf …")
 @options.writing_options
 @options.picture_options
-def show(name: str, output: tuple[str, ...], **given: object) -> None:
+def show(name: str, output: tuple[str, ...], **given: Any) -> None:
     """Write a specimen sheet of the hand NAME: alphabets, signs, accents, a paragraph.
 
     \b
@@ -65,21 +69,15 @@ def show(name: str, output: tuple[str, ...], **given: object) -> None:
     job = options.setup({**given, "hand": name, "fit": True}, "A4", None, 1)
     text = _SPECIMEN.format(name=job.hand.name, title=job.hand.title)
     pages, drawings = options.compose_and_trace(text, job)
-    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=options.dpi(given))
+    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=given["dpi"])
     result = {**options.summary(pages, drawings, job, files), **_facts(job.hand)}
     said = f"Wrote {', '.join(map(str, files))}; seed {job.seed}, {units.duration(result['duration_s'])} of writing."
-    options.report(result, said, as_json=bool(given["as_json"]), quiet=bool(given["quiet"]))
+    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
-def _drawn(hand: object) -> int:
-    from handout.values import Hand
-
-    assert isinstance(hand, Hand)
+def _drawn(hand: Hand) -> int:
     return sum(len({glyph.form for glyph in glyphs}) for glyphs in hand.glyphs.values())
 
 
-def _facts(hand: object) -> dict[str, object]:
-    from handout.values import Hand
-
-    assert isinstance(hand, Hand)
+def _facts(hand: Hand) -> dict[str, object]:
     return {"name": hand.name, "title": hand.title, "characters": "".join(hand.glyphs), "forms": _drawn(hand)}

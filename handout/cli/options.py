@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import secrets
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +17,7 @@ from handout.errors import InputError
 from handout.writing.layout import Layout, page
 
 if TYPE_CHECKING:
+    from handout.sinks import Pen
     from handout.values import Drawing, Hand, Manuscript
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -46,13 +47,6 @@ _WRITING = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
-_SHEET = (
-    click.option(
-        "--page", "page_name", default="A5", show_default=True, help="A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
-    ),
-    click.option("--margin", help="e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."),
-    click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
-)
 _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option("--pen-width", default="0.4mm", show_default=True, help="Width of the line, in pictures."),
@@ -70,7 +64,21 @@ def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
 
 
 writing_options = _all(_WRITING)
-sheet_options = _all(_SHEET)
+
+
+def sheet_options(default: str) -> Callable[[F], F]:
+    """--page (of that default), --margin and --pages."""
+    sizes = "A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+    sides = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
+    return _all(
+        (
+            click.option("--page", "page_name", default=default, show_default=True, help=sizes),
+            click.option("--margin", help=sides),
+            click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
+        )
+    )
+
+
 picture_options = _all(_RASTER)
 
 
@@ -135,13 +143,11 @@ class Setup:
     fallback: bool
 
 
-def setup(
-    options: dict[str, Any], page_name: str | None = None, margin: str | None = None, pages: int | None = None
-) -> Setup:
+def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
     """Check the common options; `options` are those of `writing_options`."""
     from handout.hand.library import load
 
-    sheet = page(page_name or "A5")
+    sheet = page(page_name)
     spacing = options["line_spacing"]
     layout = Layout(
         page=sheet,
@@ -189,6 +195,13 @@ def compose_and_trace(
     return pages, drawings
 
 
+def pen(given: Mapping[str, Any]) -> Pen:
+    """The pen that pictures are drawn with, from `picture_options`."""
+    from handout.sinks import Pen
+
+    return Pen(units.length(given["pen_width"], "pen width"), given["ink"])
+
+
 def summary(
     pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]
 ) -> dict[str, Any]:
@@ -218,3 +231,14 @@ def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> 
 def talk(quiet: bool) -> Callable[[str], None]:
     """A function that says something on standard error, unless the user wants quiet."""
     return (lambda message: None) if quiet else (lambda message: click.echo(message, err=True))
+
+
+def progress(quiet: bool) -> Callable[[int, int, str], None]:
+    """Shows how far long work has come, on a terminal only; called as (done, all, what is being done)."""
+    if quiet or not sys.stderr.isatty():
+        return lambda done, total, stage: None
+
+    def show(done: int, total: int, stage: str) -> None:
+        click.echo(f"\r{stage} {done}/{total}\033[K", err=True, nl=done >= total)
+
+    return show

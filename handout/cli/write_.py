@@ -19,7 +19,7 @@ from handout.errors import InputError
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode; may be repeated."
 )
 @click.option("--device", default="grbl-servo", show_default=True, help="The plotter a .gcode file is for.")
-@options.sheet_options
+@options.sheet_options("A4")
 @options.writing_options
 @options.picture_options
 def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **given: Any) -> None:

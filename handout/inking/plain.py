@@ -7,7 +7,9 @@ line: an opaque pen leaves no darker spot there, and edges do not thicken.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,9 +97,9 @@ def ink(
     rgba = np.zeros((*cover.shape, 4), dtype=np.float32)
     table = np.empty((256, 4), dtype=np.float32)
     table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
-    for top in range(0, len(cover), _ROWS):
-        y, x = np.nonzero(cover[top : top + _ROWS])
-        rgba[top + y, x] = table[cover[top + y, x]]
+    pixels = rgba.reshape(-1, 4)
+    for at in _inked(cover):
+        pixels[at] = table[cover.reshape(-1)[at]]
     return Raster(rgba, dpi)
 
 
@@ -131,14 +133,19 @@ def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     base = np.asarray(paper, dtype=np.float32)
     flat = np.empty((*raster.rgba.shape[:2], 3), dtype=np.uint8)
     flat[:] = np.rint(np.clip(base, 0, 1) * 255)
-    for top in range(0, len(flat), _ROWS):
-        rows = raster.rgba[top : top + _ROWS]
-        inked = np.flatnonzero(rows[..., 3].any(axis=0))
-        if len(inked):
-            part = slice(inked[0], inked[-1] + 1)
-            mixed = base + (rows[:, part, :3] - base) * rows[:, part, 3:]
-            flat[top : top + _ROWS, part] = np.rint(np.clip(mixed, 0, 1) * 255)
+    pixels = raster.rgba.reshape(-1, 4)
+    for at in _inked(raster.rgba[..., 3]):
+        rgba = pixels[at]
+        mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
+        flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
+
+
+def _inked(cover: NDArray[Any]) -> Iterator[NDArray[np.intp]]:
+    """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper."""
+    width = cover.shape[1]
+    for top in range(0, len(cover), _ROWS):
+        yield np.flatnonzero(np.ascontiguousarray(cover[top : top + _ROWS])) + top * width
 
 
 def _check(dpi: float, width: float, variation: float, drawing: Drawing) -> None:

@@ -1,97 +1,39 @@
-"""Strokes as sums of lognormal speed pulses: the kinematic theory of rapid movements.
+"""Pulses by the kinematic theory of rapid movements: overlapping lognormal strokes through the points of a plan.
 
-Every stroke of an action plan moves the pen along a circular arc with a lognormal speed profile; strokes overlap in
-time, and the path is their sum.  Its position has a closed form that is linear in the displacements, so the virtual
-displacements that lead the path through wanted points are the solution of one banded complex system.
+Between two points of the plan lies one stroke.  How much it bends comes from the smooth curve through the points; how
+much it overlaps its neighbours from the plan's smoothness; at a reversal, strokes are shorter and straight.  The
+chords of the strokes are virtual: they solve the linear system that leads the path through the points.
 
-Source: seed 002, §3.1 (eq. 1–5 corrected).
+Source: seed 002, §3.1–3.2 (see `handout.motion.lognormal`; virtual targets solved exactly instead of by iteration).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
-from scipy.special import ndtr
+from scipy.linalg.lapack import zgbsv, zgtsv
 
+from handout.motion import lognormal, spread
+from handout.motion.lognormal import REACH, Complex, Pulses
 from handout.values import ActionPlan, Array
 
-Complex = NDArray[np.complex128]
-
 STEPS = 20
-ASYMMETRY = 0.1
-REACH = 4.0
-GAIN = 0.5
-OVERLAP = 7.0
-
-
-@dataclass(frozen=True, eq=False)
-class Pulses:
-    """Lognormal speed pulses: t0 s, mu ln s, sigma, and theta rad (half the turning), all (k,)."""
-
-    t0: Array
-    mu: Array
-    sigma: Array
-    theta: Array
-
-    def time(self, deviations: float) -> Array:
-        """(k,) s: when each pulse is `deviations` standard deviations of its logarithm past its median."""
-        return np.asarray(self.t0 + np.exp(self.mu + deviations * self.sigma))
-
-
-def pulses(onset: Array, duration: Array, theta: Array, asymmetry: Array) -> Pulses:
-    sigma = np.sqrt(-np.log1p(-asymmetry))
-    mu = 3 * sigma + np.log(duration) - np.log(np.expm1(6 * sigma))
-    return Pulses(onset - np.exp(mu - 3 * sigma), mu, sigma, theta)
-
-
-def progress(p: Pulses, t: Array) -> Array:
-    """Share of the stroke done, 0–1; t (k, n) s."""
-    late = np.maximum(t - p.t0[:, None], 1e-300)
-    z = np.clip((np.log(late) - p.mu[:, None]) / p.sigma[:, None], -REACH, REACH)
-    tail = ndtr(-REACH)
-    return np.asarray((ndtr(z) - tail) / (1 - 2 * tail))
-
-
-def bend(share: Array, theta: Array) -> Complex:
-    """Displacement along an arc of turning 2 theta after `share` of it, in units of the chord."""
-    straight = np.abs(theta) < 1e-6
-    angle = np.where(straight, 1.0, theta)
-    arc = np.exp(1j * angle * (share - 1)) * np.sin(angle * share) / np.sin(angle)
-    return np.asarray(np.where(straight, share, arc))
-
-
-def _plan_pulses(points: Array, smooth: float, gain: float = GAIN) -> Pulses:
-    theta, corner = _turning(points)
-    k = len(points) - 1
-    overlap = np.full(k, OVERLAP * smooth)
-    # a stroke that begins or ends at a corner or at rest is over when the next begins
-    crisp = np.concatenate([[True], corner, [True]])
-    shorter = crisp[:-1].astype(float) + crisp[1:]
-    duration = np.maximum(overlap * np.array([1.0, 0.75, 0.55])[shorter.astype(int)], 0.9)
-    centre = np.arange(k, dtype=float)
-    p = pulses(centre, duration, gain * theta, np.full(k, ASYMMETRY))
-    return Pulses(p.t0 + centre - p.time(0.0), p.mu, p.sigma, p.theta)
-
-
-def _turning(points: Array) -> tuple[Array, NDArray[np.bool_]]:
-    z = points[:, 0] + 1j * points[:, 1]
-    chord = np.diff(z)
-    k = len(chord)
-    angle = np.angle(chord)
-    length = np.abs(chord)
-    turn = np.angle(np.exp(1j * np.diff(angle)))
-    corner = (np.abs(turn) > np.radians(110)) | (length[:-1] < 1e-9) | (length[1:] < 1e-9)
-    part = length[:-1] / np.maximum(length[:-1] + length[1:], 1e-300)
-    turn = np.where(corner, 0.0, turn)
-    # the tangent of the circle through three points divides the turning in the ratio of the chords
-    total = np.zeros(k)
-    total[:-1] += part * turn
-    total[1:] += (1 - part) * turn
-    free = np.ones(k)
-    return np.clip(total / 2, -1.3, 1.3) * free, corner
+ASYMMETRY = 0.08
+# Duration of a stroke over the interval is this times the plan's smoothness, where both give the same roundness …
+OVERLAP = 9.0
+# … between these: shorter ones would stop at every point, longer ones could no longer be led through them
+SHORTEST, LONGEST, LONGEST_PLAYED = 1 / 0.9, 1 / 0.3, 1 / 0.2
+# Pulses from and to rest, and on either side of a full reversal, last this share as long
+_AT_REST, _AT_REVERSAL = 0.75, 0.7
+# Turning, rad, from which a point begins to be a reversal; at π it fully is one
+_REVERSING = np.radians(150)
+_MOST_BENT = np.pi / 2
+# Chords much shorter than this share of the typical one are too short to have a bend
+_SHORT = 0.1
+# Jitter: noise of ln duration and of theta, and correlation of the displacements of neighbouring points
+_DURATION_NOISE, _THETA_NOISE, _CORRELATION = 0.04, 0.06, 0.5
 
 
 def follow(
@@ -101,32 +43,167 @@ def follow(
     rng: np.random.Generator | None = None,
     jitter: float = 0.0,
     baked_at: float | None = None,
-    gain: float = GAIN,
 ) -> tuple[Array, Array]:
-    """Turn a plan into a timed path of lognormal strokes through its points, at rest at both ends."""
+    """A timed path of lognormal strokes that starts and ends at rest and passes through the points of a plan.
+
+    Parameters
+    ----------
+    plan : ActionPlan
+        Points on the curve.  One point gives a dwell: two samples in one place, an interval apart; two a straight
+        stroke.  Covariances matter for `jitter` only.
+    steps : int
+        Samples an interval.
+    rng : numpy.random.Generator, optional
+        Needed where `jitter` > 0.
+    jitter : float
+        Motor noise: the points are displaced by so many standard deviations of the plan's covariances (where it has
+        none: of a twentieth of the distance of its points), strokes vary in duration and bend.
+    baked_at : float, optional
+        The smoothness at which the path leads through the points; default: the plan's own.  Played at a larger one
+        the writing is hasty and cuts its corners.
+
+    Returns
+    -------
+    t : (n,) float, s, from 0; an interval a point.
+    xy : (n, 2) float, mm; the first and last sample are the first and last point.
+
+    Raises
+    ------
+    ValueError
+        No points, no `rng`, or fewer than two steps.
+    """
+    if len(plan.points) == 0:
+        raise ValueError("a plan needs at least one point")
+    if steps < 2:
+        raise ValueError(f"steps = {steps} is too few: at least 2 are needed")
+    if jitter > 0 and rng is None:
+        raise ValueError("jitter needs a random generator: give rng")
     points = np.asarray(plan.points)
-    m = len(points)
-    if m == 1:
+    if rng is not None and jitter > 0:
+        points = points + jitter * _correlated(spread.of_plan(plan), rng)
+    if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
-    p = _plan_pulses(points, plan.smooth, gain)
-    baked = p if baked_at is None else _plan_pulses(points, baked_at, gain)
-    chord = _displacements(points, baked)
-    begin, end = p.time(-REACH).min(), p.time(REACH).max()
-    n = m * steps
-    z = _evaluate(p, chord, np.linspace(begin, end, n))
-    xy = points[0] + np.column_stack([z.real, z.imag])
-    return np.arange(n) * (plan.interval / steps), xy
+    shape = _shape(points)
+    baked = _paced(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
+    chords = virtual_chords(points, baked)
+    played = _paced(*shape, plan.smooth, LONGEST_PLAYED)
+    if rng is not None and jitter > 0:
+        played = _varied(played, rng, jitter)
+    xy = _sampled(points, played, chords, len(points) * steps)
+    return np.arange(len(xy)) * (plan.interval / steps), xy
 
 
-def _displacements(points: Array, p: Pulses) -> Complex:
+def pulses_through(points: Array, smooth: float) -> Pulses:
+    """The m − 1 strokes of points (m, 2); times in intervals, the median of stroke i at i."""
+    return _paced(*_shape(points), smooth, LONGEST)
+
+
+def _shape(points: Array) -> tuple[Array, Array]:
+    """How much of a reversal each point is (m,), 0–1; half the turning of each stroke (m − 1,), rad."""
     z = points[:, 0] + 1j * points[:, 1]
-    centre = p.time(0.0)
-    k = len(centre)
-    key = np.concatenate([[p.time(-REACH).min()], (centre[1:] + centre[:-1]) / 2, [p.time(REACH).max()]])
-    done = bend(progress(p, np.broadcast_to(key, (k, k + 1))), p.theta[:, None])
-    return np.asarray(np.linalg.solve(np.diff(done, axis=1).T, np.diff(z)))
+    reversal = np.zeros(len(z))
+    reversal[1:-1] = _reversals(np.diff(z))
+    return reversal, _bends(z) * (1 - np.maximum(reversal[1:], reversal[:-1]))
 
 
-def _evaluate(p: Pulses, chord: Complex, t: Array) -> Complex:
-    done = bend(progress(p, np.broadcast_to(t, (len(chord), len(t)))), p.theta[:, None])
-    return np.asarray(chord @ done)
+def _paced(reversal: Array, theta: Array, smooth: float, longest: float) -> Pulses:
+    """Pulses whose durations follow from the smoothness and from what they begin and end with."""
+    calm = 1 - (1 - _AT_REVERSAL) * reversal
+    calm[[0, -1]] = _AT_REST
+    duration = np.minimum(np.maximum(OVERLAP * smooth * np.sqrt(calm[1:] * calm[:-1]), SHORTEST), longest)
+    raw = lognormal.pulses(duration, ASYMMETRY, theta, 0.0)
+    return raw.delayed(np.arange(len(duration)) - raw.time(0.0))
+
+
+def virtual_chords(points: Array, pulses: Pulses) -> Complex:
+    """Chords (m − 1,) of the strokes such that their sum passes through points (m, 2).
+
+    The path is at a point half-way between the medians of the strokes before and after it.  Each equation says what
+    all strokes contribute between one point and the next; strokes that overlap make it a band.
+
+    Source: seed 002, §3.2 (there iterated).
+    """
+    k = len(pulses.mu)
+    z = points[:, 0] + 1j * points[:, 1]
+    middle = pulses.time(0.0)
+    # before the first and after the last point nothing is missing, whatever the reach of the strokes
+    passing = np.concatenate([[-np.inf], 0.5 * (middle[1:] + middle[:-1]), [np.inf]])
+    below = min(k - 1, int(np.ceil((pulses.time(REACH) - middle).max())) + 1)
+    above = min(k - 1, int(np.ceil((middle - pulses.time(-REACH)).max())) + 1)
+    edge = np.arange(k)[:, None] + np.arange(-above, below + 2)
+    share = lognormal.share_within(pulses, passing[np.minimum(np.maximum(edge, 0), k)])
+    done = lognormal.arc(share, pulses.theta[:, None])
+    # rows of the band beyond the matrix come out as 0; the first `below` rows are room for the pivoting
+    band = np.zeros((2 * below + above + 1, k), dtype=np.complex128)
+    band[below:] = (done[:, 1:] - done[:, :-1]).T
+    *_, chords, trouble = zgbsv(below, above, band, np.diff(z)[:, None])
+    if trouble:
+        raise ValueError("the strokes overlap too much to be led through their points")
+    return np.asarray(chords[:, 0])
+
+
+def _sampled(points: Array, pulses: Pulses, chords: Complex, samples: int) -> Array:
+    """The path (samples, 2) from the start of the first stroke to the end of the last."""
+    start, end = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
+    z = lognormal.path(pulses, chords, start, (end - start) / (samples - 1), samples)
+    xy = points[0] + np.column_stack([z.real, z.imag])
+    xy[-1] = points[-1]
+    return xy
+
+
+def _reversals(chords: Complex) -> Array:
+    """(m − 2,) in 0–1: how much of a reversal each inner point is; a repeated point is a full stop."""
+    length = np.abs(chords)
+    tiny = length <= 1e-9 * length.max(initial=0.0)
+    turn = np.abs(np.angle(chords[1:] * np.conj(chords[:-1])))
+    reversing = np.clip((turn - _REVERSING) / (np.pi - _REVERSING), 0, 1)
+    return np.where(tiny[1:] | tiny[:-1], 1.0, reversing)
+
+
+def _bends(z: Complex) -> Array:
+    """(m − 1,) rad: half the turning of the smooth curve through places z between each two of them.
+
+    An arc whose half turning is θ rises ``tan(θ/2) / 2`` of its chord above it; the rise is that of the natural cubic
+    spline through the points.  (Turnings of the polyline would make loops out of reversals.)
+    """
+    k = len(z) - 1
+    if k < 2:
+        return np.zeros(k)
+    slope = _spline_slopes(z)
+    chord = np.diff(z)
+    rise = (slope[:-1] - slope[1:]) / 8
+    square = np.abs(chord) ** 2
+    floor = _SHORT**2 * float(square.mean())
+    relative = (rise * np.conj(chord)).imag / np.maximum(square + floor, np.finfo(np.float64).tiny)
+    return np.minimum(np.maximum(-2 * np.arctan(2 * relative), -_MOST_BENT), _MOST_BENT)
+
+
+def _spline_slopes(z: Complex) -> Complex:
+    """Derivatives (m,) at its knots of the natural cubic spline through evenly spaced knots z (m,)."""
+    beside = np.ones(len(z) - 1, dtype=np.complex128)
+    middle = np.full(len(z), 4.0 + 0j)
+    middle[[0, -1]] = 2.0
+    sides = np.empty_like(z)
+    sides[1:-1] = z[2:] - z[:-2]
+    sides[0], sides[-1] = z[1] - z[0], z[-1] - z[-2]
+    *_, slopes, _ = zgtsv(beside, middle, beside, 3 * sides)
+    return np.asarray(slopes)
+
+
+def _correlated(covariances: Array, rng: np.random.Generator) -> Array:
+    """Displacements (m, 2) of the given covariances, correlated along the plan, as a hand's are."""
+    fresh = rng.standard_normal(covariances.shape[:2])
+    white = np.sqrt(1 - _CORRELATION**2)
+    for i in range(1, len(fresh)):
+        fresh[i] = _CORRELATION * fresh[i - 1] + white * fresh[i]
+    return np.asarray((spread.root(covariances) @ fresh[..., None])[..., 0])
+
+
+def _varied(pulses: Pulses, rng: np.random.Generator, jitter: float) -> Pulses:
+    """The same strokes with other durations and bends; their medians stay."""
+    stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(pulses.mu)))
+    bend = pulses.theta + jitter * _THETA_NOISE * rng.standard_normal(len(pulses.mu))
+    longer = replace(pulses, mu=pulses.mu + np.log(stretch), theta=np.clip(bend, -_MOST_BENT, _MOST_BENT))
+    return longer.delayed(pulses.time(0.0) - longer.time(0.0))
+
+

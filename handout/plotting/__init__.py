@@ -1,0 +1,14 @@
+"""From timed strokes to a machine: plan a drawing, open a port, run the plan; or write it as G-code.
+
+A `Drawing` becomes a `Plan` within a machine's limits (`planning`), the plan becomes lines (`grbl`), the lines go
+through a `link` that counts characters to a `port`, of which one is a simulated plotter (`simulated`).
+"""
+
+from handout.plotting.bed import fit_to_bed
+from handout.plotting.driver import Report, run
+from handout.plotting.gcode import to_gcode
+from handout.plotting.plan import Plan
+from handout.plotting.planning import plan
+from handout.plotting.ports import Port, open_port, serial_ports
+
+__all__ = ["Plan", "Port", "Report", "fit_to_bed", "open_port", "plan", "run", "serial_ports", "to_gcode"]

@@ -89,33 +89,23 @@ def _why(url: str, error: Exception) -> str:
     """One sentence on why a port cannot be opened, and one on which there are."""
     if "://" in url:
         return f"{url} cannot be opened ({_reason(error)}): check the address, and that the machine is on the network."
-    number = getattr(error, "errno", None)
-    reasons = {
-        errno.ENOENT: "does not exist: is the plotter plugged in and switched on?",
-        errno.EACCES: "may not be used by you: on Linux, join the group dialout (or uucp) and log in again.",
-        errno.EBUSY: "is in use: close the other program that talks to the plotter.",
-        errno.EAGAIN: "is in use: close the other program that talks to the plotter.",
-    }
-    text = str(error)
-    if number not in reasons and ("FileNotFoundError" in text or "could not open" in text and number == 2):
-        number = errno.ENOENT
-    if number not in reasons and "PermissionError" in text:
-        number = errno.EACCES
-    if number not in reasons and "exclusively lock" in text:
-        number = errno.EBUSY
-    said = reasons.get(number or 0) or (
-        f"cannot be opened ({_reason(error)}): is the plotter plugged in, may you use the port, does another program?"
-    )
-    return f"{url} {said} {_found()}"
+    text, number = str(error), getattr(error, "errno", None)
+    if not url:
+        said = "No port was given."
+    elif number == errno.ENOENT or "FileNotFoundError" in text:
+        said = f"{url} does not exist: is the plotter plugged in and switched on?"
+    elif number == errno.EACCES:
+        said = f"{url} may not be used by you: on Linux, join the group dialout (or uucp) and log in again."
+    elif number in (errno.EBUSY, errno.EAGAIN) or "PermissionError" in text:  # Windows refuses a port in use
+        said = f"{url} is in use: close the other program that talks to the plotter."
+    else:
+        said = f"{url} cannot be opened as a serial port ({_reason(error)}): check the name."
+    ports = serial_ports()
+    return f"{said} Serial ports found: {', '.join(ports)}." if ports else f"{said} No serial port was found."
 
 
 def _reason(error: Exception) -> str:
     return re.sub(r"\s+", " ", getattr(error, "strerror", None) or str(error)).rstrip(".")
-
-
-def _found() -> str:
-    ports = serial_ports()
-    return f"Serial ports found: {', '.join(ports)}." if ports else "No serial port was found."
 
 
 def serial_ports() -> list[str]:

@@ -9,16 +9,15 @@ present moment, which is exact since these keep time.
 STYLE = """
 .travel{display:none}
 .show-travel .travel,#travel:target{display:inline}
-.nib{display:none}
-@media screen{.playing .later{visibility:hidden}.playing .nib{display:inline}}
-@media print{.travel,#travel:target{display:none!important}}
+@media screen{.playing .later{visibility:hidden}}
+@media print{.nib,.travel,#travel:target{display:none!important}}
 """
 
 SCRIPT = r"""
 (function () {
   'use strict';
   var svg = (document.currentScript && document.currentScript.ownerSVGElement) || document.documentElement;
-  var strokes = svg.querySelectorAll('.stroke'), nib = svg.querySelector('.nib'), began = null, next = 0;
+  var strokes = svg.querySelectorAll('.stroke'), nib = null, began = null, next = 0;
 
   function time(path, name) { return parseFloat(path.getAttribute(name)); }
   function mix(a, b, u) { return a + (b - a) * u; }
@@ -56,7 +55,7 @@ SCRIPT = r"""
     if (next === strokes.length) { stop(); return; }
     var path = strokes[next], t0 = time(path, 'data-t0');
     nib.setAttribute('d', t < t0 ? '' : cut(path, (t - t0) * 1000));
-    nib.setAttribute('stroke-width', path.getAttribute('stroke-width') || nib.getAttribute('data-width'));
+    nib.setAttribute('stroke-width', path.getAttribute('stroke-width') || path.parentNode.getAttribute('stroke-width'));
     window.requestAnimationFrame(frame);
   }
 
@@ -64,6 +63,9 @@ SCRIPT = r"""
     stop();
     for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.add('later'); }
     svg.classList.add('playing');
+    nib = document.createElementNS(svg.namespaceURI, 'path');
+    nib.setAttribute('class', 'nib');
+    svg.querySelector('#ink').appendChild(nib);
     began = -1; next = 0;
     window.requestAnimationFrame(frame);
   }
@@ -71,8 +73,8 @@ SCRIPT = r"""
   function stop() {
     for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.remove('later'); }
     svg.classList.remove('playing');
-    nib.setAttribute('d', '');
-    began = null;
+    if (nib) { nib.parentNode.removeChild(nib); }
+    nib = began = null;
   }
 
   function asked() { if (/\bplay\b/.test(window.location.hash)) { play(); } }

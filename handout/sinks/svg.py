@@ -37,14 +37,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     """
     paths.rgb(colour)
     paths.check_width(pen_width)
-    parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing)]
-    width = _mm(pen_width)
-    parts += [
-        f'<path class="nib" d="" data-width="{width}" fill="none" stroke="{colour}" stroke-width="{width}" '
-        'stroke-linecap="round" stroke-linejoin="round"/>',
-        f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>",
-        "</svg>\n",
-    ]
+    script = f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>"
+    parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing), script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")
 
 

@@ -75,6 +75,13 @@ class SimulatedPlotter:
         """Bytes that found the receive buffer full."""
         return self._wire.lost
 
+    def lay(self, page: Page, placement: Placement) -> None:
+        """Lay a fresh sheet on the bed: what was drawn before is gone with the last one, and the time starts anew."""
+        self.page, self.placement = page, placement
+        self._began, self._ended = None, self.now
+        self.firmware.stepper.trace.clear()
+        del self.firmware.power[:-1]
+
     def write(self, data: bytes) -> None:
         """Put bytes on the wire."""
         self._check_open()

@@ -1,0 +1,141 @@
+"""How faithfully strokes were executed: their paths, their speeds, their time.
+
+Two drawings are compared stroke by stroke; strokes that go nowhere (dots) only count for their place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.values import Array, Drawing, Stroke
+
+_HALF = 0.005  # s; speeds are means over a hundredth of a second
+_FINE = 0.04  # mm between points at which paths are compared
+_LOOK = 0.6  # mm along the path within which the same place is looked for
+_LAGS = np.arange(-0.05, 0.0501, 0.0025)  # s
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """Executed against intended.
+
+    deviation : mm, greatest distance between the paths, either way.
+    correlation, rms : of the speeds at the same places of the path; rms as a share of the greatest intended speed.
+    timed : correlation of the speeds at the same times, after the one shift of the clock that suits all strokes best.
+    stretched : time the strokes took over the time they were meant to take.
+    """
+
+    deviation: float
+    correlation: float
+    rms: float
+    timed: float
+    stretched: float
+
+
+def compare(intended: Drawing, executed: Drawing) -> Fidelity:
+    """Compare two drawings of the same strokes in the same order.
+
+    Raises
+    ------
+    ValueError
+        They have not the same number of strokes.
+    """
+    pairs = list(zip(intended.strokes, executed.strokes, strict=True))
+    moving = [(a, b) for a, b in pairs if a.length > 0 and len(b.t) > 1]
+    places = [_speeds_in_place(a, b) for a, b in moving]
+    want, have = (np.concatenate([*column, np.zeros(0)]) for column in zip(*places, strict=True))
+    rms = float(np.sqrt(np.mean((want - have) ** 2)) / want.max()) if len(want) else 0.0
+    timed = max((_correlation(*_speeds_in_time(moving, float(lag))) for lag in _LAGS), default=1.0)
+    deviation = max((deviation_of(a, b) for a, b in pairs), default=0.0)
+    return Fidelity(deviation, _correlation(want, have), rms, timed, stretched(intended, executed))
+
+
+def stretched(intended: Drawing, executed: Drawing) -> float:
+    """Time the strokes took over the time they were meant to take; dots do not count."""
+    meant = took = 0.0
+    for a, b in zip(intended.strokes, executed.strokes, strict=False):
+        if a.length > 0 and len(b.t) > 1:
+            meant, took = meant + float(a.t[-1] - a.t[0]), took + float(b.t[-1] - b.t[0])
+    return took / meant if meant > 0 else 1.0
+
+
+def deviation_of(a: Stroke, b: Stroke) -> float:
+    """Greatest distance of a point of either path from the other path, mm."""
+    return max(_distance(a.xy, b.xy), _distance(b.xy, a.xy))
+
+
+def _distance(path: Array, other: Array) -> float:
+    """Greatest distance of a point on one path from the nearest of the other."""
+    points = _dense(path)[0]
+    start, way = (other[:-1], np.diff(other, axis=0)) if len(other) > 1 else (other, np.zeros((1, 2)))
+    squared = np.maximum((way * way).sum(axis=1), 1e-12)
+    worst = 0.0
+    for some in np.array_split(points, max(1, len(points) * len(start) // 500_000)):
+        off = some[:, None] - start
+        share = np.clip((off * way).sum(axis=2) / squared, 0.0, 1.0)
+        off -= share[..., None] * way
+        worst = max(worst, float(np.sqrt((off * off).sum(axis=2).min(axis=1)).max()))
+    return worst
+
+
+def _arc(xy: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+
+
+def _dense(xy: Array) -> tuple[Array, Array]:
+    """Points every `_FINE` mm along a path, corners included, and how far along they are."""
+    arc = _arc(xy)
+    at = np.union1d(arc, np.arange(0.0, arc[-1], _FINE))
+    keep = np.append(True, np.diff(arc) > 0)
+    return np.stack([np.interp(at, arc[keep], xy[keep, axis]) for axis in (0, 1)], axis=1), at
+
+
+def _speed_at(t: Array, clock: Array, arc: Array) -> Array:
+    """Mean speed along the path around times t, mm/s."""
+    early, late = np.clip(t - _HALF, clock[0], clock[-1]), np.clip(t + _HALF, clock[0], clock[-1])
+    way = np.interp(late, clock, arc) - np.interp(early, clock, arc)
+    return np.asarray(way / np.maximum(late - early, 1e-9))
+
+
+def _grid(stroke: Stroke) -> Array:
+    return np.arange(stroke.t[0] + _HALF, stroke.t[-1] - _HALF / 2, _HALF)
+
+
+def _speeds_in_place(a: Stroke, b: Stroke) -> tuple[Array, Array]:
+    """Intended and executed speed where the pen was meant to be at equal steps of time."""
+    t, arc_a, arc_b = _grid(a), _arc(a.xy), _arc(b.xy)
+    xy = np.stack([np.interp(t, a.t, a.xy[:, axis]) for axis in (0, 1)], axis=1)
+    along = _match(xy, np.interp(t, a.t, arc_a) * arc_b[-1] / arc_a[-1], b.xy)
+    when = np.interp(along, arc_b, b.t)
+    return _speed_at(t, a.t, arc_a), _speed_at(when, b.t, arc_b)
+
+
+def _match(xy: Array, guess: Array, path: Array) -> Array:
+    """How far along the path the places are, looked for around a guess, in order."""
+    points, at = _dense(path)
+    even = np.arange(0.0, at[-1] + _FINE, _FINE)
+    points = np.stack([np.interp(even, at, points[:, axis]) for axis in (0, 1)], axis=1)
+    reach = round(_LOOK / _FINE)
+    index = np.clip(np.rint(guess / _FINE).astype(int)[:, None] + np.arange(-reach, reach + 1), 0, len(even) - 1)
+    off = points[index] - xy[:, None]
+    cost = (off * off).sum(axis=2) + 1e-3 * (even[index] - guess[:, None]) ** 2
+    best = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]]
+    return np.asarray(np.maximum.accumulate(np.minimum(best, at[-1])))
+
+
+def _speeds_in_time(pairs: list[tuple[Stroke, Stroke]], lag: float) -> tuple[Array, Array]:
+    """Intended and executed speed at the same time since the beginning of each stroke, the latter `lag` s later."""
+    want, have = [np.zeros(0)], [np.zeros(0)]
+    for a, b in pairs:
+        t = _grid(a)
+        want.append(_speed_at(t, a.t, _arc(a.xy)))
+        have.append(_speed_at(t - a.t[0] + b.t[0] + lag, b.t, _arc(b.xy)))
+    return np.concatenate(want), np.concatenate(have)
+
+
+def _correlation(a: Array, b: Array) -> float:
+    if len(a) < 2 or np.ptp(a) < 1e-9 or np.ptp(b) < 1e-9:
+        return 1.0
+    return float(np.corrcoef(a, b)[0, 1])

@@ -1,0 +1,151 @@
+"""A conversation with a GRBL controller: lines out by counting characters, replies in, silence noticed.
+
+A controller has a receive buffer of a few bytes and says nothing when it overflows.  So every line under way is
+remembered with its length until its ``ok`` comes, and no line is sent that the buffer might not hold.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from handout.errors import DeviceAlarm, DeviceSilent, PortError
+from handout.plotting import grbl
+from handout.plotting.grbl import Alarm, Banner, Error, Ok, Reply, Status
+from handout.plotting.ports import Port
+
+_GLANCE = 0.25  # s without a word after which the controller is asked how it is
+
+
+class Sent(NamedTuple):
+    """A line under way: its number in the program, from 0, and its bytes."""
+
+    number: int
+    line: bytes
+
+
+class Link:
+    """A port with a controller behind it.
+
+    Parameters
+    ----------
+    buffer : bytes the controller can receive before it reads them.
+    timeout : s of silence before it is given up.
+    """
+
+    def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None]) -> None:
+        self.port, self.buffer, self.timeout, self.log = port, buffer, timeout, log
+        self._under_way: deque[Sent] = deque()
+        self._bytes = 0
+        self._partial = b""
+        self._unread: deque[Reply] = deque()
+        self._idle = 0.0
+        self._held = False
+
+    def replies(self, patience: float) -> list[Reply]:
+        """What the controller says within `patience` s; returns with the first complete lines, or with none."""
+        data = self.port.read(patience)
+        *complete, self._partial = (self._partial + data).split(b"\n")
+        return [grbl.reply(line) for line in complete if line.strip()]
+
+    def send(self, sent: Sent, acknowledged: Callable[[Sent], None]) -> None:
+        """Send a line as soon as the controller has room for it."""
+        while self._under_way and self._bytes + len(sent.line) > self.buffer - 1:
+            self._hear(acknowledged)
+        self.port.write(sent.line)
+        self._under_way.append(sent)
+        self._bytes += len(sent.line)
+
+    def drain(self, acknowledged: Callable[[Sent], None]) -> None:
+        """Wait until every line has been acknowledged."""
+        while self._under_way:
+            self._hear(acknowledged)
+
+    def ask(self, line: bytes, patience: float = 0.0) -> list[Reply]:
+        """Send a line alone and wait for its answer; everything said until then.
+
+        patience : s to wait without asking for its state, for what it does with deaf ears (homing).
+        """
+        self.port.write(line)
+        heard: list[Reply] = []
+        while True:
+            for reply in self._patiently(patience) if patience else self.attend():
+                if isinstance(reply, Error):
+                    raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.words}.")
+                if isinstance(reply, Alarm):
+                    raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                heard.append(reply)
+            if any(isinstance(reply, Ok) for reply in heard):
+                return heard
+
+    def _patiently(self, patience: float) -> list[Reply]:
+        waited = 0.0
+        while waited < patience:
+            if replies := self.replies(_GLANCE):
+                return replies
+            waited += _GLANCE
+        raise DeviceSilent(f"The plotter did not finish within {patience:g} s.")
+
+    def attend(self) -> list[Reply]:
+        """The next replies.  A controller that says nothing is asked for its state.
+
+        Raises
+        ------
+        DeviceSilent
+            It does not even answer that.
+        """
+        quiet, glance = 0.0, min(_GLANCE, self.timeout / 2)
+        while quiet < self.timeout:
+            if replies := self.replies(glance):
+                return replies
+            quiet += glance
+            self.port.write(grbl.STATUS)
+        raise DeviceSilent(
+            f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, and that it moves freely."
+        )
+
+    def _hear(self, acknowledged: Callable[[Sent], None]) -> None:
+        for reply in self.attend():
+            if isinstance(reply, Status):
+                self._look(reply)
+                continue
+            self._idle = 0.0
+            if isinstance(reply, Ok):
+                if self._under_way:
+                    sent = self._under_way.popleft()
+                    self._bytes -= len(sent.line)
+                    acknowledged(sent)
+            elif isinstance(reply, Error):
+                raise DeviceAlarm(self._refused(reply))
+            elif isinstance(reply, Alarm):
+                raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+            elif isinstance(reply, Banner):
+                raise DeviceAlarm(
+                    "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
+                )
+
+    def _refused(self, error: Error) -> str:
+        sent = self._under_way[0] if self._under_way else None
+        where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
+        return f"The plotter refused {where}: {error.words}."
+
+    def _look(self, status: Status) -> None:
+        """Make sense of a state: at rest although lines are unanswered, something was lost."""
+        if status.state == "Alarm":
+            raise DeviceAlarm("The plotter is locked after an alarm: bring it back to its zero and start again.")
+        held = status.state in ("Hold", "Door")
+        if held and not self._held:
+            self.log("The plotter is on hold; it goes on when it is told to (~ or its cycle-start button).")
+        self._held = held
+        self._idle = self._idle + _GLANCE if status.state == "Idle" else 0.0
+        if self._idle > self.timeout:
+            raise PortError(
+                f"The plotter is at rest but has not answered {len(self._under_way)} lines: "
+                "something was lost on the way; use a shorter or shielded cable."
+            )
+
+    def forget(self) -> None:
+        """Forget what is under way (after a reset)."""
+        self._under_way.clear()
+        self._bytes, self._idle = 0, 0.0
