@@ -223,7 +223,9 @@ def read(path: Path) -> Profile:
 
 def _check_pen(pen: Pen, path: Path) -> None:
     if pen.lift == "z" and pen.up <= pen.down:
-        raise ProfileError(f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis).")
+        raise ProfileError(
+            f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis)."
+        )
     if pen.up == pen.down:
         raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
 

@@ -14,11 +14,11 @@ import click
 
 from handout import __version__, units
 from handout.errors import InputError
-from handout.writing.layout import Layout, page
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
     from handout.values import Drawing, Hand, Manuscript
+    from handout.writing.layout import Layout
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -146,6 +146,7 @@ class Setup:
 def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
     """Check the common options; `options` are those of `writing_options`."""
     from handout.hand.library import load
+    from handout.writing.layout import Layout, page
 
     sheet = page(page_name)
     spacing = options["line_spacing"]

@@ -1,7 +1,7 @@
 """The plain pen: a line of even colour whose width follows pressure or speed, with round ends.
 
-A stroke is cut into short straight pieces; each piece covers the pixels around it according to the distance of their
-centres, and a pixel keeps the greatest coverage it was given.  So a line that crosses or retraces itself is one
+A stroke is cut into short straight pieces; each piece covers a share of the pixels around it, which follows from the
+distance and direction of their centres, and a pixel keeps the greatest share it was given.  So a line that crosses or retraces itself is one
 line: an opaque pen leaves no darker spot there, and edges do not thicken.
 """
 
@@ -29,6 +29,7 @@ _LONGEST = 0.4  # mm, of a piece: the width is linear along it
 _FLAT = 0.05  # pixels between a piece and the curve
 _CHUNK = 1 << 17  # pixels worked on at a time: what fits a processor's cache
 _ROWS = 64  # of the page, worked on at a time
+_CORNER = np.float32(0.7072)  # from the centre of a pixel to its corner
 _MOST = 4e9  # pixels of a page
 _MOST_PIECES = 4096  # of one Bézier: enough for metres, and a bound for what lies far off the page
 
@@ -253,8 +254,35 @@ def _cover(
     square = np.maximum(np.abs(along) ** 2, 1e-12)
     u = dx * column(along.real / square) + dy * column(along.imag / square)
     np.clip(u, 0, 1, out=u)
-    d = np.hypot(dx - u * column(along.real), dy - u * column(along.imag))
+    dx, dy = dx - u * column(along.real), dy - u * column(along.imag)
+    d = np.sqrt(dx * dx + dy * dy)
     r = column(p.ra[some]) + u * column(p.rb[some] - p.ra[some])
-    # the part of a pixel's breadth, laid across the line, that the line covers
-    share = np.minimum(r, d + np.float32(0.5)) - np.maximum(-r, d - np.float32(0.5))
-    return np.asarray(np.clip(share * 255 + np.float32(0.5), 0, 255), dtype=np.uint8)
+    inside = r - d
+    cover = (inside > 0).astype(np.float32)
+    edge = np.abs(inside) < _CORNER
+    normal = along / np.sqrt(square) * 1j + (along == 0)
+    side = np.broadcast_to(normal[:, None, None], d.shape)[edge] * np.float32(1e-3)
+    cover[edge] = _strip(d[edge], r[edge], np.abs(dx[edge]) + np.abs(side.real), np.abs(dy[edge]) + np.abs(side.imag))
+    return (cover * 255 + np.float32(0.5)).astype(np.uint8)
+
+
+def _strip(d: _Pixels, r: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
+    """Share of a pixel that lies within `r` of a line whose distance from its centre is `d`, towards (x, y)."""
+    norm = np.sqrt(x * x + y * y)
+    long, short = np.maximum(x, y) / norm, np.maximum(np.minimum(x, y) / norm, np.float32(1e-3))
+    share = _half(r - d, long, short)
+    thin = r + d < _CORNER
+    share[thin] -= _half(-r[thin] - d[thin], long[thin], short[thin])
+    return share
+
+
+def _half(s: _Pixels, long: _Pixels, short: _Pixels) -> _Pixels:
+    """Share of a pixel on one side of a straight edge that lies `s` beyond its centre.
+
+    A pixel seen along the edge is as thick as a trapezoid is high: `long` + `short` wide at its foot, `long` −
+    `short` at its top, where these are the greater and the lesser part of the edge's unit normal.
+    """
+    past = np.maximum((long + short) / 2 - np.abs(s), 0)
+    slope = np.minimum(past, short)
+    tail = (slope * slope / (2 * short) + past - slope) / long
+    return np.where(s > 0, 1 - tail, tail)

@@ -74,7 +74,8 @@ def pulses(duration: ArrayLike, asymmetry: ArrayLike, theta: ArrayLike, onset: A
     skewed = _within(asymmetry, LEAST_SKEWED, MOST_SKEWED)
     sigma = np.sqrt(-np.log1p(-skewed)) + np.zeros_like(lasts)
     mu = 3 * sigma + np.log(lasts / np.expm1(6 * sigma))
-    return Pulses(onset - np.exp(mu - 3 * sigma), mu, sigma, _within(theta, -MOST_BENT, MOST_BENT) + 0 * lasts)
+    bend = _within(theta, -MOST_BENT, MOST_BENT) + np.zeros_like(lasts)
+    return Pulses(np.asarray(onset, dtype=np.float64) - np.exp(mu - 3 * sigma), mu, sigma, bend)
 
 
 def _within(values: ArrayLike, least: float, greatest: float) -> Array:
@@ -158,7 +159,8 @@ def path(these: Pulses, chords: Complex, start: float, step: float, samples: int
     first = np.ceil((begin - start) / step).astype(np.intp)
     width = int(np.ceil((end - begin).max() / step)) + 2
     index = first[:, None] + np.arange(width)
-    done = arc(share_within(these, start + step * index), these.theta[:, None])
+    t: Array = start + step * index.astype(np.float64)
+    done = arc(share_within(these, t), these.theta[:, None])
     done[:, 1:] -= done[:, :-1].copy()
     increments = chords[:, None] * done
     # what happens before the first sample counts for it; what happens after the last is never seen

@@ -77,11 +77,12 @@ def follow(
         points = points + jitter * spread.draw(spread.of_plan(plan), rng)
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
-    targets = targets_through(points, smooth=baked_at or plan.smooth, order=order, steps=steps)
+    targets = targets_through(points, smooth=plan.smooth if baked_at is None else baked_at, order=order, steps=steps)
     xy = smooth_path(targets, plan.spread, smooth=plan.smooth, order=order, steps=steps)
     if len(points) > 2 and rng is not None and jitter > 0:
         xy = xy + jitter * _noise(plan, order, steps, rng)
-    return np.arange(len(xy)) * (plan.interval / steps), xy
+    t: Array = np.arange(len(xy), dtype=np.float64) * (plan.interval / steps)
+    return t, xy
 
 
 def targets_through(

@@ -1,8 +1,9 @@
-"""Pulses by the kinematic theory of rapid movements: overlapping lognormal strokes through the points of a plan.
+"""Strokes by the kinematic theory of rapid movements: overlapping lognormal pulses through the points of a plan.
 
-Between two points of the plan lies one stroke.  How much it bends comes from the smooth curve through the points; how
-much it overlaps its neighbours from the plan's smoothness; at a reversal, strokes are shorter and straight.  The
-chords of the strokes are virtual: they solve the linear system that leads the path through the points.
+Between two points of the plan lies one pulse (a stroke, in the words of the theory).  How much it bends comes from the
+smooth curve through the points; how much it overlaps its neighbours from the plan's smoothness; at a reversal, pulses
+are shorter and straight.  The chords of the pulses are virtual: they solve the linear system that leads the path
+through the points.
 
 Source: seed 002, §3.1–3.2 (see `handout.motion.lognormal`; virtual targets solved exactly instead of by iteration).
 """
@@ -12,7 +13,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import zgbsv, zgtsv
 
 from handout.motion import lognormal, spread
@@ -21,7 +21,7 @@ from handout.values import ActionPlan, Array
 
 STEPS = 20
 ASYMMETRY = 0.08
-# Duration of a stroke over the interval is this times the plan's smoothness, where both give the same roundness …
+# Duration of a pulse over the interval is this times the plan's smoothness, where both give the same roundness …
 OVERLAP = 9.0
 # … between these: shorter ones would stop at every point, longer ones could no longer be led through them
 SHORTEST, LONGEST, LONGEST_PLAYED = 1 / 0.9, 1 / 0.3, 1 / 0.2
@@ -44,20 +44,20 @@ def follow(
     jitter: float = 0.0,
     baked_at: float | None = None,
 ) -> tuple[Array, Array]:
-    """A timed path of lognormal strokes that starts and ends at rest and passes through the points of a plan.
+    """A timed path of lognormal pulses that starts and ends at rest and passes through the points of a plan.
 
     Parameters
     ----------
     plan : ActionPlan
         Points on the curve.  One point gives a dwell: two samples in one place, an interval apart; two a straight
-        stroke.  Covariances matter for `jitter` only.
+        movement.  Covariances matter for `jitter` only.
     steps : int
         Samples an interval.
     rng : numpy.random.Generator, optional
         Needed where `jitter` > 0.
     jitter : float
         Motor noise: the points are displaced by so many standard deviations of the plan's covariances (where it has
-        none: of a twentieth of the distance of its points), strokes vary in duration and bend.
+        none: of a twentieth of the distance of its points), pulses vary in duration and bend.
     baked_at : float, optional
         The smoothness at which the path leads through the points; default: the plan's own.  Played at a larger one
         the writing is hasty and cuts its corners.
@@ -90,16 +90,17 @@ def follow(
     if rng is not None and jitter > 0:
         played = _varied(played, rng, jitter)
     xy = _sampled(points, played, chords, len(points) * steps)
-    return np.arange(len(xy)) * (plan.interval / steps), xy
+    t: Array = np.arange(len(xy), dtype=np.float64) * (plan.interval / steps)
+    return t, xy
 
 
 def pulses_through(points: Array, smooth: float) -> Pulses:
-    """The m − 1 strokes of points (m, 2); times in intervals, the median of stroke i at i."""
+    """The m − 1 pulses of points (m, 2); times in intervals, the median of pulse i at i."""
     return _paced(*_shape(points), smooth, LONGEST)
 
 
 def _shape(points: Array) -> tuple[Array, Array]:
-    """How much of a reversal each point is (m,), 0–1; half the turning of each stroke (m − 1,), rad."""
+    """How much of a reversal each point is (m,), 0–1; half the turning of each pulse (m − 1,), rad."""
     z = points[:, 0] + 1j * points[:, 1]
     reversal = np.zeros(len(z))
     reversal[1:-1] = _reversals(np.diff(z))
@@ -116,17 +117,17 @@ def _paced(reversal: Array, theta: Array, smooth: float, longest: float) -> Puls
 
 
 def virtual_chords(points: Array, pulses: Pulses) -> Complex:
-    """Chords (m − 1,) of the strokes such that their sum passes through points (m, 2).
+    """Chords (m − 1,) of the pulses such that their sum passes through points (m, 2).
 
-    The path is at a point half-way between the medians of the strokes before and after it.  Each equation says what
-    all strokes contribute between one point and the next; strokes that overlap make it a band.
+    The path is at a point half-way between the medians of the pulses before and after it.  Each equation says what
+    all pulses contribute between one point and the next; pulses that overlap make it a band.
 
     Source: seed 002, §3.2 (there iterated).
     """
     k = len(pulses.mu)
     z = points[:, 0] + 1j * points[:, 1]
     middle = pulses.time(0.0)
-    # before the first and after the last point nothing is missing, whatever the reach of the strokes
+    # before the first and after the last point nothing is missing, whatever the reach of the pulses
     passing = np.concatenate([[-np.inf], 0.5 * (middle[1:] + middle[:-1]), [np.inf]])
     below = min(k - 1, int(np.ceil((pulses.time(REACH) - middle).max())) + 1)
     above = min(k - 1, int(np.ceil((middle - pulses.time(-REACH)).max())) + 1)
@@ -138,15 +139,15 @@ def virtual_chords(points: Array, pulses: Pulses) -> Complex:
     band[below:] = (done[:, 1:] - done[:, :-1]).T
     *_, chords, trouble = zgbsv(below, above, band, np.diff(z)[:, None])
     if trouble:
-        raise ValueError("the strokes overlap too much to be led through their points")
+        raise ValueError("the pulses overlap too much to be led through their points")
     return np.asarray(chords[:, 0])
 
 
 def _sampled(points: Array, pulses: Pulses, chords: Complex, samples: int) -> Array:
-    """The path (samples, 2) from the start of the first stroke to the end of the last."""
+    """The path (samples, 2) from the start of the first pulse to the end of the last."""
     start, end = float(pulses.time(-REACH).min()), float(pulses.time(REACH).max())
     z = lognormal.path(pulses, chords, start, (end - start) / (samples - 1), samples)
-    xy = points[0] + np.column_stack([z.real, z.imag])
+    xy: Array = points[0] + np.column_stack([z.real, z.imag])
     xy[-1] = points[-1]
     return xy
 
@@ -157,7 +158,7 @@ def _reversals(chords: Complex) -> Array:
     tiny = length <= 1e-9 * length.max(initial=0.0)
     turn = np.abs(np.angle(chords[1:] * np.conj(chords[:-1])))
     reversing = np.clip((turn - _REVERSING) / (np.pi - _REVERSING), 0, 1)
-    return np.where(tiny[1:] | tiny[:-1], 1.0, reversing)
+    return np.asarray(np.where(tiny[1:] | tiny[:-1], 1.0, reversing))
 
 
 def _bends(z: Complex) -> Array:
@@ -175,7 +176,7 @@ def _bends(z: Complex) -> Array:
     square = np.abs(chord) ** 2
     floor = _SHORT**2 * float(square.mean())
     relative = (rise * np.conj(chord)).imag / np.maximum(square + floor, np.finfo(np.float64).tiny)
-    return np.minimum(np.maximum(-2 * np.arctan(2 * relative), -_MOST_BENT), _MOST_BENT)
+    return np.asarray(np.minimum(np.maximum(-2 * np.arctan(2 * relative), -_MOST_BENT), _MOST_BENT))
 
 
 def _spline_slopes(z: Complex) -> Complex:
@@ -200,10 +201,8 @@ def _correlated(covariances: Array, rng: np.random.Generator) -> Array:
 
 
 def _varied(pulses: Pulses, rng: np.random.Generator, jitter: float) -> Pulses:
-    """The same strokes with other durations and bends; their medians stay."""
+    """The same pulses with other durations and bends; their medians stay."""
     stretch = np.exp(jitter * _DURATION_NOISE * rng.standard_normal(len(pulses.mu)))
     bend = pulses.theta + jitter * _THETA_NOISE * rng.standard_normal(len(pulses.mu))
     longer = replace(pulses, mu=pulses.mu + np.log(stretch), theta=np.clip(bend, -_MOST_BENT, _MOST_BENT))
     return longer.delayed(pulses.time(0.0) - longer.time(0.0))
-
-

@@ -14,7 +14,7 @@ from handout.values import ActionPlan, Array
 
 # Standard deviation of a plan's targets that has no covariances, as a share of the typical distance of its points
 LOOSENESS = 0.05
-# What is added to every covariance, as a share of the squared extent, so that a singular one can be inverted
+# No variance is smaller than this share of the squared extent, so that a singular covariance can be inverted
 FLOOR = 1e-9
 
 
@@ -59,11 +59,16 @@ def settled(covariances: ArrayLike, targets: Array) -> Array:
         raise ValueError(f"expected covariances of shape {(m, d, d)}, got {given.shape}")
     given = 0.5 * (given + np.swapaxes(given, 1, 2))
     largest = float(np.abs(given).max())
-    least = np.linalg.eigvalsh(given)[:, 0]
-    if not np.isfinite(largest) or least.min() < -1e-9 * largest:
-        raise ValueError(f"covariance {int(least.argmin())} is not positive semi-definite")
-    extent = float(np.ptp(targets, axis=0).max())
-    return np.asarray(given + FLOOR * (extent**2 or largest or 1.0) * np.eye(d))
+    if not np.isfinite(largest):
+        raise ValueError("expected finite covariances")
+    variances, axes = np.linalg.eigh(given)
+    if variances.min() < -1e-9 * largest:
+        raise ValueError(f"covariance {int(variances.min(axis=1).argmin())} is not positive semi-definite")
+    floor = FLOOR * (float(np.ptp(targets, axis=0).max()) ** 2 or largest or 1.0)
+    low = variances[:, 0] < floor
+    lifted = (axes[low] * np.maximum(variances[low], floor)[:, None, :]) @ np.swapaxes(axes[low], 1, 2)
+    given[low] = lifted
+    return given
 
 
 def draw(covariances: Array, rng: np.random.Generator) -> Array:

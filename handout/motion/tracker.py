@@ -91,16 +91,16 @@ class Tracker:
         asked for by a gain that changes slowly along the path.
         """
         m = len(self.precision)
-        wanted = np.linalg.inv(self.precision) if self.precision.ndim == 3 else 1.0 / self.precision
+        blocks = self.precision.ndim == 3
+        wanted: Array = np.asarray(np.linalg.inv(self.precision) if blocks else 1.0 / self.precision, dtype=np.float64)
         if m == 1:
-            single = spread.draw(wanted if wanted.ndim == 3 else wanted[:, None, None] * np.eye(dimensions), rng)
-            return np.repeat(single, self.steps, axis=0)
+            return np.repeat(spread.draw(_blocks(wanted, dimensions), rng), self.steps, axis=0)
         size = self.bandwidth_gain()
         drawn = size * self.chain.noise(rng, dimensions)
         have = size**2 * self._centre_covariances
         if self.ends == "fixed":
-            first = wanted[:1] if wanted.ndim == 3 else wanted[:1, None, None] * np.eye(dimensions)
-            drawn += self.chain.solve(np.zeros_like(drawn), spread.draw(first, rng)[0])
+            first = spread.draw(_blocks(wanted[:1], dimensions), rng)[0]
+            drawn += self.chain.solve(np.zeros_like(drawn), first)
             have = have + self._start_covariances(wanted[0])
         return self.refine(_scaled(drawn, have, wanted, self.grid))
 
@@ -262,6 +262,11 @@ def centres(path: Array, grid: int) -> Array:
     """Entries of a path (m·grid, …) at the centres of its targets, (m, …)."""
     first = np.arange(len(path) // grid) * grid
     return np.asarray(0.5 * (path[first + grid // 2] + path[first + (grid - 1) // 2]))
+
+
+def _blocks(variances: Array, dimensions: int) -> Array:
+    """Covariances (m, D, D) from themselves, or from the variances (m,) of round ones."""
+    return variances if variances.ndim == 3 else variances[:, None, None] * np.eye(dimensions)
 
 
 def _scaled(path: Array, have: Array, wanted: Array, grid: int) -> Array:

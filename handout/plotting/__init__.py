@@ -7,7 +7,7 @@ through a `link` that counts characters to a `port`, of which one is a simulated
 from handout.plotting.bed import fit_to_bed
 from handout.plotting.driver import Report, run
 from handout.plotting.gcode import to_gcode
-from handout.plotting.plan import Plan
+from handout.plotting.planned import Plan
 from handout.plotting.planning import plan
 from handout.plotting.ports import Port, open_port, serial_ports
 

@@ -71,9 +71,12 @@ def reset(link: Link, patience: float, garbage: bool = False) -> None:
         garbage |= bool(heard)
         waited += 0.0 if heard else _GLANCE
     if garbage:
-        raise DeviceSilent("Something answers, but not as a GRBL controller does: check baud and dialect in the profile.")
+        raise DeviceSilent(
+            "Something answers, but not as a GRBL controller does: check baud and dialect in the profile."
+        )
     raise DeviceSilent(
-        f"The plotter does not answer within {patience:g} s: is it switched on, is this its port, is the baud rate right?"
+        f"The plotter does not answer within {patience:g} s: is it switched on, is this its port, "
+        "is the baud rate of the profile right?"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ class Course:
     @property
     def draws(self) -> Flags:
         """(n,) bool: moves with the pen on the paper."""
-        return self.kind == DRAW
+        return np.asarray(self.kind == DRAW)
 
 
 def machine(profile: Plotter) -> Machine:
@@ -121,7 +122,7 @@ def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
     build.rest((0.0 if build.on_z else profile.pen.up_time) + profile.port.line_time)
     starts = np.append(np.flatnonzero(np.diff(knots.stroke, prepend=-1)), len(knots.t))
     first = []
-    for stroke, (a, b) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+    for stroke, (a, b) in enumerate(itertools.pairwise(starts)):
         build.travel(*knots.xy[a])
         build.move_pen(down=True)
         first.append(build.count)

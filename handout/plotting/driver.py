@@ -13,7 +13,7 @@ from handout.plotting import fidelity, grbl
 from handout.plotting.connecting import connect, reset, state
 from handout.plotting.journal import Journal
 from handout.plotting.link import Link, Sent
-from handout.plotting.plan import Plan
+from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
 from handout.plotting.simulated import SimulatedPlotter

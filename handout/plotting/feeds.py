@@ -52,7 +52,7 @@ def greatest(lines: Blocks, acceleration: float, fastest: float) -> Array:
     GRBL limits acceleration along the path and speed in sharp corners; a curve of short segments slips through.
     """
     radius = np.minimum(lines.radius, np.append(lines.radius[1:], np.inf))
-    return np.minimum(np.sqrt(_SPARE_TURN * acceleration * radius), fastest)
+    return np.asarray(np.minimum(np.sqrt(_SPARE_TURN * acceleration * radius), fastest))
 
 
 def round_feed(feed: Array) -> Array:

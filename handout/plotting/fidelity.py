@@ -40,15 +40,18 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
     Raises
     ------
     ValueError
-        They have not the same number of strokes.
+        They have not the same number of strokes, or none of them moves.
     """
     pairs = list(zip(intended.strokes, executed.strokes, strict=True))
-    moving = [(a, b) for a, b in pairs if a.length > 0 and len(b.t) > 1]
+    moving = [(a, b) for a, b in pairs if a.length > 0 and len(b.t) > 1 and len(_grid(a)) > 1]
+    if not moving:
+        raise ValueError("no stroke of the drawing moves")
     places = [_speeds_in_place(a, b) for a, b in moving]
-    want, have = (np.concatenate([*column, np.zeros(0)]) for column in zip(*places, strict=True))
-    rms = float(np.sqrt(np.mean((want - have) ** 2)) / want.max()) if len(want) else 0.0
-    timed = max((_correlation(*_speeds_in_time(moving, float(lag))) for lag in _LAGS), default=1.0)
-    deviation = max((deviation_of(a, b) for a, b in pairs), default=0.0)
+    want, have = (np.concatenate(column) for column in zip(*places, strict=True))
+    rms = float(np.sqrt(np.mean((want - have) ** 2)) / want.max())
+    at_times, lagged = (np.concatenate(column) for column in zip(*(_in_time(a, b) for a, b in moving), strict=True))
+    timed = max(_correlation(at_times, column) for column in lagged.T)
+    deviation = max(deviation_of(a, b) for a, b in pairs)
     return Fidelity(deviation, _correlation(want, have), rms, timed, stretched(intended, executed))
 
 
@@ -62,32 +65,38 @@ def stretched(intended: Drawing, executed: Drawing) -> float:
 
 
 def deviation_of(a: Stroke, b: Stroke) -> float:
-    """Greatest distance of a point of either path from the other path, mm."""
-    return max(_distance(a.xy, b.xy), _distance(b.xy, a.xy))
+    """Greatest distance of a point of either path from the same stretch of the other, mm.
+
+    It is never less than the Hausdorff distance of the two paths.
+    """
+    return max(_away(a.xy, b.xy), _away(b.xy, a.xy))
 
 
-def _distance(path: Array, other: Array) -> float:
-    """Greatest distance of a point on one path from the nearest of the other."""
-    points = _dense(path)[0]
-    start, way = (other[:-1], np.diff(other, axis=0)) if len(other) > 1 else (other, np.zeros((1, 2)))
-    squared = np.maximum((way * way).sum(axis=1), 1e-12)
-    worst = 0.0
-    for some in np.array_split(points, max(1, len(points) * len(start) // 500_000)):
-        off = some[:, None] - start
-        share = np.clip((off * way).sum(axis=2) / squared, 0.0, 1.0)
-        off -= share[..., None] * way
-        worst = max(worst, float(np.sqrt((off * off).sum(axis=2).min(axis=1)).max()))
-    return worst
+def _away(path: Array, other: Array) -> float:
+    """Greatest distance of a point on one path from where the other is at about the same share of its length."""
+    points, at = _dense(path, 0.1)
+    along = _arc(other)
+    if along[-1] == 0.0:
+        return float(np.hypot(*(points - other[0]).T).max())
+    guess = at * (along[-1] / at[-1] if at[-1] > 0 else 0.0)
+    near = np.searchsorted(along, guess[:, None] + np.array([-_LOOK, _LOOK]))
+    width = int(np.diff(near).max()) + 1
+    index = np.clip(near[:, :1] - 1 + np.arange(width), 0, len(other) - 2)
+    way = np.diff(other, axis=0)
+    off = points[:, None] - other[index]
+    share = np.clip((off * way[index]).sum(axis=2) / np.maximum((way * way).sum(axis=1), 1e-12)[index], 0.0, 1.0)
+    off -= share[..., None] * way[index]
+    return float(np.sqrt((off * off).sum(axis=2).min(axis=1)).max())
 
 
 def _arc(xy: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
-def _dense(xy: Array) -> tuple[Array, Array]:
-    """Points every `_FINE` mm along a path, corners included, and how far along they are."""
+def _dense(xy: Array, step: float = _FINE) -> tuple[Array, Array]:
+    """Points every `step` mm along a path, corners included, and how far along they are."""
     arc = _arc(xy)
-    at = np.union1d(arc, np.arange(0.0, arc[-1], _FINE))
+    at = np.union1d(arc, np.arange(0.0, arc[-1], step))
     keep = np.append(True, np.diff(arc) > 0)
     return np.stack([np.interp(at, arc[keep], xy[keep, axis]) for axis in (0, 1)], axis=1), at
 
@@ -125,14 +134,11 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
     return np.asarray(np.maximum.accumulate(np.minimum(best, at[-1])))
 
 
-def _speeds_in_time(pairs: list[tuple[Stroke, Stroke]], lag: float) -> tuple[Array, Array]:
-    """Intended and executed speed at the same time since the beginning of each stroke, the latter `lag` s later."""
-    want, have = [np.zeros(0)], [np.zeros(0)]
-    for a, b in pairs:
-        t = _grid(a)
-        want.append(_speed_at(t, a.t, _arc(a.xy)))
-        have.append(_speed_at(t - a.t[0] + b.t[0] + lag, b.t, _arc(b.xy)))
-    return np.concatenate(want), np.concatenate(have)
+def _in_time(a: Stroke, b: Stroke) -> tuple[Array, Array]:
+    """Intended speeds at equal steps of time, and executed ones at the same times and every lag: (n,), (n, lags)."""
+    t = _grid(a)
+    lagged = (t - a.t[0] + b.t[0])[:, None] + _LAGS
+    return _speed_at(t, a.t, _arc(a.xy)), _speed_at(lagged, b.t, _arc(b.xy))
 
 
 def _correlation(a: Array, b: Array) -> float:

@@ -6,7 +6,7 @@ import unicodedata
 
 from handout import units
 from handout.plotting import grbl
-from handout.plotting.plan import Plan
+from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
 

@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from handout.plotting.blocks import Block, Move, Pause, Pen
-from handout.profiles import Plotter
+from handout.plotting.blocks import Block, Pause, Pen
 from handout.profiles import Pen as PenProfile
+from handout.profiles import Plotter
 
 RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
 REALTIME = frozenset(b"?!~\x18")

@@ -102,7 +102,8 @@ class Link:
             quiet += glance
             self.port.write(grbl.STATUS)
         raise DeviceSilent(
-            f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, and that it moves freely."
+            f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, "
+            "and that it moves freely."
         )
 
     def _hear(self, acknowledged: Callable[[Sent], None]) -> None:

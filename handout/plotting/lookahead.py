@@ -71,7 +71,10 @@ class Motion:
     def travelled(self, row: int, t: float) -> float:
         """How far block `row` has come `t` seconds after its start, mm."""
         u, v, a = float(self.entry[row]), float(self.leave[row]), float(self.acceleration[row])
-        top = float(top_speed(self.length[row], a, u, v, self.nominal[row]))
+        one = slice(row, row + 1)
+        top = float(
+            top_speed(self.length[one], self.acceleration[one], self.entry[one], self.leave[one], self.nominal[one])[0]
+        )
         left = float(self.duration[row]) - t
         speeding, braking = (top - u) / a, (top - v) / a
         if t <= speeding:
@@ -166,7 +169,7 @@ def reachable(limit: Array, gain: Array, queue: int | None = None) -> Array:
         stop = np.concatenate([energy[queue:], np.full(queue, energy[-1])])
         back = np.minimum(_ahead_minimum(raised, queue), stop)
     speed2 = np.minimum.accumulate(back - 2.0 * energy) + energy
-    return np.maximum(speed2, 0.0)
+    return np.asarray(np.maximum(speed2, 0.0))
 
 
 def _ahead_minimum(values: Array, width: int) -> Array:
@@ -182,7 +185,7 @@ def _ahead_minimum(values: Array, width: int) -> Array:
 def top_speed(length: Array, acceleration: Array, entry: Array, leave: Array, nominal: Array) -> Array:
     """Greatest speed of lines run with constant acceleration and braking, at most at the nominal speed.  mm/s."""
     peak = np.sqrt(0.5 * (entry**2 + leave**2) + acceleration * length)
-    return np.minimum(peak, np.maximum(nominal, np.maximum(entry, leave)))
+    return np.asarray(np.minimum(peak, np.maximum(nominal, np.maximum(entry, leave))))
 
 
 def trapezoid_time(length: Array, acceleration: Array, entry: Array, leave: Array, nominal: Array) -> Array:
@@ -191,4 +194,4 @@ def trapezoid_time(length: Array, acceleration: Array, entry: Array, leave: Arra
     plateau = np.maximum(length - (2.0 * top**2 - entry**2 - leave**2) / (2.0 * acceleration), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         time = (2.0 * top - entry - leave) / acceleration + plateau / top
-    return np.where(length > 0.0, time, 0.0)
+    return np.asarray(np.where(length > 0.0, time, 0.0))

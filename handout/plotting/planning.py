@@ -13,7 +13,7 @@ from handout.plotting.course import Course
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Blocks, Flags, Motion
 from handout.plotting.order import by_travel
-from handout.plotting.plan import Order, Plan, Speed
+from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter
 from handout.values import Array, Drawing, Stroke
 
@@ -145,7 +145,7 @@ def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tu
     """What the machine is told, and when it begins each."""
     xy, feeds_ = way.points[1:, :2].tolist(), feed.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
-    blocks = tuple(Move(*xy[row], feeds_[row]) if block is None else block for block, row in way.told)
+    blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
     rows = np.array([row for _, row in way.told])
     moves = np.array([block is None for block, _ in way.told])
     return blocks, np.where(moves, starts[rows], rests[rows])

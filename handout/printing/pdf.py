@@ -25,7 +25,7 @@ _WHITE = 255
 _CATALOG, _PAGES, _INFO = 1, 2, 3
 # pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
 # for Poppler, which would then stretch the picture by one
-_INSET = 0.001
+_INSET = 0.0001
 # rows composited at a time, so that a large page needs little memory beside itself
 _STRIP = 256
 
@@ -130,8 +130,8 @@ def _information(about: Mapping[str, Any]) -> bytes:
 
 
 def _number(value: float) -> str:
-    """Six decimals: a point is 0.35 mm, so this is exact to less than a nanometre."""
-    return f"{value:.6f}".rstrip("0").rstrip(".")
+    """Seven decimals: exact to far less than the inset above."""
+    return f"{value:.7f}".rstrip("0").rstrip(".")
 
 
 def _placing(pixels: NDArray[np.uint8], x: int, y: int, raster: Raster, page: Page) -> bytes:

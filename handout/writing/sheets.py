@@ -90,21 +90,21 @@ def _left(row: Row, layout: Layout, edge: float) -> float:
     return min(max(wander, -0.5), max(0.0, spare))
 
 
-def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, float]:
-    """(slope, sag, half width): about its middle a line rises by slope·u + sag·(u/half)²."""
+def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, float, float]:
+    """(slope, sag, middle, half width): u mm from its middle a line has risen by slope·u + sag·(u/half)²."""
     half = 0.5 * layout.width
     most = 0.35 * layout.x_height / half  # re-anchored: a long line drifts no further than a short one
-    return max(-most, min(most, tilt)), bend * layout.x_height, half
+    return max(-most, min(most, tilt)), bend * layout.x_height, layout.margin[3] + half, half
 
 
 def _place(
-    word: Word, x: float, baseline: float, curve: tuple[float, float, float], scale: float, index: int
+    word: Word, x: float, baseline: float, curve: tuple[float, float, float, float], scale: float, index: int
 ) -> Iterator[Placed]:
-    slope, sag, half = curve
+    slope, sag, middle, half = curve
 
     def to_page(points: Array) -> Array:
         px = x + points[:, 0] * scale
-        u = px - half
+        u = px - middle
         lift = slope * u + sag * ((u / half) ** 2 - 0.33)
         return np.column_stack([px, baseline - points[:, 1] * scale - lift])
 

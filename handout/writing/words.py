@@ -27,6 +27,7 @@ HEIGHT = 0.035  # relative height of a letter
 SHEAR = 0.022  # slant of a letter against its word, tangent
 # smooth fields that bend a word: (standard deviation, shortest and longest wavelength)
 WARPS = ((0.028, 1.6, 3.4), (0.016, 0.7, 1.6))
+CAPITALS = 0.12  # x-heights between two capitals, besides their widths
 _RISE_MEMORY = 0.7
 _WAVES = 6
 
@@ -60,7 +61,7 @@ def write_word(
     ]
     joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
     shapes = _shapes(len(glyphs), rng, jitter)
-    widths = np.array([glyph.width for glyph in glyphs]) * shapes[:, 0, 0] + rng.normal(0.0, GAP * jitter, len(glyphs))
+    widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, GAP * jitter, len(glyphs))
     starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), _walk(rng, len(glyphs), RISE * jitter)])
     flat = np.vstack(
         [
@@ -84,6 +85,13 @@ def write_word(
         left=float(flat[:, 0].min()),
         right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), advance - 0.2),
     )
+
+
+def _advances(glyphs: Sequence[Glyph]) -> Array:
+    """How far each glyph is from the next; capitals among themselves stand further apart than before small letters."""
+    letters = [glyph.letter for glyph in glyphs]
+    capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
+    return np.array([glyph.width for glyph in glyphs]) + CAPITALS * np.array(capitals)
 
 
 def _shapes(n: int, rng: np.random.Generator, jitter: float) -> Array:

@@ -1,8 +1,9 @@
-"""Drawings that move as handwriting does, made from nothing but sines: loops, words, pen lifts, ten strokes a second."""
+"""Drawings that move as handwriting does, made of sines: loops, words, pen lifts, ten strokes a second."""
 
 from __future__ import annotations
 
 import numpy as np
+
 from handout.values import Array, Drawing, Page, Stroke
 
 A5 = Page(148, 210, "A5")

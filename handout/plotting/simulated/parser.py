@@ -146,7 +146,6 @@ def _target(modes: Modes, given: list[float | None], at: tuple[float, float, flo
         x, y, z = (here + (value or 0.0) for value, here in zip(given, at, strict=True))
     else:
         x, y, z = (
-            here if value is None else value + shift
-            for value, here, shift in zip(given, at, modes.offset, strict=True)
+            here if value is None else value + shift for value, here, shift in zip(given, at, modes.offset, strict=True)
         )
     return x, y, z

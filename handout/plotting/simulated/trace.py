@@ -64,10 +64,10 @@ def _stroke(t: Array, xy: Array, begin: float, end: float, placement: Placement)
     if a == b:
         if a == 0:
             return None
-        return Stroke([begin], placement.to_page(xy[a - 1 : a]))
+        return Stroke(np.array([begin]), placement.to_page(xy[a - 1 : a]))
     moved = np.flatnonzero((xy[a:b] != xy[a]).any(axis=1))
     if len(moved) == 0:
-        return Stroke([t[a]], placement.to_page(xy[a : a + 1]))
+        return Stroke(t[a : a + 1], placement.to_page(xy[a : a + 1]))
     a, b = a + int(moved[0]) - 1, a + int(moved[-1]) + 1
     while b - a > 2 and (xy[b - 1] == xy[b - 2]).all():
         b -= 1

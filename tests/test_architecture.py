@@ -1,0 +1,97 @@
+"""The arrows between the rooms run one way, and the command starts without heavy imports."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "handout"
+
+# room → rooms it may import, besides itself and the ground floor
+GROUND = {"", "values", "units", "errors", "atomic", "shipped", "profiles"}
+MAY = {
+    "hand": set(),
+    "writing": {"hand"},
+    "motion": {"hand", "writing"},
+    "inking": {"hand", "writing", "motion"},
+    "sinks": {"motion", "inking"},
+    "printing": {"writing", "inking", "sinks", "colour"},
+    "plotting": {"motion", "sinks"},
+    "score": set(),
+    "cli": {"hand", "writing", "motion", "inking", "sinks", "printing", "plotting", "score", "colour"},
+    "__main__": {"cli"},
+}
+HEAVY = {
+    "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
+}  # fmt: skip
+
+
+def room(module: str) -> str:
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else ""
+
+
+def imports(path: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0, f"{path}: relative import"
+            found.add(node.module)
+            if node.module == "handout":
+                found |= {f"handout.{alias.name}" for alias in node.names}
+    return {name for name in found if name.split(".")[0] == "handout"}
+
+
+def arrows() -> list[tuple[str, str, str]]:
+    rows = []
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        home = "" if parts == ("__init__",) else parts[0]
+        rows += [(str(path.relative_to(PACKAGE)), home, room(name)) for name in imports(path)]
+    return rows
+
+
+def test_imports_run_one_way():
+    wrong = [
+        f"{file} imports {to}"
+        for file, home, to in arrows()
+        if to != home and to not in GROUND and (home in GROUND or to not in MAY[home])
+    ]
+    assert wrong == []
+
+
+def test_the_rule_can_fail():
+    assert {home for _, home, _ in arrows()} >= {"writing", "motion", "cli"}
+    assert "cli" not in MAY["writing"]
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["write", "--help"], ["plot", "--help"]])
+def test_help_is_light(arguments):
+    code = (
+        "import sys\n"
+        "from handout.cli import main\n"
+        "try:\n"
+        f"    main({arguments!r})\n"
+        "except SystemExit as leave:\n"
+        "    assert leave.code == 0, leave.code\n"
+        "print('HEAVY', sorted({name.split('.')[0] for name in sys.modules} & set(" + repr(sorted(HEAVY)) + ")))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.rstrip().endswith("HEAVY []"), done.stdout[-300:]
+
+
+def test_importing_handout_imports_nothing_numeric():
+    code = "import sys, handout; print(sorted({n.split('.')[0] for n in sys.modules} & set(" + repr(sorted(HEAVY)) + ")))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_public_names_resolve():
+    import handout
+
+    for name in handout.__all__:
+        assert getattr(handout, name) is not None
