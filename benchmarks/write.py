@@ -70,7 +70,7 @@ def main() -> None:
             points = sum(len(stroke.t) for stroke in drawing.strokes)
             print(
                 f"{name} {engine}: 1000 characters to {len(drawing.strokes)} strokes, {points} samples in "
-                f"{spent:.2f} s of CPU (goal {GOAL_SECONDS:.1f}); {1000 / drawing.duration:.2f} characters a second written"
+                f"{spent:.2f} s of CPU (goal {GOAL_SECONDS:.1f}), {1000 / drawing.duration:.2f} characters a second"
             )
     for name in names():
         hand = load(name)

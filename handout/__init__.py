@@ -3,8 +3,8 @@
 The few functions that are the product, offered by name and imported only when used::
 
     hand = handout.load("house-joined")
-    pages = handout.compose("Dear Ada, …", hand, handout.Layout(page="A5"), rng)
-    drawing = handout.trace(pages[0], hand, rng)
+    page, *_ = handout.compose("Dear Ada, …", hand, handout.Layout(handout.page("A5")), rng)
+    drawing = handout.trace(page, hand, rng)
 """
 
 from __future__ import annotations
@@ -14,7 +14,20 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-_PUBLIC: dict[str, str] = {}
+_PUBLIC = {
+    "Layout": "handout.writing.layout",
+    "compose": "handout.writing.compose",
+    "ink": "handout.inking.plain",
+    "load": "handout.hand.library",
+    "page": "handout.writing.layout",
+    "plan": "handout.plotting",
+    "open_port": "handout.plotting",
+    "print_rows": "handout.printing.batch",
+    "read_addresses": "handout.printing.table",
+    "run": "handout.plotting",
+    "trace": "handout.motion.trace",
+    "write_drawings": "handout.sinks",
+}
 
 __all__ = ["__version__", *_PUBLIC]
 

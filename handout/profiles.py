@@ -245,21 +245,36 @@ def names(kind: str | None = None) -> list[str]:
     return sorted(n for n in shipped.files("devices", "*.toml") if kind is None or n.startswith(f"{kind}-"))
 
 
-def find(name: str, kind: str) -> Profile:
-    """The machine `name`: a path to a TOML file, a full name, or a name without its ``plotter-`` / ``printer-``.
+def locate(name: str, kind: str | None = None) -> Path:
+    """The file of a machine: a path to a TOML file, a full name, or a name without its ``plotter-`` / ``printer-``.
 
     Raises
     ------
     ProfileError
-        Unknown (the message lists the nearest), or of another kind.
+        Unknown; the message lists the nearest.
     """
+    if name.endswith(".toml"):
+        return Path(name)
     known = shipped.files("devices", "*.toml")
-    path = Path(name) if name.endswith(".toml") else known.get(name) or known.get(f"{kind}-{name}")
-    if path is None:
-        choices = names(kind)
-        near = difflib.get_close_matches(f"{kind}-{name}", choices, 3, 0.4) or choices
-        raise ProfileError(f"No {kind} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list).")
-    profile = read(path)
+    kinds = [kind] if kind else ["plotter", "printer"]
+    for full in (name, *(f"{k}-{name}" for k in kinds)):
+        if full in known:
+            return known[full]
+    choices = names(kind)
+    near = difflib.get_close_matches(f"{kind}-{name}" if kind else name, choices, 3, 0.4) or choices
+    what = kind or "machine"
+    raise ProfileError(f"No {what} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list).")
+
+
+def find(name: str, kind: str) -> Profile:
+    """Read the machine `name`, as `locate` finds it.
+
+    Raises
+    ------
+    ProfileError
+        Unknown (the message lists the nearest), not valid, or of another kind.
+    """
+    profile = read(locate(name, kind))
     if profile.kind != kind:
         raise ProfileError(f"{name} is a {profile.kind}, not a {kind}.")
     return profile

@@ -20,6 +20,7 @@ _Points = NDArray[np.complex128]
 _Number = TypeVar("_Number", np.float64, np.complex128)
 
 TOLERANCE = 0.008  # mm; leaves room for rounding to 0.001 mm within the 0.01 mm that outputs promise
+_LONG = 0.5  # mm between two samples
 _PLANE = np.array([1, 1j])
 _LONGEST = 32  # samples of the pieces that fitting begins with
 
@@ -115,13 +116,14 @@ class _Row:
         slope = np.where(inside, np.diff(self.z) / step, 0.0)
         velocity = np.zeros_like(self.z)
         velocity[1:-1] = (slope[:-1] * step[1:] + slope[1:] * step[:-1]) / (step[:-1] + step[1:])
+        velocity[1:-1] *= _roundness(slope * step)
         long = self.ends - self.starts > 1
         a, b = self.starts[long], self.ends[long] - 1
         pair = b - a == 1
         velocity[self.starts[~long]] = 0.0
         velocity[a] = np.where(pair, slope[a], 2 * slope[a] - velocity[a + 1])
         velocity[b] = np.where(pair, slope[a], 2 * slope[b - 1] - velocity[b - 1])
-        # no handle longer than its chord: no loops where the pen is jerked, or where a corner was meant
+        # no handle longer than its chord: no loops where the pen is jerked
         bound = np.where(inside, 3 * np.abs(slope), np.inf)
         bound = np.minimum(np.r_[bound, np.inf], np.r_[np.inf, bound])
         return np.asarray(velocity * np.minimum(1.0, bound / np.maximum(np.abs(velocity), 1e-12)))
@@ -138,6 +140,16 @@ class _Row:
         out, back = np.repeat(span * self.velocity[a], count), np.repeat(span * self.velocity[b], count)
         place = np.repeat(self.z[a], count) + u * (u * (1 + 2 * v) * chord + v * (v * out - u * back))
         return np.asarray(np.maximum.reduceat(np.abs(place - self.check[at]), begin))
+
+
+def _roundness(chord: _Points) -> Array:
+    """0 where two long chords meet at a right angle or sharper, a corner that was meant; 1 up to 60°, a bend.
+
+    Short chords turn sharply wherever the pen comes to rest, and say nothing.
+    """
+    size = np.abs(chord)
+    turn = (chord[:-1] * chord[1:].conj()).real / np.maximum(size[:-1] * size[1:], 1e-12)
+    return np.asarray(np.where(np.minimum(size[:-1], size[1:]) > _LONG, np.clip(2 * turn, 0, 1), 1.0))
 
 
 def _between(at: NDArray[_Number], half: NDArray[_Number]) -> NDArray[_Number]:

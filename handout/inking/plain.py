@@ -1,8 +1,8 @@
 """The plain pen: a line of even colour whose width follows pressure or speed, with round ends.
 
 A stroke is cut into short straight pieces; each piece covers a share of the pixels around it, which follows from the
-distance and direction of their centres, and a pixel keeps the greatest share it was given.  So a line that crosses or retraces itself is one
-line: an opaque pen leaves no darker spot there, and edges do not thicken.
+distance and the direction of their centres, and a pixel keeps the greatest share it was given.  So a line that
+crosses or retraces itself is one line: an opaque pen leaves no darker spot there, and edges do not thicken.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from handout.errors import InputError
 from handout.inking import curves
 from handout.values import Array, Drawing, Raster, Stroke
 
-_Pixels = NDArray[np.float32]
+_Pixels = NDArray[np.floating[Any]]  # float32 in fact, for speed
 
 Colour = tuple[float, float, float]
 

@@ -26,7 +26,7 @@ LEAST_SKEWED, MOST_SKEWED = 1e-3, 0.6
 REACH = 4.0
 _OUTSIDE = float(ndtr(-REACH))
 # Less bent than this, a pulse is taken to be bent so little
-_STRAIGHT = 1e-9
+_STRAIGHT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)

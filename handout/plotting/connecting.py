@@ -99,10 +99,35 @@ def state(link: Link) -> str:
 
 
 def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], None]) -> Plotter:
-    """The profile with what ``$$`` and ``$I`` said; `log` is told about every difference that changes the motion."""
+    """The profile with what ``$$`` and ``$I`` said; `log` is told about every difference that changes the motion.
+
+    Speeds are the lesser of the two, the travel only counts with soft limits on (``$20=1``), all else is the machine's.
+    """
     settings = {reply.number: reply.value for reply in heard if isinstance(reply, Setting)}
     sizes = next((reply for reply in heard if isinstance(reply, Sizes)), None)
-    limits, pen, port = profile.limits, profile.pen, profile.port
+    own = _own_limits(profile, settings)
+    for name, value in own.items():
+        said = getattr(profile.limits, name)
+        if abs(value - said) > 1e-3 * abs(said):
+            log(f"{name.replace('_', ' ')}: the plotter's own {value:g} instead of the profile's {said:g}.")
+    pen, bed, port = profile.pen, profile.bed, profile.port
+    if pen.lift == "z" and {112, 122} <= settings.keys():
+        z_speed, z_acceleration = Speed(min(pen.z_speed, settings[112] / 60)), Acceleration(settings[122])
+        pen = msgspec.structs.replace(pen, z_speed=z_speed, z_acceleration=z_acceleration)
+    if settings.get(32) and pen.lift == "servo":
+        log("Laser mode is on ($32=1): a servo may twitch on moves; switch it off with $32=0.")
+    if settings.get(20) and {130, 131} <= settings.keys():
+        width, height = Length(min(bed.width, settings[130])), Length(min(bed.height, settings[131]))
+        bed = msgspec.structs.replace(bed, width=width, height=height)
+    if sizes is not None:
+        port = msgspec.structs.replace(port, queue=sizes.queue, buffer=sizes.buffer)
+    limits = msgspec.structs.replace(profile.limits, **own)
+    return msgspec.structs.replace(profile, bed=bed, limits=limits, pen=pen, port=port)
+
+
+def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float]:
+    """What the machine says in place of keys of the profile's `limits`."""
+    limits = profile.limits
     own: dict[str, float] = {}
     if {110, 111} <= settings.keys():
         fastest = min(settings[110], settings[111]) / 60
@@ -114,15 +139,4 @@ def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], Non
         own["junction_deviation"] = Length(settings[11])
     if 100 in settings:
         own["steps_per_mm"] = settings[100]
-    for name, value in own.items():
-        said = getattr(limits, name)
-        if abs(value - said) > 1e-3 * abs(said):
-            log(f"{name.replace('_', ' ')}: the plotter's own {value:g} instead of the profile's {said:g}.")
-    if pen.lift == "z" and {112, 122} <= settings.keys():
-        z_speed, z_acceleration = Speed(min(pen.z_speed, settings[112] / 60)), Acceleration(settings[122])
-        pen = msgspec.structs.replace(pen, z_speed=z_speed, z_acceleration=z_acceleration)
-    if settings.get(32) and pen.lift == "servo":
-        log("Laser mode is on ($32=1): a servo may twitch on moves; switch it off with $32=0.")
-    if sizes is not None:
-        port = msgspec.structs.replace(port, queue=sizes.queue, buffer=sizes.buffer)
-    return msgspec.structs.replace(profile, limits=msgspec.structs.replace(limits, **own), pen=pen, port=port)
+    return own

@@ -8,8 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from handout.errors import DeviceError, DeviceSilent, PortError
-from handout.plotting import fidelity, grbl
+import msgspec
+
+from handout.errors import DeviceError, DeviceSilent
+from handout.plotting import bed, fidelity, grbl
 from handout.plotting.connecting import connect, reset, state
 from handout.plotting.journal import Journal
 from handout.plotting.link import Link, Sent
@@ -71,6 +73,8 @@ def run(
     """
     log = log or (lambda _: None)
     link, own = connect(port, profile, log)
+    bed.check(plan.course.points[:, :2], own)
+    own = msgspec.structs.replace(own, bed=profile.bed)
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
@@ -82,8 +86,8 @@ def run(
     with Journal(journal, [line for _, line in numbered]) as kept:
         try:
             _stream(link, numbered, plan, kept, progress)
-        except (KeyboardInterrupt, DeviceError) as error:
-            _leave_lifted(link, own, error)
+        except (KeyboardInterrupt, DeviceError):
+            _leave_lifted(link, own, log)
             raise
     return _report(plan, port, len(numbered), time.monotonic() - before)
 
@@ -115,19 +119,19 @@ def _stream(
         progress(1.0, 0.0)
 
 
-def _leave_lifted(link: Link, profile: Plotter, error: BaseException) -> None:
+def _leave_lifted(link: Link, profile: Plotter, log: Callable[[str], None]) -> None:
     """Stop the machine and lift the pen, as far as it still answers; never hides the error that led here."""
-    if isinstance(error, PortError):
-        return
     link.timeout = min(link.timeout, _HURRY)
-    with contextlib.suppress(DeviceError):
-        with contextlib.suppress(DeviceSilent):
+    try:
+        with contextlib.suppress(DeviceSilent):  # after an alarm it hears nothing but the reset
             _hold(link)
         reset(link, _HURRY)
         if state(link) == "Alarm":
             link.ask(b"$X\n")
-        for line in [*grbl.opening(profile)[:3], *grbl.pen(False, profile.pen), *grbl.closing()]:
+        for line in [*grbl.MODES, *grbl.pen(False, profile.pen), *grbl.closing()]:
             link.ask(line)
+    except DeviceError:
+        log("The pen could not be lifted and may stand on the paper: lift it by hand.")
 
 
 def _hold(link: Link) -> None:

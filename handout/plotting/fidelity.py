@@ -12,8 +12,9 @@ import numpy as np
 from handout.values import Array, Drawing, Stroke
 
 _HALF = 0.005  # s; speeds are means over a hundredth of a second
-_FINE = 0.04  # mm between points at which paths are compared
+_FINE = 0.02  # mm between points at which paths are compared
 _LOOK = 0.6  # mm along the path within which the same place is looked for
+_NEIGHBOURS = 25  # places over which the shift along the path is averaged
 _LAGS = np.arange(-0.05, 0.0501, 0.0025)  # s
 
 
@@ -122,7 +123,11 @@ def _speeds_in_place(a: Stroke, b: Stroke) -> tuple[Array, Array]:
 
 
 def _match(xy: Array, guess: Array, path: Array) -> Array:
-    """How far along the path the places are, looked for around a guess, in order."""
+    """How far along the path the places are, looked for around a guess, in order.
+
+    Executed paths are a little shorter or longer than meant; that grows slowly along a stroke, so what is found for
+    single places, to within a step of the motors, is averaged over their neighbours.
+    """
     points, at = _dense(path)
     even = np.arange(0.0, at[-1] + _FINE, _FINE)
     points = np.stack([np.interp(even, at, points[:, axis]) for axis in (0, 1)], axis=1)
@@ -130,8 +135,10 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
     index = np.clip(np.rint(guess / _FINE).astype(int)[:, None] + np.arange(-reach, reach + 1), 0, len(even) - 1)
     off = points[index] - xy[:, None]
     cost = (off * off).sum(axis=2) + 1e-3 * (even[index] - guess[:, None]) ** 2
-    best = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]]
-    return np.asarray(np.maximum.accumulate(np.minimum(best, at[-1])))
+    found = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]] - guess
+    window = np.ones(min(_NEIGHBOURS, len(found)))
+    mean = np.convolve(found, window, "same") / np.convolve(np.ones(len(found)), window, "same")
+    return np.asarray(np.maximum.accumulate(np.clip(guess + mean, 0.0, at[-1])))
 
 
 def _in_time(a: Stroke, b: Stroke) -> tuple[Array, Array]:

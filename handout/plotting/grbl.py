@@ -14,7 +14,7 @@ from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
 RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
-REALTIME = frozenset(b"?!~\x18")
+MODES = (b"G21\n", b"G90\n", b"G94\n")  # millimetres, absolute positions, feeds per minute
 
 ERRORS: dict[int, str] = {
     1: "a word without its letter", 2: "a number that cannot be read", 3: "a $ command it does not know",
@@ -132,9 +132,9 @@ def reply(line: bytes) -> Reply:
 
 
 def opening(profile: Plotter) -> list[bytes]:
-    """Millimetres, absolute positions, feeds per minute; and the zero, if it is where the pen stands."""
+    """How numbers are meant; and the zero, if it is where the pen stands."""
     here = [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
-    return [b"G21\n", b"G90\n", b"G94\n", *here]
+    return [*MODES, *here]
 
 
 def closing() -> list[bytes]:

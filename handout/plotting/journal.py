@@ -1,9 +1,9 @@
 """What a plotter has acknowledged, line by line, as JSON lines.
 
-Every plot begins with a line that says what it is: ``{"lines": 5120, "sha256": "…"}`` of the program.  Then comes a line
-for every line of the program that the controller has acknowledged, as soon as it has: ``{"line": 12, "text":
-"X10.2Y8F900"}``, numbered from 0; and at the end ``{"done": true}``, or ``{"stopped": "why"}``.  Acknowledged means taken
-into the controller's queue: the last few moves (usually 15) need not have been executed when a connection breaks.
+Every plot begins with a line that says what it is: ``{"lines": 5120, "sha256": "…"}`` of the program.  Then comes a
+line for every line of the program that the controller has acknowledged, as soon as it has: ``{"line": 12, "text":
+"X10.2Y8F900"}``, numbered from 0; and at the end ``{"done": true}``, or ``{"stopped": "why"}``.  Acknowledged means
+taken into the controller's queue: the last few moves (usually 15) need not have been executed when a connection breaks.
 """
 
 from __future__ import annotations

@@ -143,11 +143,12 @@ def _merge(path: Track, knots: Array, wanted: Array, shortest: float) -> Array:
     first, last = (set(ends.tolist()) for ends in _ends(stroke))
     kept: list[int] = []
     for index, (x, y) in enumerate(xy):
-        if index not in first:
+        stays = firm[index] or index in last
+        while index not in first and math.hypot(x - xy[kept[-1]][0], y - xy[kept[-1]][1]) < shortest:
             before = kept[-1]
-            if math.hypot(x - xy[before][0], y - xy[before][1]) < shortest:
-                if before in first or not (firm[index] or index in last) or (firm[before] and index not in last):
-                    continue
-                kept.pop()
-        kept.append(index)
+            if before in first or not stays or (firm[before] and index not in last):
+                break
+            kept.pop()
+        else:
+            kept.append(index)
     return knots[kept]

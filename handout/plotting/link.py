@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent, PortError
+from handout.errors import DeviceAlarm, DeviceSilent
 from handout.plotting import grbl
 from handout.plotting.grbl import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
@@ -28,6 +28,9 @@ class Sent(NamedTuple):
 class Link:
     """A port with a controller behind it.
 
+    Its methods raise DeviceSilent when nothing is answered, or when lines were lost; DeviceAlarm when a line is refused
+    or the machine stops; PortError when the connection breaks.
+
     Parameters
     ----------
     buffer : bytes the controller can receive before it reads them.
@@ -39,7 +42,6 @@ class Link:
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
         self._partial = b""
-        self._unread: deque[Reply] = deque()
         self._idle = 0.0
         self._held = False
 
@@ -141,9 +143,9 @@ class Link:
         self._held = held
         self._idle = self._idle + _GLANCE if status.state == "Idle" else 0.0
         if self._idle > self.timeout:
-            raise PortError(
-                f"The plotter is at rest but has not answered {len(self._under_way)} lines: "
-                "something was lost on the way; use a shorter or shielded cable."
+            raise DeviceSilent(
+                "The plotter is at rest but has not answered all lines it was sent: something was lost on the way; "
+                "use a shorter or shielded cable."
             )
 
     def forget(self) -> None:

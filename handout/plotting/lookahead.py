@@ -131,10 +131,10 @@ def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
     across = after - before
     across /= np.maximum(np.sqrt((across * across).sum(axis=1)), _REST)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        speed2 = along(across, machine.acceleration) * machine.deviation * half / (1.0 - half)
+        speed2 = np.asarray(along(across, machine.acceleration) * machine.deviation * half / (1.0 - half))
     speed2[cosine < -_STRAIGHT] = np.inf
     speed2[cosine > _STRAIGHT] = 0.0
-    return speed2
+    return np.asarray(speed2)
 
 
 def run(lines: Blocks, feed: Array, queue: int) -> Motion:

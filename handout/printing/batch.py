@@ -147,6 +147,8 @@ def print_rows(
     """
     if not 1 <= copies <= _MOST_COPIES:
         raise InputError(f"copies: {copies} is outside 1 to {_MOST_COPIES}.")
+    # what is wrong with the page or the size is wrong for every row: said once, now
+    address_layout(page, 1, 1, x_height)
     chosen = selection.select(rows, select)
     target = Target(profile, ink or _plain_ink, about or {})
     tell = progress or (lambda done, total, stage: None)

@@ -54,7 +54,17 @@ class Queue(Protocol):
 
 
 def ticket(profile: Printer, page: Page, title: str) -> Ticket:
-    """The ticket of `page` on this printer, its media named as it is fed."""
+    """The ticket of `page` on this printer, its media named as it is fed.
+
+    Raises
+    ------
+    ProfileError
+        The profile feeds from a tray that it does not list.
+    """
+    if profile.sources and profile.source and profile.source not in profile.sources:
+        raise ProfileError(
+            f"{profile.title}: source = {profile.source!r} is none of its sources: {', '.join(profile.sources)}."
+        )
     sheet = media.turned_page(page, media.turn_for(page, profile))
     return Ticket(title, media.name(sheet), profile.source, profile.options)
 
@@ -152,25 +162,26 @@ def resolve(name: str) -> Printer:
     """The printer called `name`: a queue of this computer, else a profile (``"epson"`` is ``printer-epson``).
 
     A queue that shares its name with a profile, or that a profile names, is driven as that profile says; any other
-    with 600 dpi and a margin of 5 mm, which nearly every printer can keep.
+    with 600 dpi and a margin of 5 mm, which nearly every printer can keep.  A profile that is a file needs no queue.
 
     Raises
     ------
     ProfileError
         Neither a queue nor a profile; the message lists the nearest profiles and the queues.
     """
-    found = queues()
     known = profiles.names("printer")
     is_profile = name.endswith(".toml") or name in known or f"printer-{name}" in known
+    profile = _printer(name) if is_profile else None
+    if profile is not None and profile.file:
+        return profile
+    found = queues()
     if name in found:
-        profile = _printer(name) if is_profile else _driven(name, known)
-        return msgspec.structs.replace(profile, queue=name)
-    if is_profile:
-        return _printer(name)
+        return msgspec.structs.replace(profile or _driven(name, known), queue=name)
+    if profile is not None:
+        return profile
     near = difflib.get_close_matches(f"printer-{name}", known, 3, 0.4) or known
-    here = f"queues on this computer: {', '.join(found)}" if found else "this computer has no print queues"
     raise ProfileError(
-        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; {here} "
+        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; {_here(found)} "
         "(see: handout devices list)."
     )
 
@@ -186,18 +197,23 @@ def open_queue(profile: Printer) -> CupsQueue:
     if shutil.which("lp") is None:
         raise PrinterError(_NO_LP)
     found = queues()
-    here = f"queues on this computer: {', '.join(found)}" if found else "this computer has no print queues"
     name = profile.queue or _default()
     if not name:
         raise PrinterError(
-            f"{profile.title} has no queue of its own and the system has no default; {here}: "
+            f"{profile.title} has no queue of its own and the system has no default; {_here(found)}: "
             f"name one with --printer QUEUE, or {_WAY_OUT}."
         )
     if name.split("/")[0] not in {queue.split("/")[0] for queue in found}:
         raise PrinterError(
-            f"There is no print queue {name!r}; {here}: name another with --printer QUEUE, or {_WAY_OUT}."
+            f"There is no print queue {name!r}; {_here(found)}: name another with --printer QUEUE, or {_WAY_OUT}."
         )
     return CupsQueue(name)
+
+
+def _here(found: Sequence[str]) -> str:
+    if not found:
+        return "no print queue was found on this computer (is the print system running?)"
+    return f"queues on this computer: {', '.join(found)}"
 
 
 def _printer(name: str) -> Printer:

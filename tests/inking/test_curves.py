@@ -27,7 +27,7 @@ def test_few_curves_close_to_the_motion_itself(rate: float) -> None:
     assert off(curve, t, loop(t)) <= curves.TOLERANCE
     # between samples the motion is known only as well as they tell
     assert off(curve, fine, loop(fine)) < (0.02 if rate == 100 else 0.01)
-    assert len(curve.t) - 1 < 2 * 40
+    assert len(curve.t) - 1 < 2 * 5 * 12
 
 
 @given(
@@ -68,7 +68,7 @@ def test_one_and_two_samples() -> None:
 
 
 def test_corners_are_not_overshot() -> None:
-    # a machine's polygon: long straight moves at even times, short ones in between
+    # a polygon of which only the corners are known, some of them twice
     xy = np.array([[0, 0], [40, 0], [40.1, 0], [40.1, 0.1], [40.1, 30], [0, 30], [0, 29.9]], dtype=float)
     (curve,) = curves.fit([Stroke(np.arange(7.0), xy)])
     path = curve.at(np.linspace(0, 6, 2000))

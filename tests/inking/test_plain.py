@@ -37,7 +37,8 @@ def area(cover: Array, dpi: float) -> float:
 def test_covers_the_area_of_the_line(dpi: float, angle: float, width: float) -> None:
     cover = plain.coverage(drawn(line(angle)), dpi, width=width, variation=0)
     expected = 10 * width + math.pi * width**2 / 4
-    assert area(cover, dpi) == pytest.approx(expected, rel=0.02)
+    # a line thinner than a pixel has ends that are less than round
+    assert area(cover, dpi) == pytest.approx(expected, rel=0.01 if width * dpi > 25.4 else 0.03)
 
 
 def test_is_as_good_as_much_finer_pixels() -> None:
@@ -48,7 +49,7 @@ def test_is_as_good_as_much_finer_pixels() -> None:
     fine = plain.coverage(drawing, 127 * 8, width=0.45).astype(float)
     boxed = fine.reshape(100, 8, 100, 8).mean(axis=(1, 3))
     difference = np.abs(coarse - boxed)
-    assert difference.max() < 255 * 0.08 and difference.mean() < 0.5
+    assert difference.max() < 255 * 0.08 and difference.mean() < 0.15  # the most in tight bends
 
 
 @pytest.mark.parametrize("width", [0.3, 1.0])

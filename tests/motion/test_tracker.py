@@ -190,8 +190,8 @@ def test_one_target_and_targets_that_coincide_are_constant(ends):
 def test_a_target_that_is_exact_in_one_direction_is_met_in_that_direction():
     targets = np.array([[0, 0], [1, 1.0], [2, 0], [3, 1], [4, 0]])
     singular = np.broadcast_to(np.diag([0.01, 0]), (5, 2, 2))
-    error, usual = (np.abs(tracker.centres(mean(targets, c, smooth=0.3), 20) - targets)[1:4] for c in (singular, None))
-    assert error[:, 1].max() < 0.2 * usual[:, 1].max()
+    error, usual = (np.abs(tracker.centres(mean(targets, c, smooth=0.5), 20) - targets)[1:4] for c in (singular, None))
+    assert error[:, 1].max() < 0.25 * usual[:, 1].max()
 
 
 @pytest.mark.parametrize(

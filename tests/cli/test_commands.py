@@ -1,0 +1,212 @@
+"""The verbs as a user calls them: what they do, what they say, and how they refuse."""
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from handout.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+KEYS = {"pages", "lines", "characters", "strokes", "pen_down_mm", "pen_up_mm", "duration_s", "seed", "hand", "files"}
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.fixture
+def call(capsys):
+    def run(*arguments, code=0):
+        with pytest.raises(SystemExit) as leave:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        assert leave.value.code == code, err
+        assert "Traceback" not in err
+        return out, err
+
+    return run
+
+
+@pytest.mark.parametrize("hand", ["house-joined", "house-quick", "house-print"])
+def test_write_is_reproducible(call, hand):
+    command = ["write", "--file", ROOT / "examples/letter.txt", "--hand", hand, "--json"]
+    facts = json.loads(call(*command, "--seed", 1, "-o", "a.svg", "-o", "a.png", "-o", "a.inkml")[0])
+    assert facts.keys() >= KEYS
+    assert facts["files"] == ["a.svg", "a.png", "a.inkml"]
+    assert facts["characters"] > 600 and facts["hand"] == hand and facts["seed"] == 1
+    call(*command, "--seed", 1, "-o", "b.svg", "-o", "b.png", "-o", "b.inkml")
+    call(*command, "--seed", 2, "-o", "c.svg")
+    for suffix in (".svg", ".png", ".inkml"):
+        assert Path("a" + suffix).read_bytes() == Path("b" + suffix).read_bytes()
+    assert Path("a.svg").read_bytes() != Path("c.svg").read_bytes()
+
+
+def test_write_every_format(call):
+    names = ["l.svg", "l.png", "l.pdf", "l.inkml", "l.json", "l.gcode"]
+    call("write", "Zoë wrote this.", "-q", *[part for name in names for part in ("-o", name)])
+    assert all(Path(name).stat().st_size > 300 for name in names)
+    svg = ET.parse("l.svg").getroot()
+    assert svg.get("width") == "210mm"
+    assert b"\nG1" in Path("l.gcode").read_bytes()
+
+
+def test_inkml_holds_the_same_drawing_as_json(call):
+    from handout.sinks.drawing_json import from_json
+    from handout.sinks.inkml import from_inkml
+
+    call("write", "abc", "-o", "l.inkml", "-o", "l.json", "-q")
+    a, b = from_inkml(Path("l.inkml").read_bytes()), from_json(Path("l.json").read_bytes())
+    assert len(a.strokes) == len(b.strokes)
+    assert all(
+        abs(s.xy - t.xy).max() < 1e-5 and abs(s.t - t.t).max() < 1e-5 for s, t in zip(a.strokes, b.strokes, strict=True)
+    )
+
+
+def test_write_from_standard_input(call, monkeypatch):
+    import io
+    import sys
+
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO("from a pipe ä".encode())))
+    facts = json.loads(call("write", "-", "-o", "a.svg", "--json")[0])
+    assert facts["characters"] == len("fromapipeä")
+
+
+def test_several_pages_are_numbered(call):
+    facts = json.loads(call("write", "word " * 400, "--page", "A6", "-o", "l.svg", "-o", "l.pdf", "--json", "-q")[0])
+    assert facts["pages"] > 1
+    assert facts["files"][: facts["pages"]] == [f"l-{n}.svg" for n in range(1, facts["pages"] + 1)]
+    assert "l.pdf" in facts["files"]
+
+
+def test_plot_on_the_simulated_plotter(call):
+    out, err = call("plot", "--port", "sim:", "Dear Ada", "--json", "--seed", 1)
+    facts = json.loads(out)
+    assert facts.keys() >= KEYS | {"executed_s", "stretched"}
+    assert facts["executed_s"] == pytest.approx(facts["planned_s"], rel=0.05)
+    assert "Plotted 1 sheet" in err
+
+
+def test_plot_copies_and_dry_run(call):
+    twice = json.loads(call("plot", "--port", "sim:", "hi", "--copies", 2, "--json", "-q", "--seed", 1)[0])
+    once = json.loads(call("plot", "--port", "sim:", "hi", "--json", "-q", "--seed", 1)[0])
+    assert twice["executed_s"] == pytest.approx(2 * once["executed_s"], rel=0.02)
+    facts = json.loads(call("plot", "hi", "--dry-run", "p.svg", "--json", "-q", "--seed", 1)[0])
+    assert facts["files"] == ["p.svg"] and facts["planned_s"] > 0
+
+
+def test_plot_fit_to_the_bed(call):
+    text = "line\n" * 20
+    _, err = call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", code=2)
+    assert "outside the bed" in err and "--fit" in err
+    call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", "--fit", "-q")
+
+
+def test_print_dry_run(call):
+    out, _ = call(
+        "print", "--printer", "epson", ROOT / "examples/envelope.csv", "--dry-run", "e.pdf", "--json", "--seed", 1
+    )
+    facts = json.loads(out)
+    assert facts.keys() >= KEYS | {"rows", "failed"}
+    assert (facts["rows"], facts["failed"], facts["pages"]) == (12, [], 12)
+    assert Path("e.pdf").read_bytes().startswith(b"%PDF")
+    call("print", "--printer", "pdf", ROOT / "examples/envelope.csv", "--dry-run", "e.png", "--rows", "2-3", "-q")
+    assert len(list(Path().glob("e-*.png"))) == 2
+
+
+def test_print_reports_rows_that_cannot_be_done(call):
+    Path("t.csv").write_text("name,street,city\nAnna,Weg 1,Ulm\nИван,Weg 2,Ulm\n", encoding="utf-8")
+    out, err = call("print", "t.csv", "--dry-run", "e.pdf", "--json", code=4)
+    facts = json.loads(out)
+    assert facts["rows"] == 1 and facts["failed"][0]["row"] == 3
+    assert "row 3" in err and "house-joined" in err
+
+
+def test_hand_list_and_show(call):
+    out, _ = call("hand", "list")
+    assert out.count("house-") == 3
+    call("hand", "show", "house-quick", "-o", "sheet.png", "--seed", 1, "-q")
+    assert Path("sheet.png").stat().st_size > 20000
+
+
+def test_devices(call):
+    out, err = call("devices", "list")
+    assert "plotter-grbl-servo" in out and "printer-epson" in out and "devices" in err
+    out, _ = call("devices", "show", "plotter-grbl-z")
+    Path("mine.toml").write_text(out, encoding="utf-8")
+    assert "valid plotter" in call("devices", "check", "mine.toml")[0]
+    Path("mine.toml").write_text(out.replace("draw_speed", "draw_sped"), encoding="utf-8")
+    _, err = call("devices", "check", "mine.toml", code=2)
+    assert "draw_sped" in err and "draw_speed" in err and "mine.toml" in err
+    call("plot", "--port", "sim:", "--device", "mine.toml", "hi", code=2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (["write", "", "-o", "a.svg"], 2, "nothing to write"),
+        (["write", "-o", "a.svg"], 2, "Nothing to write"),
+        (["write", "привет", "-o", "a.svg"], 2, "'п' (line 1, character 1)"),
+        (["write", "日本", "-o", "a.svg", "--fallback"], 2, "no form"),
+        (["write", "a", "-o", "a.svg", "--page", "1x1mm"], 2, "20 to 5000 mm"),
+        (["write", "a", "-o", "a.svg", "--page", "A9"], 2, "A9"),
+        (["write", "a", "-o", "a.svg", "--x-height", "9000mm"], 2, "x-height"),
+        (["write", "a", "-o", "a.svg", "--x-height", "nan"], 2, "x-height"),
+        (["write", "a", "-o", "a.svg", "--x-height", "2.5furlongs"], 2, "x-height"),
+        (["write", "a", "-o", "a.svg", "--page", "A6", "--margin", "60mm"], 2, "margins"),
+        (["write", "a", "-o", "a.svg", "--margin", "1mm,2mm,3mm"], 2, "margin"),
+        (["write", "a", "-o", "nowhere/a.svg"], 2, "does not exist"),
+        (["write", "a", "-o", "a.docx"], 2, ".svg"),
+        (["write", "a", "-o", "."], 2, ""),
+        (["write", "a", "-o", "a.svg", "--hand", "house-joind"], 2, "house-joined"),
+        (["write", "a", "-o", "a.svg", "--speed", "quickly"], 2, "speed"),
+        (["write", "a", "-o", "a.svg", "--speed", "0"], 2, "speed"),
+        (["write", "a", "-o", "a.svg", "--seed", "-1"], 2, "seed"),
+        (["write", "a", "-o", "a.svg", "--jitter", "99"], 2, "jitter"),
+        (["write", "a", "-o", "a.svg", "--ink", "blurple"], 2, "blurple"),
+        (["write", "a", "-o", "a.svg", "--pages", "1", "--page", "A6", "--x-height", "50mm"], 2, "mm"),
+        (["write", "--file", "missing.txt", "-o", "a.svg"], 2, "missing.txt"),
+        (["write", "a", "--file", "b.txt", "-o", "a.svg"], 2, "both"),
+        (["plot", "a"], 2, "--port"),
+        (["plot", "a", "--port", "/dev/ttyNOWHERE"], 3, "/dev/ttyNOWHERE"),
+        (["plot", "a", "--port", "sim:?fault=jam"], 3, "answer"),
+        (["plot", "a", "--port", "sim:?fault=alarm"], 3, "alarm"),
+        (["plot", "a", "--port", "sim:", "--device", "grbl-serv"], 2, "plotter-grbl-servo"),
+        (["print", "missing.csv", "--dry-run", "a.pdf"], 2, "missing.csv"),
+        (["print", "binary.csv", "--dry-run", "a.pdf"], 2, "binary.csv"),
+        (["print", "noaddress.csv", "--dry-run", "a.pdf"], 2, "noaddress.csv"),
+        (["print", "noaddress.csv", "--printer", "epsom", "--dry-run", "a.pdf"], 2, "epson"),
+        (["devices", "check", "missing.toml"], 2, "missing.toml"),
+        (["wrte", "a"], 2, "write"),
+    ],
+)
+def test_bad_input_is_one_clear_sentence(call, arguments, code, says):
+    Path("binary.csv").write_bytes(bytes(range(256)) * 20)
+    Path("noaddress.csv").write_text("colour,size\nred,3\n", encoding="utf-8")
+    before = set(Path().iterdir())
+    out, err = call(*arguments, code=code)
+    assert says.lower() in err.lower(), err
+    assert out == ""
+    assert len(err.strip()) < 700
+    assert set(Path().iterdir()) == before, "something was left behind"
+
+
+def test_a_file_that_is_not_text(call):
+    Path("latin.txt").write_bytes("Zoë".encode("latin-1"))
+    _, err = call("write", "--file", "latin.txt", "-o", "a.svg", code=2)
+    assert "UTF-8" in err
+    Path("bom.txt").write_bytes("Zoë".encode("utf-16"))
+    call("write", "--file", "bom.txt", "-o", "a.svg", "-q")
+
+
+def test_an_output_that_cannot_be_written_costs_no_other(call):
+    Path("there.svg").write_text("old", encoding="utf-8")
+    call("write", "a", "-o", "there.svg", "-o", "nowhere/b.png", code=2)
+    assert Path("there.svg").read_text(encoding="utf-8") == "old"
+
+
+def test_quiet_says_nothing(call):
+    assert call("write", "a", "-o", "a.svg", "-q") == ("", "")

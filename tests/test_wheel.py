@@ -1,0 +1,60 @@
+"""The wheel carries everything: built, installed in a clean environment, and used from another folder."""
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def run(*command, **options):
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def handout(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder, ROOT)
+    (wheel,) = folder.glob("handout_driver-*.whl")
+    home = folder / "venv"
+    venv.create(home, with_pip=False)
+    place = Path(sysconfig.get_path("purelib", vars={"base": str(home), "platbase": str(home)}))
+    run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--prefix", home, wheel)
+    # the dependencies are this environment's; handout itself must come from the wheel
+    (place / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+
+    def call(*arguments):
+        return run(python, "-m", "handout", *arguments, cwd=elsewhere, env=clean)
+
+    origin = run(python, "-c", "import handout; print(handout.__file__)", cwd=elsewhere, env=clean).strip()
+    assert origin.startswith(str(home)), origin
+    return call, elsewhere
+
+
+def test_writes_from_another_folder(handout):
+    call, folder = handout
+    facts = json.loads(call("write", "Dear Ada", "--seed", "1", "-o", "letter.svg", "-o", "letter.png", "--json", "-q"))
+    assert facts["files"] == ["letter.svg", "letter.png"]
+    assert all((folder / name).stat().st_size > 1000 for name in facts["files"])
+
+
+def test_ships_hands_and_machines(handout):
+    call, _ = handout
+    assert {"house-joined", "house-print", "house-quick"} <= {
+        h["name"] for h in json.loads(call("hand", "list", "--json"))["hands"]
+    }
+    devices = {d["name"] for d in json.loads(call("devices", "list", "--json"))["devices"]}
+    assert devices >= {"plotter-grbl-servo", "plotter-grbl-z", "plotter-simulated", "printer-epson", "printer-pdf"}
+    assert json.loads(call("plot", "--port", "sim:", "hi", "--json", "-q"))["executed_s"] > 0
