@@ -14,7 +14,7 @@ from typing import Any, Literal
 import msgspec
 
 from handout import shipped, units
-from handout.errors import ProfileError
+from handout.errors import InputError, ProfileError
 
 
 class Length(float):
@@ -179,7 +179,10 @@ def _quantity(kind: type, value: Any) -> Any:
     name, unit = _KINDS[kind]
     if not isinstance(value, str):
         raise ValueError(f'needs a {name} with its unit in quotes, such as "12{unit}"')
-    return kind(units.parse(value, name, "it"))
+    try:
+        return kind(units.parse(value, name))
+    except InputError as error:  # msgspec adds the path of the key to a ValueError only
+        raise ValueError(str(error).removeprefix("value: ").rstrip(".")) from error
 
 
 def _check_bounds(profile: Profile, path: Path) -> None:
@@ -231,13 +234,18 @@ def _check_pen(pen: Pen, path: Path) -> None:
 
 
 def _hint(message: str, kind: type) -> str:
-    """The validation message, with the nearest known key where a key was misspelt."""
-    if "unknown field `" in message:
-        wrong = message.split("`")[1]
+    """The validation message in plain words: which key, what is wrong with it, and the nearest known key to a slip."""
+    said, _, place = message.partition(" - at `$")
+    table = place.strip(".`")
+    quoted = said.split("`")[1] if "`" in said else ""
+    key = f"{table}.{quoted}" if table else quoted
+    if "unknown field" in said:
         known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins) for f in msgspec.structs.fields(t)}
-        near = difflib.get_close_matches(wrong, known, 1)
-        message += f"; did you mean {near[0]!r}?" if near else ""
-    return message
+        near = difflib.get_close_matches(quoted, known, 1)
+        return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
+    if "missing required field" in said:
+        return f"{key} is missing."
+    return f"{table}: {said[0].lower()}{said[1:]}." if table else f"{said}."
 
 
 def names(kind: str | None = None) -> list[str]:

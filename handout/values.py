@@ -51,7 +51,8 @@ class Stroke:
     t : (n,) float, s, strictly increasing, on the clock of the page.
     xy : (n, 2) float, mm, page coordinates (y down).
     pressure : (n,) float in 0–1, optional.
-    tilt, azimuth, rotation : (n,) float, rad, optional.
+    tilt, azimuth, rotation : (n,) float, rad, optional; tilt is measured from the vertical, azimuth from the
+        page's x axis towards y.
     width : (n,) float, mm, width of the mark, optional.
     word : index of the written word on its page, counted from 0; −1 if unknown.
     """

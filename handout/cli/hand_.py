@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 _SPECIMEN = """\
 {name}: {title}
 
-abcdefghijklmnopqrstuvwxyz
-ABCDEFGHIJKLMNOPQRSTUVWXYZ
-0123456789 & @ # % € £ $ § °
+a b c d e f g h i j k l m n o p q r s t u v w x y z
+A B C D E F G H I J K L M N O P Q R S T U V W X Y Z
+0 1 2 3 4 5 6 7 8 9 & @ # % € £ $ § °
 . , ; : ! ? ' " ‘ ’ “ ” ( ) [ ] - – — … / * + = < >
-àáâãäå æ ç èéêë ìíîï ñ òóôõö ø œ ß ùúûü ýÿ
+à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ
 
 The quick brown fox jumps over the lazy dog. Sphinx of black quartz, judge my vow! \
 Two driven jocks help fax my big quiz; all questions asked by five watch experts amazed the judge.

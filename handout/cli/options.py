@@ -49,7 +49,7 @@ _WRITING = (
 )
 _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
-    click.option("--pen-width", default="0.4mm", show_default=True, help="Width of the line, in pictures."),
+    click.option("--pen-width", default="0.3mm", show_default=True, help="Width of the line, in pictures."),
     click.option("--ink", default="#20223a", show_default=True, help="Colour of the ink, in pictures."),
 )
 
@@ -189,9 +189,16 @@ def compose_and_trace(
     pages = compose(text, job.hand, layout, rng, pages=job.pages, fallback=job.fallback)
     speed = job.speed * (_HURRIED if job.fast else 1.0)
     drawings = []
+    title = " ".join(text.split())[:60]
     for number, manuscript in enumerate(pages, 1):
         drawing = trace(manuscript, job.hand, rng, job.kinematics, speed=speed, jitter=layout.jitter)
-        about = {"program": f"handout {__version__}", "seed": job.seed, "page_number": number, "pages": len(pages)}
+        about = {
+            "program": f"handout {__version__}",
+            "title": title,
+            "seed": job.seed,
+            "page_number": number,
+            "pages": len(pages),
+        }
         drawings.append(replace(drawing, about={**about, **drawing.about}))
     return pages, drawings
 

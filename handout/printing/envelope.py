@@ -25,9 +25,9 @@ def address_text(row: Row) -> str:
 def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | None = None) -> Layout:
     """The layout of an address of so many lines on an envelope.
 
-    The block begins a little right of the middle of the envelope and lies about its centre a little below the middle, clear of
-    stamps and bar code.  A long line first moves it to the left and then makes the writing smaller; what is still
-    too long is shrunk by composition (`Layout.fit`).
+    The block begins a little right of the middle of the envelope and lies about its centre a little below the
+    middle, clear of stamps and bar code.  A long line first moves it to the left and then makes the writing
+    smaller; what is still too long is shrunk by composition (`Layout.fit`).
 
     Parameters
     ----------

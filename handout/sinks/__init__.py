@@ -30,7 +30,7 @@ class Pen:
         A width out of its bounds, or no such colour.
     """
 
-    width: float = 0.4
+    width: float = 0.3
     colour: str = "#1a1a2e"
 
     def __post_init__(self) -> None:

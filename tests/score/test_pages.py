@@ -30,10 +30,9 @@ def test_a_house_page_repeats_itself_as_little_as_people_do():
     from handout.hand.library import load
     from handout.inking.plain import flatten, ink
     from handout.motion.trace import trace
+    from handout.score.repetition import repetition
     from handout.writing.compose import compose
     from handout.writing.layout import Layout, page
-
-    from handout.score.repetition import repetition
 
     text = (
         " ".join(

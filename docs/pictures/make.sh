@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Makes the pictures of the README with the program itself: docs/pictures/make.sh, from the top of the checkout.
+set -euo pipefail
+here=$(dirname "$0")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+for hand in joined quick print; do
+  handout write "The hens have taken to sitting in the wheelbarrow as if it belonged to them; yesterday I found two eggs in my left boot. (house-$hand)" \
+    --hand "house-$hand" --page 150x34mm --margin 3mm,6mm --seed 5 --dpi 170 --quiet -o "$work/$hand.png"
+done
+handout write --file examples/letter.txt --hand house-joined --page A5 --x-height 2mm --fit --seed 1 --dpi 130 --quiet -o "$here/letter.png"
+handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen-width 0.45mm --dpi 100 --quiet --dry-run "$work/envelope.png"
+python - "$work" "$here" <<'PY'
+import sys
+from pathlib import Path
+from PIL import Image, ImageOps
+
+work, here = map(Path, sys.argv[1:])
+
+def sheet(pictures, columns, to):
+    pictures = [ImageOps.expand(Image.open(p).convert("L"), 1, 200) for p in pictures]
+    w, h = pictures[0].size
+    page = Image.new("L", (columns * (w + 8) - 8, -(-len(pictures) // columns) * (h + 8) - 8), 255)
+    for i, picture in enumerate(pictures):
+        page.paste(picture, ((i % columns) * (w + 8), (i // columns) * (h + 8)))
+    page.save(to, optimize=True)
+
+sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
+sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+PY

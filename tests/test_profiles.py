@@ -1,0 +1,146 @@
+"""Every shipped machine is valid and works; every slip in a file is refused with the name of file and key."""
+
+import re
+import sys
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from handout import profiles, shipped
+from handout.errors import ProfileError
+from handout.plotting import fidelity, open_port, plan, run, to_gcode
+
+sys.path.insert(0, str(Path(__file__).parent / "plotting"))
+from cursive import page
+
+PLOTTERS = sorted(shipped.folder("devices").glob("plotter-*.toml"))
+PRINTERS = sorted(shipped.folder("devices").glob("printer-*.toml"))
+
+
+def test_machines_ship():
+    assert {path.stem for path in PLOTTERS} >= {"plotter-simulated", "plotter-grbl-servo", "plotter-grbl-z"}
+    assert PRINTERS
+
+
+@pytest.mark.parametrize("path", PLOTTERS, ids=lambda path: path.stem)
+def test_plotter_runs_through_the_simulated_device(path):
+    profile = profiles.read(path)
+    assert isinstance(profile, profiles.Plotter)
+    assert profile.name == path.stem and profile.notes
+    drawing = page(words=5)
+    made = plan(drawing, profile)
+    port = open_port("sim:", profile)
+    said = []
+    report = run(made, port, profile, log=said.append)
+    found = fidelity.compare(drawing, port.executed())
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05)
+    assert found.deviation < 0.1
+    assert found.correlation > 0.98
+    assert port.lost == 0 and not port.pen_is_down and port.firmware.state == "Idle"
+    assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
+    assert to_gcode(made).endswith(b"G4P0\n")
+
+
+@pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
+def test_printer_is_valid(path):
+    profile = profiles.read(path)
+    assert isinstance(profile, profiles.Printer)
+    assert profile.title and 72 <= profile.dpi <= 2400
+
+
+def edited(tmp_path, stem, old, new):
+    text = (shipped.folder("devices") / f"{stem}.toml").read_text(encoding="utf-8")
+    assert len(re.findall(old, text, re.MULTILINE)) == 1, f"{old} is not in {stem} exactly once"
+    path = tmp_path / f"{stem}.toml"
+    path.write_text(re.sub(old, new, text, flags=re.MULTILINE), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (r'^draw_speed = "', 'drawspeed = "', r"limits\.drawspeed is not a known key; did you mean 'draw_speed'\?"),
+        (r"^homing = false", "homming = false", r"homming is not a known key; did you mean 'homing'\?"),
+        (r'^width = "300mm"', "width = 300", r"bed\.width: needs a length with its unit"),
+        (r'^width = "300mm"', 'width = "300"', r"bed\.width: '300s?' is not a length"),
+        (r'^width = "300mm"', 'width = "300s"', r"bed\.width: '300s?' is not a length"),
+        (r'^width = "300mm"', 'width = "9999mm"', r"bed\.width = 9999 is outside 10 to 5000"),
+        (r'^acceleration = "2000mm/s2"', 'acceleration = "0mm/s2"', r"limits\.acceleration = 0 is outside 1 to 50000"),
+        (r'^down_time = "200ms"', 'down_time = "9s"', r"pen\.down_time = 9 is outside 0 to 5"),
+        (r"^segment_rate = 100", "segment_rate = 4000", r"segment_rate = 4000 is outside 5 to 1000"),
+        (r"^buffer = 128", "buffer = 8", r"port\.buffer = 8 is outside 32 to 65536"),
+        (r'^dialect = "grbl"', 'dialect = "latin"', r"dialect: .*latin"),
+        (r'^lift = "servo"', 'lift = "rope"', r"pen\.lift: .*rope"),
+        (r"^down = 90", "down = 40", r"pen\.up and pen\.down are both 40"),
+        (r'^lift = "servo"', 'lift = "z"', r"pen\.up = 40 must be higher than pen\.down = 90"),
+        (r"^kind = .*$", 'kind = "teapot"', r"teapot.*plotter.*printer"),
+        (r"^kind = .*$", "kind = []", r"kind = \[\].*plotter.*printer"),
+        (r"^kind = .*$", 'kind = "plotter"\nname = "x"', r"name cannot be set"),
+        (r"^title = .*$", "", r"title is missing"),
+        (r'^up_time = "150ms"$', "", r"pen\.up_time is missing"),
+        (r"^title = .*$", "title = ", r"cannot be read as a device file"),
+    ],
+)
+def test_a_slip_in_a_plotter_is_refused(tmp_path, old, new, said):
+    path = edited(tmp_path, "plotter-grbl-servo", old, new)
+    with pytest.raises(ProfileError, match=said) as caught:
+        profiles.read(path)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (r"^dpi = 720", "dpi = 7", r"dpi = 7 is outside 72 to 2400"),
+        (r"^dpi = 720", "dpy = 720", r"dpy is not a known key; did you mean 'dpi'\?"),
+        (r'^right = "5mm"', "right = 5", r"margins\.right: needs a length with its unit"),
+        (r'^right = "5mm"', 'right = "-5mm"', r"margins\.right = -5 is outside 0 to 100"),
+    ],
+)
+def test_a_slip_in_a_printer_is_refused(tmp_path, old, new, said):
+    path = edited(tmp_path, "printer-epson", old, new)
+    with pytest.raises(ProfileError, match=said) as caught:
+        profiles.read(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_missing_file_is_one_sentence(tmp_path):
+    with pytest.raises(ProfileError, match="cannot be read as a device file: No such file"):
+        profiles.read(tmp_path / "plotter-none.toml")
+
+
+def test_machines_are_found_by_name_and_by_path(tmp_path):
+    path = shipped.folder("devices") / "plotter-simulated.toml"
+    for name in ("simulated", "plotter-simulated", str(path)):
+        assert profiles.find(name, "plotter").title == profiles.read(path).title
+    assert profiles.locate("plotter-grbl-z").stem == "plotter-grbl-z"
+    with pytest.raises(ProfileError, match=r"No plotter is called 'grbl-serwo'; the nearest: plotter-grbl-servo"):
+        profiles.find("grbl-serwo", "plotter")
+    with pytest.raises(ProfileError, match="is a plotter, not a printer"):
+        profiles.find(str(path), "printer")
+
+
+def test_your_own_file_wins(tmp_path, monkeypatch):
+    monkeypatch.setattr(shipped, "user_folder", lambda name: tmp_path)
+    edited(tmp_path, "plotter-simulated", r"^title = .*$", 'title = "Mine"')
+    assert profiles.find("simulated", "plotter").title == "Mine"
+
+
+def keys(kind, inside=""):
+    for field in msgspec.structs.fields(kind):
+        if isinstance(field.type, type) and issubclass(field.type, msgspec.Struct):
+            yield from keys(field.type, f"{field.name}.")
+        elif field.name != "name":
+            yield inside + field.name
+
+
+@pytest.mark.parametrize("kind", [profiles.Plotter, profiles.Printer])
+def test_every_key_is_explained(kind):
+    text = (shipped.folder("devices") / "README.md").read_text(encoding="utf-8")
+    assert [key for key in keys(kind) if f"`{key}`" not in text] == []
+
+
+def test_every_bound_belongs_to_a_key():
+    known = set(keys(profiles.Plotter)) | set(keys(profiles.Printer))
+    assert set(profiles._BOUNDS) <= known
