@@ -34,6 +34,16 @@ MARKS = {
 _PLACES = frozenset({"start", "middle", "end", "alone"})
 _LAST = frozenset({"end", "alone"})
 _HIGH_EXIT_KEPT = 0.72  # share of a high exit stroke that is written at the end of a word
+# key → (least, greatest)
+_BOUNDS = {
+    "slant": (-2, 2),
+    "smooth": (0.05, 1),
+    "drawn_at": (0.05, 1),
+    "interval": (0.005, 2),
+    "word_space": (0.1, 5),
+    "pitch": (1, 20),
+    "variation": (0, 3),
+}
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
 
 
@@ -86,6 +96,10 @@ def read(path: Path) -> Hand:
         file = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _File)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise InputError(f"{path}: cannot be read as a drawn hand: {error}.") from error
+    for key, (least, greatest) in _BOUNDS.items():
+        value = getattr(file, key)
+        if value is not None and not least <= value <= greatest:
+            raise InputError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
     try:
         glyphs = {
             letter: tuple(glyph for number, form in enumerate(forms) for glyph in _derive(letter, number, form, file))

@@ -92,7 +92,7 @@ def _engine(name: str, hand: Hand) -> Engine:
     if name == "sigma-lognormal":
         from handout.motion import sigma_lognormal
 
-        return partial(sigma_lognormal.follow, steps=STEPS)
+        return partial(sigma_lognormal.follow, steps=STEPS, baked_at=hand.drawn_at)
     raise InputError(f"kinematics: {name!r} is unknown; use {' or '.join(ENGINES)}.")
 
 

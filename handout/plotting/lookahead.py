@@ -102,14 +102,15 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     unit = move / np.maximum(length, _REST)[:, None]
     corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
-    radius[1:] = _radius(unit, length)
+    radius[1:] = _radius(np.diff(points, axis=0))  # whole steps would make rough what is smooth
     corner[stands], radius[stands] = 0.0, np.inf
     return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner, radius)
 
 
-def _radius(unit: Array, length: Array) -> Array:
+def _radius(move: Array) -> Array:
     """Radius of the curve of which each two lines are chords, mm; infinite for a turn of more than a quarter."""
-    cosine = (unit[:-1] * unit[1:]).sum(axis=1)
+    length = np.maximum(np.sqrt((move * move).sum(axis=1)), _REST)
+    cosine = (move[:-1] * move[1:]).sum(axis=1) / (length[:-1] * length[1:])
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     return np.where(cosine > 0, 0.5 * (length[:-1] + length[1:]) / np.maximum(angle, _REST), np.inf)
 

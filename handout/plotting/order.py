@@ -29,7 +29,14 @@ def by_travel(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
         better = _moved_about(candidate, gap)
         if _length(better, gap) < _length(order, gap) - 1e-9:
             order = better
-    return tuple(strokes[index] for word in order for index in words[word])
+    ordered = tuple(strokes[index] for word in order for index in words[word])
+    return ordered if _travel(ordered) < _travel(strokes) - 1e-9 else strokes
+
+
+def _travel(strokes: tuple[Stroke, ...]) -> float:
+    start = np.array([stroke.xy[0] for stroke in strokes[1:]])
+    end = np.array([stroke.xy[-1] for stroke in strokes[:-1]])
+    return float(np.hypot(*(start - end).T).sum())
 
 
 def _words(strokes: tuple[Stroke, ...]) -> list[list[int]]:

@@ -56,7 +56,7 @@ _HEADERS: dict[str, str] = {
         ciudad, población, localidad, municipio, città, comune, località, plaats, woonplaats, stad, gemeente""",
     "state": """state, province, region, county, state/province, territory, mailing state
         Bundesland, Kanton, Provinz, Region, canton, région, département, provincia, comunidad autónoma, estado
-        regione, prov., sigla provincia, provincie, staat""",
+        regione, prov., sigla provincia, provincie""",
     "place": """city state zip, city state zip code, city and zip, zip city, postcode city, postcode and city
         PLZ Ort, PLZ und Ort, PLZ Stadt, Postleitzahl Ort, Postleitzahl und Ort
         code postal ville, code postal et ville, CP ville, CP et ville, NPA localité, NPA ville
@@ -78,7 +78,7 @@ _PLACES = frozenset({"street", "box", "place", "postcode", "city", "address"})
 
 def key(header: str) -> str:
     """A header without case, accents, spaces and punctuation: ``" Straße / Nr. "`` → ``"strassenr"``."""
-    plain = unicodedata.normalize("NFKD", header.casefold())
+    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", header).casefold())
     return "".join(c for c in plain if c.isalnum())
 
 

@@ -15,6 +15,7 @@ _LEFT, _LEFT_LEAST, _CENTRE = 0.52, 0.3, 0.55
 # x-heights: a line of n characters is about n + 2.5 long, and the lines of an address stand closer than a letter's
 _MORE, _PITCH = 2.5, 3.3
 _X_HEIGHT, _X_HEIGHT_LEAST = 3.2, 1.8
+_LEAST = 5.0  # mm, the room that a layout needs
 
 
 def address_text(row: Row) -> str:
@@ -53,7 +54,7 @@ def address_layout(page: Page, lines: int, longest: int = 20, x_height: float | 
         fits = min((page.width * (1 - _LEFT_LEAST) - side) / wide, (page.height - stamps - bar_code) / deep)
         x_height = max(min(_X_HEIGHT * scale, fits), min(_X_HEIGHT_LEAST, _X_HEIGHT * scale))
     left = min(_LEFT * page.width, max(page.width - side - wide * x_height, _LEFT_LEAST * page.width))
-    height = deep * x_height
+    height = max(deep * x_height, _LEAST)
     lowest = page.height - bar_code - height
     top = max(min(max(_CENTRE * page.height - height / 2, stamps), lowest), side)
     bottom = max(page.height - top - height, side)

@@ -145,7 +145,9 @@ def _records(lines: list[str], delimiter: str) -> tuple[list[_Record], int]:
 
 
 def _header(records: Sequence[_Record]) -> int | None:
-    return next((n for n, record in enumerate(records, 1) if any(map(address.tidy, record.cells))), None)
+    # a row of nothing but another delimiter is as blank as can be
+    written = (any(address.tidy(cell).strip(_DELIMITERS) for cell in record.cells) for record in records)
+    return next((n for n, told in enumerate(written, 1) if told), None)
 
 
 def _likelihood(records: Sequence[_Record]) -> tuple[int, int, int]:

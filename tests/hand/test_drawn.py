@@ -79,6 +79,11 @@ def test_errors_name_the_file_and_the_fault(tmp_path, letters, says):
     assert "test.toml" in str(caught.value)
 
 
+def test_numbers_have_bounds(tmp_path):
+    with pytest.raises(InputError, match="smooth = 3 is outside 0.05 to 1"):
+        hand(tmp_path, 'a = [{ width = 1, pen = "0,1 0,0" }]', HEAD.replace("smooth = 0.3", "smooth = 3"))
+
+
 @pytest.mark.parametrize("name", ["house-joined", "house-quick", "house-print"])
 def test_built_in_hands_are_complete(name):
     made = load(name)

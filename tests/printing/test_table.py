@@ -2,7 +2,7 @@ import csv
 import io
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import TableError
@@ -23,6 +23,7 @@ _cell = st.lists(_word.filter(bool), min_size=0, max_size=3).map("\n".join)
 _row = st.lists(_cell, min_size=5, max_size=5).filter(lambda cells: any(cells))
 
 
+@settings(max_examples=60)
 @given(
     rows=st.lists(st.one_of(_row, st.just([])), min_size=1, max_size=6).filter(any),
     delimiter=st.sampled_from(",;\t"),
@@ -32,6 +33,8 @@ _row = st.lists(_cell, min_size=5, max_size=5).filter(lambda cells: any(cells))
 )
 def test_any_table_comes_back_as_it_was(tmp_path_factory, rows, delimiter, encoding, end, quoting):
     stream = io.StringIO(newline="")
+    if end == "\r":
+        quoting = csv.QUOTE_ALL  # Python's writer would leave a lone newline without quotes
     writer = csv.writer(stream, delimiter=delimiter, lineterminator=end, quoting=quoting)
     writer.writerow(HEADERS)
     for row in rows:
@@ -99,7 +102,7 @@ def test_a_row_longer_than_the_header_fails_alone(tmp_path):
     [
         (b"", "is empty"),
         (b"\xef\xbb\xbf\r\n  \r\n", "is empty"),
-        (b",,\n;;\n", "is empty"),
+        (b";;\n;;\n", "is empty"),
         (b"name,street,city\n\n,,\n", "no addresses below the header in row 1"),
         (b"PK\x03\x04\x14\x00\x06\x00rest", "spreadsheet"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel"),

@@ -1,0 +1,68 @@
+"""Cutting paths into segments: true to the path, never too short, ends and turns kept."""
+
+import numpy as np
+from cursive import page, word
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from handout.plotting import knots
+from handout.plotting.fidelity import deviation_of
+from handout.values import Stroke
+
+
+def tracked(strokes):
+    return knots.track([s.t for s in strokes], [s.xy for s in strokes])
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 6), st.sampled_from([50.0, 100.0, 200.0]), st.sampled_from([0.02, 0.05]))
+def test_segments_follow_the_path(seed, loops, rate, deviation):
+    t, xy = word(np.random.default_rng(seed), loops)
+    cut = knots.cut(tracked([Stroke(t, xy)]), rate, 0.05, deviation)
+    length = np.hypot(*np.diff(cut.xy, axis=0).T)
+    assert length.min() >= 0.05 - 1e-9
+    assert np.diff(cut.t).min() > 0
+    assert deviation_of(Stroke(t, xy), Stroke(cut.t, cut.xy)) <= deviation + 0.05
+    assert (cut.xy[0] == xy[0]).all() and np.allclose(cut.xy[-1], xy[-1])
+
+
+def test_strokes_stay_apart():
+    drawing = page(words=4)
+    cut = knots.cut(tracked(drawing.strokes), 100, 0.05, 0.02)
+    assert list(np.unique(cut.stroke)) == list(range(len(drawing.strokes)))
+    for index, stroke in enumerate(drawing.strokes):
+        mine = cut.xy[cut.stroke == index]
+        assert np.allclose(mine[0], stroke.xy[0])
+        if stroke.length > 0.05:
+            assert np.allclose(mine[-1], stroke.xy[-1])
+        else:
+            assert len(mine) == 1
+
+
+def test_about_as_many_as_asked_for():
+    drawing = page(words=6)
+    time = sum(s.t[-1] - s.t[0] for s in drawing.strokes)
+    for rate in (60, 100):
+        cut = knots.cut(tracked(drawing.strokes), rate, 0.05, 0.05)
+        assert 0.8 * rate < len(cut.t) / time < 1.3 * rate
+
+
+def test_a_sharp_corner_at_constant_speed_is_kept():
+    t = np.linspace(0, 1, 101)
+    xy = np.where(t[:, None] < 0.503, np.stack([t * 40, 0 * t], 1), np.stack([0 * t + 20.0, (t - 0.5) * 40], 1))
+    cut = knots.cut(tracked([Stroke(t, xy)]), 30, 0.05, 0.02)
+    assert np.hypot(*(cut.xy - [20.0, 0.0]).T).min() < 0.06
+
+
+def test_turning_points_are_knots():
+    t = np.linspace(0, 1, 201)
+    x = 3 * np.sin(2 * np.pi * 2.5 * t)  # to and fro on a line: each end is a cusp
+    cut = knots.cut(tracked([Stroke(t, np.stack([x, 0 * t], 1))]), 37, 0.05, 0.02)
+    for end in (0.1, 0.3, 0.5, 0.7, 0.9):
+        near = np.abs(cut.t - end).argmin()
+        assert abs(abs(cut.xy[near, 0]) - 3) < 0.01
+
+
+def test_one_sample_is_one_knot():
+    cut = knots.cut(tracked([Stroke([0.0], [[3.0, 4.0]])]), 100, 0.05, 0.02)
+    assert len(cut.t) == 1 and (cut.xy == [[3, 4]]).all()

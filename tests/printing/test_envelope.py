@@ -1,0 +1,63 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from handout.errors import InputError
+from handout.printing.address import Row
+from handout.printing.envelope import address_layout, address_text
+from handout.values import Page
+from handout.writing.layout import page
+from handout.writing.sheets import ASCENT, DESCENT
+
+ENVELOPES = ["DL", "C6", "C5", "number-10"]
+
+
+@pytest.mark.parametrize("name", ENVELOPES)
+def test_the_block_stands_where_people_put_it(name):
+    sheet = page(name)
+    layout = address_layout(sheet, 4, 16)
+    top, right, bottom, left = layout.margin
+    assert layout.x_height == pytest.approx(3.2)
+    assert 0.5 * sheet.width < left < 0.56 * sheet.width
+    centre = (top + sheet.height - bottom) / 2
+    assert 0.5 * sheet.height < centre < 0.65 * sheet.height
+    assert top >= 39 and bottom >= 14 and right >= 9, "clear of stamps and bar code"
+    assert layout.fit
+
+
+@pytest.mark.parametrize("name", ENVELOPES)
+def test_a_long_line_moves_the_block_before_it_shrinks_it(name):
+    sheet = page(name)
+    usual, longer, longest = (address_layout(sheet, 4, n) for n in (12, 34, 60))
+    assert longer.margin[3] < usual.margin[3]
+    assert longest.x_height < usual.x_height and longest.margin[3] >= 0.3 * sheet.width - 1e-9
+    assert longest.width >= 60 * longest.x_height or longest.x_height == pytest.approx(1.8)
+
+
+@given(
+    width=st.floats(20, 400),
+    height=st.floats(20, 400),
+    lines=st.integers(0, 40),
+    longest=st.integers(0, 200),
+)
+def test_every_envelope_has_a_layout_on_it(width, height, lines, longest):
+    layout = address_layout(Page(width, height), lines, longest)
+    assert min(layout.margin) >= 0
+    assert layout.width >= 5 and layout.height >= 5
+
+
+@given(st.sampled_from(ENVELOPES), st.integers(1, 7), st.integers(1, 30))
+def test_the_room_is_for_as_many_lines_and_no_more(name, lines, longest):
+    layout = address_layout(page(name), lines, longest)
+    used = (ASCENT + DESCENT) * layout.x_height + (lines - 1) * layout.line_spacing
+    assert used <= layout.height + 1e-9 < used + layout.line_spacing
+
+
+def test_the_size_can_be_given():
+    assert address_layout(page("DL"), 4, 60, x_height=2.5).x_height == 2.5
+    with pytest.raises(InputError):
+        address_layout(page("DL"), 4, 20, x_height=200)
+
+
+def test_the_text_is_the_lines():
+    assert address_text(Row(2, ("Ada", "Ulm"))) == "Ada\nUlm"

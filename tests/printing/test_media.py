@@ -1,0 +1,73 @@
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from handout.printing import media
+from handout.profiles import Length, Margins, Printer
+from handout.values import Page, Raster
+from handout.writing.layout import PAGES
+
+SHORT = Printer(kind="printer", title="P", dpi=300)
+
+
+@pytest.mark.parametrize(
+    ("name", "standard"),
+    [
+        ("dl", "iso_dl_110x220mm"), ("c6", "iso_c6_114x162mm"), ("c5", "iso_c5_162x229mm"),
+        ("number-10", "na_number-10_4.125x9.5in"), ("a4", "iso_a4_210x297mm"), ("a5", "iso_a5_148x210mm"),
+        ("a6", "iso_a6_105x148mm"), ("letter", "na_letter_8.5x11in"),
+    ],
+)  # fmt: skip
+def test_every_page_has_its_standard_name_when_fed_short_side_first(name, standard):
+    page = PAGES[name]
+    turn = media.turn_for(page, SHORT)
+    assert bool(turn) == (page.width > page.height)
+    assert media.name(media.turned_page(page, turn)) == standard
+
+
+def test_other_sheets_are_custom_sizes():
+    assert media.name(Page(100, 150.5)) == "Custom.100x150.5mm"
+    long = msgspec.structs.replace(SHORT, feed="long")
+    dl = PAGES["dl"]
+    assert media.turn_for(dl, long) == "" and media.name(dl) == "Custom.220x110mm"
+    assert media.turn_for(PAGES["a4"], long) == "left"
+
+
+@given(
+    st.sampled_from(["left", "right"]),
+    st.tuples(*[st.floats(0, 90)] * 2).map(sorted),
+    st.tuples(*[st.floats(0, 90)] * 2).map(sorted),
+)
+def test_turning_there_and_back(turn, across, down):
+    bounds = (across[0], down[0], across[1], down[1])
+    page = Page(150, 100)
+    back = {"left": "right", "right": "left"}[turn]
+    sheet = media.turned_page(page, turn)
+    there = media.turned_bounds(bounds, page, turn)
+    assert media.turned_bounds(there, sheet, back) == pytest.approx(bounds)
+    assert 0 <= there[0] <= there[2] <= sheet.width and 0 <= there[1] <= there[3] <= sheet.height
+
+
+def test_a_quarter_turn_to_the_left_brings_the_right_edge_to_the_top():
+    page = Page(100, 50)
+    rgba = np.zeros((4, 6, 4), dtype=np.float32)
+    rgba[0, 5] = 1  # the pixel at the top right
+    pixel = 25.4 / 254
+    turned = media.turned_raster(Raster(rgba, 254, (100 - 6 * pixel, 0)), page, "left")
+    assert turned.rgba.shape == (6, 4, 4) and turned.rgba[0, 0, 3] == 1 and turned.rgba[..., 3].sum() == 1
+    assert turned.origin == pytest.approx((0, 0))
+    other = media.turned_raster(Raster(rgba, 254, (100 - 6 * pixel, 0)), page, "right")
+    assert other.rgba[5, 3, 3] == 1
+    assert other.origin == pytest.approx((50 - 4 * pixel, 100 - 6 * pixel))
+
+
+def test_ink_near_an_edge_is_told_with_the_worst_edge():
+    sheet, edge = Page(110, 220), Length(3)
+    margins = Margins(top=edge, right=edge, bottom=Length(20), left=edge)
+    assert media.margin_warning((3, 3, 107, 200), sheet, margins, "P") is None
+    told = media.margin_warning((2.5, 40, 90, 205), sheet, margins, "P")
+    assert told and "15.0 mm of the trailing edge" in told and "20 mm" in told
+    beyond = media.margin_warning((-2, 40, 90, 100), sheet, margins, "P")
+    assert beyond and "2.0 mm beyond the left edge" in beyond
