@@ -86,7 +86,8 @@ def follow(
     shape = _shape(points)
     baked = _paced(*shape, plan.smooth if baked_at is None else baked_at, LONGEST)
     chords = virtual_chords(points, baked)
-    played = _paced(*shape, plan.smooth, LONGEST_PLAYED)
+    as_baked = baked_at in (None, plan.smooth) and OVERLAP * plan.smooth <= LONGEST
+    played = baked if as_baked else _paced(*shape, plan.smooth, LONGEST_PLAYED)
     if rng is not None and jitter > 0:
         played = _varied(played, rng, jitter)
     xy = _sampled(points, played, chords, len(points) * steps)

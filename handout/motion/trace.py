@@ -31,6 +31,7 @@ _PACE = 0.06  # relative standard deviation of a component's pace
 _PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
 _PULL = 0.16
 _EASE = 0.14
+_TIP = 0.05  # s from landing to full pressure
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +137,15 @@ def _in_the_air(before: _Component | None, after: _Component, x_height: float) -
 
 def _press(t: Array, xy: Array) -> Array:
     """Pressure along a stroke: heavier pulling down and where it is slow, light at both tips.  (n,) in 0–1."""
-    if len(t) < 3:
-        return np.full(len(t), _PRESSURE)
-    velocity = np.gradient(xy, t, axis=0)
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
-    usual = float(np.sqrt(np.mean(speed**2))) or 1.0
-    down = velocity[:, 1] / usual
-    pressure = _PRESSURE + _PULL * np.tanh(down) - _EASE * (np.tanh(speed / usual) - 0.6)
-    tips = np.minimum(t - t[0], t[-1] - t) / 0.05
-    return np.asarray(np.clip(pressure * (0.55 + 0.45 * np.minimum(1.0, tips)), 0.05, 1.0))
+    n = len(t)
+    if n < 3:
+        return np.full(n, _PRESSURE)
+    velocity = np.zeros((n, 2))
+    # both engines sample evenly; at both ends the pen rests
+    velocity[1:-1] = (xy[2:] - xy[:-2]) / (2 * (t[1] - t[0]))
+    square = velocity[:, 0] ** 2 + velocity[:, 1] ** 2
+    usual = math.sqrt(float(square.sum()) / n) or 1.0
+    shift = np.tanh(np.stack([velocity[:, 1], np.sqrt(square)]) / usual)
+    pressure = _PRESSURE + 0.6 * _EASE + _PULL * shift[0] - _EASE * shift[1]
+    tips = np.minimum(t - t[0], t[-1] - t) / _TIP
+    return np.asarray(np.minimum(np.maximum(pressure * (0.55 + 0.45 * np.minimum(1.0, tips)), 0.05), 1.0))

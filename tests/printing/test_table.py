@@ -139,3 +139,18 @@ def test_a_quote_that_swallows_rows_is_refused(tmp_path):
 def test_sloppy_quotes_are_accepted(tmp_path):
     (row,) = read_addresses(table(tmp_path, 'name, street, city\n"Ada" Lovelace, "1 Lane, rear", Ely\n'))
     assert row.lines == ("Ada Lovelace", "1 Lane, rear", "Ely")
+
+
+@settings(max_examples=150)
+@given(
+    st.binary(max_size=80), st.sampled_from([b"", b"name,street,city\n", b"\xff\xfe", b"Adresse;PLZ\n", b"Address\n"])
+)
+def test_any_bytes_are_rows_or_a_table_error(tmp_path_factory, data, before):
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(before + data)
+    try:
+        rows = read_addresses(path)
+    except TableError:
+        return
+    assert rows and all(bool(row.lines) != bool(row.problem) for row in rows)
+    assert all(line and "\n" not in line for row in rows for line in row.lines)

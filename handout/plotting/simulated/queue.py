@@ -49,7 +49,6 @@ class Queue:
         self.axes, self.size = axes, size
         self.lines: deque[Line] = deque()
         self.position: Steps = (0, 0, 0)
-        self.running = False  # whether the steppers have begun the first line, so that its entry speed is fixed
         self._unit: Vector = (0.0, 0.0, 0.0)
         self._nominal = 0.0
 
@@ -96,11 +95,13 @@ class Queue:
         return acceleration * self.axes.deviation * half / (1.0 - half)
 
     def plan(self) -> None:
-        """Set the entry speeds: back from a stop at the end, then forward from the first line."""
+        """Set the entry speeds: back from a stop at the end, then forward from the first line.
+
+        The first line's own is left alone: what comes before it has been handed over and cannot be changed any more.
+        """
         lines = self.lines
         after = 0.0
-        fixed = 1 if self.running else 0
-        for index in range(len(lines) - 1, fixed - 1, -1):
+        for index in range(len(lines) - 1, 0, -1):
             line = lines[index]
             after = min(line.most, after + 2.0 * line.acceleration * line.mm)
             line.entry = after
@@ -118,4 +119,4 @@ class Queue:
     def clear(self, position: Steps) -> None:
         """Forget all moves; the machine stands at `position`."""
         self.lines.clear()
-        self.running, self.position, self._nominal = False, position, 0.0
+        self.position, self._nominal = position, 0.0

@@ -129,7 +129,6 @@ class Stepper:
         if not self.queue.lines or (self.holding and self._speed <= 0.0):
             return False
         line = self.queue.lines[0]
-        self.queue.running = True
         self._steps_left, self._spare = line.count, 0.0
         if not self.holding:
             self._speed = math.sqrt(line.entry)
@@ -188,5 +187,4 @@ class Stepper:
         if len(self.queue.lines) == 1:
             self._speed = 0.0
         self.queue.lines.popleft()
-        self.queue.running = False
         self._ramp = None

@@ -1,0 +1,54 @@
+"""G-code files: complete, the same every time, and harmless in their comments."""
+
+import dataclasses
+
+from cursive import page
+from hypothesis import given
+from hypothesis import strategies as st
+
+from handout import profiles
+from handout.plotting import open_port, plan, to_gcode
+from handout.plotting.gcode import comment
+
+PROFILE = profiles.find("simulated", "plotter")
+
+
+def test_the_header_says_what_it_is():
+    text = to_gcode(plan(page(words=3), PROFILE)).decode("ascii")
+    header = [line for line in text.splitlines() if line.startswith(";")]
+    for said in ("; title: loops", "; hand: none", "; seed: 1", "; page: A5 148 x 210 mm", "; machine: plotter-simulated"):
+        assert said in header
+    assert any(line.startswith("; time: ") for line in header)
+    body = text.splitlines()[len(header) :]
+    assert body[:4] == ["G21", "G90", "G94", "M3S40"] and body[-2:] == ["X0Y0F9000", "G4P0"]
+    assert "M2" not in body and "M30" not in body
+
+
+def test_the_same_drawing_gives_the_same_bytes():
+    assert to_gcode(plan(page(), PROFILE)) == to_gcode(plan(page(), PROFILE))
+
+
+def test_a_file_sent_line_by_line_draws_the_drawing():
+    drawing = page(words=2)
+    port = open_port("sim:", PROFILE)
+    program = to_gcode(plan(drawing, PROFILE))
+    port.read(1.0)
+    answers = []
+    for line in program.splitlines(keepends=True):
+        port.write(line)
+        answers.append(port.read(10.0).strip())
+    assert set(answers) == {b"ok"}
+    assert len(port.executed().strokes) == len(drawing.strokes)
+
+
+@given(st.text())
+def test_comments_cannot_command_the_machine(text):
+    kept = comment(text)
+    assert kept.isascii() and not set(kept) & set("?!~\x18\r\n") and len(kept) <= 200
+
+
+def test_a_shouted_title_does_not_hold_the_machine():
+    drawing = dataclasses.replace(page(words=1), about={"title": "Dear all!\nWho? é ~ ü"})
+    text = to_gcode(plan(drawing, PROFILE))
+    assert b"; title: Dear all Who e u\n" in text
+    assert not set(text) & set(b"?!~\x18")

@@ -1,0 +1,93 @@
+"""The dialect: what is written, what is understood."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from handout import profiles
+from handout.plotting import grbl
+from handout.plotting.blocks import Move, Pause, Pen
+
+SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
+BLOCKS = [Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False)]
+
+
+def written(blocks, profile):
+    return b"".join(line for _, line in grbl.lines(blocks, profile)).decode().split()
+
+
+def test_a_servo_waits_and_nothing_is_repeated():
+    assert written(BLOCKS, SERVO) == [
+        "M3S40", "G4P0.15", "G1X10Y20F6000", "M3S90", "G4P0.2", "G4P0.05", "X10.5F900", "Y20.25", "M3S40", "G4P0.15",
+    ]  # fmt: skip
+
+
+def test_a_z_axis_moves_at_its_own_feed():
+    assert written(BLOCKS, ON_Z) == [
+        "G1Z2.5F900", "G1X10Y20F6000", "G1Z0F900", "G4P0.05", "X10.5F900", "Y20.25", "G1Z2.5F900",
+    ]  # fmt: skip
+
+
+def test_the_pen_is_told_only_when_it_changes():
+    assert written([Pen(True), Pen(True), Pen(False), Pen(False)], SERVO) == ["M3S90", "G4P0.2", "M3S40", "G4P0.15"]
+
+
+def test_lines_know_their_block():
+    assert [index for index, _ in grbl.lines(BLOCKS, SERVO)] == [0, 0, 1, 2, 2, 3, 4, 5, 6, 6]
+
+
+@given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 60000)), max_size=30))
+def test_moves_are_read_back_as_they_were_meant(moves):
+    state = {"X": None, "Y": None, "F": None}
+    blocks = [Move(*move) for move in moves]
+    lines = [line for _, line in grbl.lines(blocks, SERVO)]
+    assert len(lines) == len(blocks)
+    for line, block in zip(lines, blocks, strict=True):
+        assert len(line) < 60 and not set(line) & set(b"?!~\x18 ")
+        state |= {letter: float(number) for letter, number in re.findall(r"([XYF])(-?[\d.]+)", line.decode())}
+        assert state["X"] == pytest.approx(block.x, abs=5.1e-4) and state["Y"] == pytest.approx(block.y, abs=5.1e-4)
+        assert state["F"] == pytest.approx(block.feed, abs=0.051)
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        (b"ok\r\n", grbl.Ok()),
+        (b"error:9\r", grbl.Error(9)),
+        (b"ALARM:2", grbl.Alarm(2)),
+        (b"Grbl 1.1h ['$' for help]", grbl.Banner("Grbl 1.1h ['$' for help]")),
+        (b"GrblHAL 1.1f", grbl.Banner("GrblHAL 1.1f")),
+        (b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0>", grbl.Status("Idle", "", "|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0")),
+        (b"<Hold:1|WPos:1,2,3>", grbl.Status("Hold", "1", "|WPos:1,2,3")),
+        (b"$110=6000.000", grbl.Setting(110, 6000.0)),
+        (b"[OPT:V,15,128]", grbl.Sizes(15, 128)),
+        (b"[OPT:VNMZHTL,100,1024]", grbl.Sizes(100, 1024)),
+        (b"[MSG:Caution: Unlocked]", grbl.Note("[MSG:Caution: Unlocked]")),
+        (b"\xff\xfe", grbl.Note("\ufffd\ufffd")),
+        (b"okay", grbl.Note("okay")),
+    ],
+)  # fmt: skip
+def test_replies(line, meant):
+    assert grbl.reply(line) == meant
+    assert type(grbl.reply(line)) is type(meant)
+
+
+@given(st.binary(max_size=60))
+def test_anything_is_some_reply(line):
+    assert grbl.reply(line) is not None
+
+
+def test_errors_and_alarms_have_plain_words():
+    assert grbl.Error(9).words == "error:9, it is locked after an alarm"
+    assert "travel" in grbl.Alarm(2).words
+    assert "unknown" in grbl.Error(99).words
+    assert set(grbl.ERRORS) == {*range(1, 18), *range(20, 39)} and set(grbl.ALARMS) == set(range(1, 11))
+
+
+def test_zero_here_is_said_once_at_the_beginning():
+    import msgspec
+
+    here = msgspec.structs.replace(SERVO, bed=msgspec.structs.replace(SERVO.bed, zero="here"))
+    assert grbl.opening(here)[-1] == b"G92X0Y0\n" and b"G92X0Y0\n" not in grbl.opening(SERVO)

@@ -1,0 +1,180 @@
+"""Plans: what they announce, where the pen is when, what they refuse."""
+
+import dataclasses
+import time
+
+import msgspec
+import numpy as np
+import pytest
+from cursive import page
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from handout import profiles
+from handout.errors import InputError
+from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting.blocks import Move, Pause, Pen
+from handout.profiles import Acceleration
+from handout.values import Drawing, Page, Stroke
+
+PROFILE = profiles.find("simulated", "plotter")
+
+
+def machine(**limits):
+    return msgspec.structs.replace(PROFILE, limits=msgspec.structs.replace(PROFILE.limits, **limits))
+
+
+def executed(drawing, profile, **how):
+    made = plan(drawing, profile, **how)
+    port = open_port("sim:", profile)
+    report = run(made, port, profile)
+    return made, report, port
+
+
+@pytest.mark.parametrize("acceleration", [1000, 2000, 5000])
+@pytest.mark.parametrize("lift", ["simulated", "grbl-z"])
+def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
+    profile = profiles.find(lift, "plotter")
+    limits = msgspec.structs.replace(profile.limits, acceleration=Acceleration(acceleration))
+    profile = msgspec.structs.replace(profile, limits=limits)
+    drawing = page(seed=acceleration, words=10)
+    made, report, port = executed(drawing, profile)
+    found = fidelity.compare(drawing, port.executed())
+    assert found.deviation < 0.1
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05)
+    assert found.stretched == pytest.approx(made.stretched, rel=0.01) == pytest.approx(report.stretched, rel=0.01)
+    assert found.correlation == pytest.approx(made.correlation, abs=0.01)
+    assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from([2.0, 3.0, 6.0]), st.sampled_from([0.5, 1.0, 2.0, "fast"]))
+def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
+    drawing = page(seed=seed, words=3, x_height=x_height)
+    made, report, port = executed(drawing, PROFILE, speed=speed)
+    for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
+        assert fidelity.deviation_of(stroke, drawn) < 0.1
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05)
+    assert port.lost == 0
+
+
+def test_speed_is_a_multiple_of_the_hand():
+    drawing = page(words=5)
+    durations = [plan(drawing, machine(acceleration=Acceleration(20000)), speed=s).motion.duration for s in (1.0, 0.5)]
+    draws = plan(drawing, PROFILE).course.draws
+    assert durations[1].sum() > durations[0].sum() * 1.3
+    slow = plan(drawing, PROFILE, speed=0.5)
+    assert slow.stretched == pytest.approx(1, abs=0.01) and slow.correlation > 0.995
+    fast = plan(drawing, PROFILE, speed="fast")
+    assert fast.stretched < 0.9 and fast.duration < plan(drawing, PROFILE).duration
+    assert draws.any()
+
+
+def test_fast_stays_within_the_machine():
+    made = plan(page(words=5), PROFILE, speed="fast")
+    drawn = made.motion.nominal[made.course.draws]
+    assert drawn.max() <= PROFILE.limits.draw_speed + 0.02
+    straight = Drawing((Stroke([0.0, 10.0], [[10.0, 10.0], [130.0, 10.0]]),), Page(148, 210))
+    line = plan(straight, PROFILE, speed="fast")
+    assert line.motion.duration[line.course.draws].sum() == pytest.approx(120 / 120 + 120 / 2000, rel=0.02)
+
+
+def test_blocks_tell_the_same_story():
+    drawing = page(words=4)
+    made = plan(drawing, PROFILE)
+    pens = [block.down for block in made.blocks if isinstance(block, Pen)]
+    assert pens == [False] + [True, False] * len(drawing.strokes)
+    assert sum(isinstance(block, Pause) for block in made.blocks) == sum(s.length == 0 for s in drawing.strokes)
+    assert len(made.begins) == len(made.blocks) and (np.diff(made.begins) >= -1e-9).all()
+    moves = np.array([block[:2] for block in made.blocks if isinstance(block, Move)])
+    assert (moves[-1] == [0, 0]).all()
+    on_page = made.placement.to_page(moves[:-1])
+    assert on_page.min(axis=0) == pytest.approx(made.bounds[:2], abs=0.01)
+    assert on_page.max(axis=0) == pytest.approx(made.bounds[2:], abs=0.01)
+    assert made.pen_down == pytest.approx(drawing.pen_down, rel=0.01)
+    home = np.linalg.norm(drawing.strokes[0].xy[0] - [0, 210]) + np.linalg.norm(drawing.strokes[-1].xy[-1] - [0, 210])
+    assert made.pen_up == pytest.approx(drawing.pen_up + home, rel=0.01)
+
+
+def test_at_says_where_the_pen_is():
+    drawing = page(words=3)
+    made = plan(drawing, PROFILE)
+    assert made.at(-1.0) == made.at(0.0) == (pytest.approx(0), pytest.approx(210), False)
+    assert made.at(made.duration + 1) == (pytest.approx(0), pytest.approx(210), False)
+    predicted = made.predicted()
+    for stroke in predicted.strokes:
+        for t, (x, y) in zip(stroke.t[1:-1:7], stroke.xy[1:-1:7], strict=True):
+            assert made.at(float(t)) == (pytest.approx(x, abs=1e-6), pytest.approx(y, abs=1e-6), True)
+    track = np.array([made.at(t)[:2] for t in np.arange(0, made.duration, 0.01)])
+    assert np.linalg.norm(np.diff(track, axis=0), axis=1).max() <= 150 * 0.01 * 1.001
+    between = [(a.t[-1], b.t[0]) for a, b in zip(predicted.strokes, predicted.strokes[1:], strict=False)]
+    assert not any(made.at((a + b) / 2)[2] for a, b in between)
+
+
+def test_predicted_is_what_the_simulated_plotter_does():
+    drawing = page(words=6)
+    made, _, port = executed(drawing, PROFILE)
+    found = fidelity.compare(made.predicted(), port.executed())
+    assert found.stretched == pytest.approx(1, abs=1e-3) and found.timed > 0.998 and found.deviation < 0.05
+
+
+def test_a_page_too_small_for_the_writing_speed_is_stretched_not_distorted():
+    slow = machine(acceleration=Acceleration(300))
+    drawing = page(words=3)
+    made, _, port = executed(drawing, slow)
+    assert made.stretched > 1.5
+    assert fidelity.compare(drawing, port.executed()).deviation < 0.1
+
+
+def test_dots_rest_on_the_paper():
+    dots = tuple(Stroke(np.array([i, i + 0.04]), np.array([[20.0 + i, 30.0]] * 2)) for i in range(3))
+    single = Stroke([5.0], [[40.0, 40.0]])
+    made, report, port = executed(Drawing((*dots, single), Page(100, 100)), PROFILE)
+    assert [s.length for s in port.executed().strokes] == [0.0] * 4
+    assert port.executed().strokes[3].xy == pytest.approx(np.array([[40, 40]]), abs=0.01)
+    assert [block.seconds for block in made.blocks if isinstance(block, Pause)] == pytest.approx([0.04] * 3)
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05)
+    assert made.stretched == 1.0
+
+
+def test_order_travel_moves_words_only():
+    drawing = page(seed=8, words=30)
+    made = plan(drawing, PROFILE, order="travel")
+    assert sorted(map(id, made.drawing.strokes)) == sorted(map(id, drawing.strokes))
+    assert made.pen_up <= plan(drawing, PROFILE).pen_up * 1.05
+    assert plan(drawing, PROFILE).drawing.strokes == drawing.strokes
+
+
+@pytest.mark.parametrize("speed", [0, -1, 1000, float("nan"), "slow", None])
+def test_speeds_that_mean_nothing_are_refused(speed):
+    with pytest.raises(InputError, match="speed"):
+        plan(page(words=1), PROFILE, speed=speed)
+
+
+def test_nothing_to_draw_and_unknown_order_are_refused():
+    with pytest.raises(InputError, match="nothing to plot"):
+        plan(Drawing((), Page(100, 100)), PROFILE)
+    with pytest.raises(InputError, match="order"):
+        plan(page(words=1), PROFILE, order="random")
+
+
+def test_a_slow_line_is_not_asked_for_more_than_it_carries():
+    slow_line = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, baud=9600))
+    drawing = page(words=3)
+    made = plan(drawing, slow_line)
+    assert made.course.draws.sum() / made.motion.duration[made.course.draws].sum() < 9600 / 10 / 22 * 1.1
+    assert len(made.blocks) < len(plan(drawing, PROFILE).blocks)
+
+
+def test_a_long_page_is_planned_in_a_few_seconds():
+    drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
+    assert sum(len(s.t) for s in drawing.strokes) > 30_000
+    begin = time.perf_counter()
+    made = plan(drawing, PROFILE)
+    assert time.perf_counter() - begin < 5
+    assert len(made.blocks) > 15_000
+
+
+def test_planning_leaves_the_drawing_alone():
+    drawing = page(words=2)
+    assert dataclasses.replace(plan(drawing, PROFILE).drawing).strokes == drawing.strokes
