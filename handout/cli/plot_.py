@@ -84,8 +84,7 @@ def command(
             "executed_s": round(executed, 2),
             "stretched": _stretched(reports),
         }
-        sheets = "1 sheet" if len(reports) == 1 else f"{len(reports)} sheets"
-        said = f"Plotted {sheets} in {units.duration(executed)}; seed {job.seed}."
+        said = f"Plotted {_sheets(len(reports))} in {units.duration(executed)}; seed {job.seed}."
     options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
@@ -96,6 +95,10 @@ def _profile(device: str | None, port: str | None) -> Plotter:
     profile = profiles.find(name, "plotter")
     assert isinstance(profile, profiles.Plotter)
     return profile
+
+
+def _sheets(number: int) -> str:
+    return "1 sheet" if number == 1 else f"{number} sheets"
 
 
 def _stretched(parts: list[Plan] | list[Report]) -> float:
@@ -111,7 +114,7 @@ def _plot(
 
     say = options.talk(quiet)
     total = sum(p.duration for p in plans) * copies
-    say(f"{profile.title}: {len(plans) * copies} to plot, about {units.duration(total)}.")
+    say(f"{profile.title}: {_sheets(len(plans) * copies)}, about {units.duration(total)}.")
     reports = []
     port = open_port(address, profile)
     try:

@@ -23,6 +23,7 @@ _DENSE = 0.15  # mm between points at which a path is looked at to find how fast
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
 _BUSY = 0.8  # share of what the controller can read that is asked of it
 _LINE = 22.0  # bytes of a line at most
+_BURST = 8
 _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 
 
@@ -117,7 +118,7 @@ def _lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
 def _cut(path: Track, profile: Plotter) -> Track:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
     shortest = _SHORTEST / profile.limits.steps_per_mm
-    capacity = _BUSY / max(profile.port.line_time, _LINE * 10 / profile.port.baud, 1e-4)
+    capacity = _capacity(profile)
     rate = min(profile.segment_rate, capacity)
     cuts = knots.cut(path, rate, shortest, _DEVIATION)
     lines, within = _lines(cuts, profile)
@@ -133,12 +134,29 @@ def _cut(path: Track, profile: Plotter) -> Track:
     return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 
 
+def _capacity(profile: Plotter) -> float:
+    """Lines a second that the connection carries and the controller reads, with something to spare."""
+    return float(_BUSY / max(profile.port.line_time, _LINE * 10 / profile.port.baud, 1e-4))
+
+
 def _feeds(way: Course, lines: Blocks, profile: Plotter) -> Array:
     """The feed of every move, mm/min, as it is written."""
     limits = profile.limits
     feed = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
     most = feeds.greatest(lines, limits.acceleration, float(limits.draw_speed))
-    return feeds.round_feed(feeds.fit(lines, way.intended, feed, way.draws, most, profile.port.queue))
+    wanted = way.intended * _crowding(way, 1.0 / _capacity(profile))
+    return feeds.round_feed(feeds.fit(lines, wanted, feed, way.draws, most, profile.port.queue))
+
+
+def _crowding(way: Course, line_time: float) -> Array:
+    """How much slower segments have to be run where too many follow on each other, or the queue would run empty.
+
+    The queue makes up for a few short ones; what counts is the mean over `_BURST` of them.
+    """
+    if not way.draws.any():
+        return np.ones(len(way.kind))
+    time = np.convolve(np.where(way.draws, way.intended, 1.0), np.ones(_BURST), "same")
+    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
 
 
 def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tuple[Block, ...], Array]:

@@ -32,7 +32,8 @@ def test_a_file_sent_line_by_line_draws_the_drawing():
     drawing = page(words=2)
     port = open_port("sim:", PROFILE)
     program = to_gcode(plan(drawing, PROFILE))
-    port.read(1.0)
+    while port.read(1.0):
+        pass
     answers = []
     for line in program.splitlines(keepends=True):
         port.write(line)

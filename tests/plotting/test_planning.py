@@ -137,6 +137,14 @@ def test_dots_rest_on_the_paper():
     assert made.stretched == 1.0
 
 
+@pytest.mark.parametrize("name", ["simulated", "grbl-z"])
+def test_a_single_dot_at_zero(name):
+    profile = profiles.find(name, "plotter")
+    made, report, port = executed(Drawing((Stroke([0.0], [[0.0, 210.0]]),), Page(148, 210)), profile)
+    assert len(port.executed().strokes) == 1 and made.pen_up == made.pen_down == 0
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05) and made.at(0.1)[:2] == (0, 210)
+
+
 def test_order_travel_moves_words_only():
     drawing = page(seed=8, words=30)
     made = plan(drawing, PROFILE, order="travel")
@@ -161,9 +169,11 @@ def test_nothing_to_draw_and_unknown_order_are_refused():
 def test_a_slow_line_is_not_asked_for_more_than_it_carries():
     slow_line = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, baud=9600))
     drawing = page(words=3)
-    made = plan(drawing, slow_line)
-    assert made.course.draws.sum() / made.motion.duration[made.course.draws].sum() < 9600 / 10 / 22 * 1.1
-    assert len(made.blocks) < len(plan(drawing, PROFILE).blocks)
+    made, report, port = executed(drawing, slow_line)
+    drawn = made.course.draws
+    assert drawn.sum() / made.motion.duration[drawn].sum() < 9600 / 10 / 22
+    assert made.stretched > 1.5 and port.lost == 0
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05)
 
 
 def test_a_long_page_is_planned_in_a_few_seconds():

@@ -69,6 +69,13 @@ def test_windows_encoding_is_told_with_its_row_only(tmp_path):
     assert "Windows-1252" in kaethe.warnings[0] and "'Käthe'" in kaethe.warnings[0]
 
 
+def test_the_encoding_is_told_of_the_right_row_below_cells_of_several_lines(tmp_path):
+    text = 'sep=,\nName,Address\nAda,"é 1\nb\nc"\n\nBo,"Weg 1\nüx"\nCy,"é 2\nc"\n'.encode()
+    ada, bo, cy = read_addresses(table(tmp_path, text.replace("ü".encode(), b"\xfc")))
+    assert [bool(row.warnings) for row in (ada, bo, cy)] == [False, True, False]
+    assert bo.lines == ("Bo", "Weg 1", "üx") and bo.number == 4
+
+
 def test_a_single_column_of_whole_addresses(tmp_path):
     text = '﻿Address\r\n"Ada Lovelace\r\n12 St James\'s Square\r\nLondon\r\nSW1Y 4JH"\r\n"Bob\nWeg 1\n89073 Ulm"\r\n'
     first, second = read_addresses(table(tmp_path, text))
