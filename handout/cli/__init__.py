@@ -68,8 +68,8 @@ def main(args: list[str] | None = None) -> None:
     except click.ClickException as error:
         error.show()
         code = 2
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("Interrupted.", err=True)
+    except (click.Abort, KeyboardInterrupt) as stop:
+        click.echo(" ".join(["Interrupted.", *getattr(stop.__cause__ or stop, "__notes__", [])]), err=True)
         code = INTERRUPTED
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)

@@ -210,22 +210,51 @@ def pen(given: Mapping[str, Any]) -> Pen:
     return Pen(units.length(given["pen_width"], "pen width"), given["ink"])
 
 
+@dataclass
+class Tally:
+    """What has been written so far, added up, so that a long batch need not be kept."""
+
+    pages: int = 0
+    lines: int = 0
+    characters: int = 0
+    strokes: int = 0
+    pen_down: float = 0.0
+    pen_up: float = 0.0
+    duration: float = 0.0
+
+    def add(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> None:
+        """Count some pages, as manuscripts and as strokes."""
+        self.pages += len(pages)
+        self.lines += sum(len(manuscript.lines) for manuscript in pages)
+        self.characters += sum(len(line.placed) for manuscript in pages for line in manuscript.lines)
+        self.strokes += sum(len(drawing.strokes) for drawing in drawings)
+        self.pen_down += sum(drawing.pen_down for drawing in drawings)
+        self.pen_up += sum(drawing.pen_up for drawing in drawings)
+        self.duration += sum(drawing.duration for drawing in drawings)
+
+    def facts(self, job: Setup, files: Sequence[Path]) -> dict[str, Any]:
+        """What `--json` prints of it."""
+        return {
+            "pages": self.pages,
+            "lines": self.lines,
+            "characters": self.characters,
+            "strokes": self.strokes,
+            "pen_down_mm": round(self.pen_down, 2),
+            "pen_up_mm": round(self.pen_up, 2),
+            "duration_s": round(self.duration, 2),
+            "seed": job.seed,
+            "hand": job.hand.name,
+            "files": [str(path) for path in files],
+        }
+
+
 def summary(
     pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]
 ) -> dict[str, Any]:
     """What `--json` prints of a piece of writing."""
-    return {
-        "pages": len(pages),
-        "lines": sum(len(manuscript.lines) for manuscript in pages),
-        "characters": sum(len(line.placed) for manuscript in pages for line in manuscript.lines),
-        "strokes": sum(len(drawing.strokes) for drawing in drawings),
-        "pen_down_mm": round(sum(drawing.pen_down for drawing in drawings), 2),
-        "pen_up_mm": round(sum(drawing.pen_up for drawing in drawings), 2),
-        "duration_s": round(sum(drawing.duration for drawing in drawings), 2),
-        "seed": job.seed,
-        "hand": job.hand.name,
-        "files": [str(path) for path in files],
-    }
+    tally = Tally()
+    tally.add(pages, drawings)
+    return tally.facts(job, files)
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:

@@ -13,7 +13,7 @@ from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.printing.batch import Report
-    from handout.values import Drawing, Manuscript, Raster
+    from handout.values import Drawing, Raster
     from handout.writing.layout import Layout
 
 _MOST_NAMED = 12
@@ -39,7 +39,7 @@ def command(
     """
     from click.core import ParameterSource
 
-    from handout.printing.batch import UNCALIBRATED, print_rows
+    from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.submit import resolve
     from handout.printing.table import read_addresses
     from handout.sinks import write_drawings
@@ -52,12 +52,13 @@ def command(
     pen = options.pen(given)
     say = options.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
-    written: list[tuple[list[Manuscript], list[Drawing]]] = []
+    tally = options.Tally()
 
     def write(text: str, layout: Layout, row: int) -> Drawing:
         layout = _with_options(layout, job)
-        written.append(options.compose_and_trace(text, job, layout, (row,)))
-        return written[-1][1][0]
+        pages, drawings = options.compose_and_trace(text, job, layout, (row,))
+        tally.add(pages, drawings)
+        return drawings[0]
 
     def ink(drawing: Drawing, dpi: int) -> Raster:
         from handout.inking import plain
@@ -67,24 +68,26 @@ def command(
 
     if dry_run is None:
         say(UNCALIBRATED)
-    done = print_rows(
-        addresses,
-        write,
-        profile,
-        job.layout.page,
-        out=dry_run,
-        select=rows,
-        copies=copies,
-        x_height=job.layout.x_height if chosen else None,
-        ink=ink,
-        sink=lambda drawing, path: write_drawings([drawing], [path], pen=pen, dpi=given["dpi"]),
-        about={"seed": job.seed, "hand": job.hand.name},
-        progress=options.progress(given["quiet"]),
-    )
+    try:
+        done = print_rows(
+            addresses,
+            write,
+            profile,
+            job.layout.page,
+            out=dry_run,
+            select=rows,
+            copies=copies,
+            x_height=job.layout.x_height if chosen else None,
+            ink=ink,
+            sink=lambda drawing, path: write_drawings([drawing], [path], pen=pen, dpi=given["dpi"]),
+            about={"seed": job.seed, "hand": job.hand.name},
+            progress=options.progress(given["quiet"]),
+        )
+    except PrintingStopped as stopped:
+        _say_problems(stopped.report, given["quiet"])
+        raise
     _say_problems(done, given["quiet"])
-    pages = [page for batch in written for page in batch[0]]
-    drawings = [drawing for batch in written for drawing in batch[1]]
-    result = options.summary(pages, drawings, job, done.files) | {
+    result = tally.facts(job, done.files) | {
         "rows": len(done.rows),
         "failed": [{"row": failed.row, "reason": failed.reason} for failed in done.failed],
         "jobs": [sent.name for sent in done.jobs],

@@ -43,6 +43,7 @@ _SAME = str.maketrans(
         "\u212b": "Å",
         "\u2126": "Ω",
         "\u00b4": "’",
+        "º": "°",
     }
 )
 # spaces at which a line must not break

@@ -76,12 +76,19 @@ def test_g92_moves_the_zero():
     assert where(port) == (5, 10)
 
 
+def moving(port):
+    """Times and x, mm, from where the first motion began."""
+    trace = port.firmware.stepper.trace
+    first = next(at for at, (_, position) in enumerate(trace) if position != trace[0][1])
+    return np.array([(t, steps[0] / 80) for t, steps in trace[first - 1 :]])
+
+
 def test_a_straight_line_takes_the_time_of_a_trapezoid():
     port = awake()
     say(port, "G1X60F6000", "G4P0", patience=5)
-    trace = port.firmware.stepper.trace
-    assert trace[-1][0] - trace[0][0] == pytest.approx(60 / 100 + 100 / 2000, rel=1e-6)
-    speed = np.diff([p[1][0] / 80 for p in trace]) / np.diff([p[0] for p in trace])
+    t, x = moving(port).T
+    assert t[-1] - t[0] == pytest.approx(60 / 100 + 100 / 2000, rel=1e-6)
+    speed = np.diff(x) / np.diff(t)
     assert speed.max() == pytest.approx(100, rel=0.01)
     assert np.abs(np.diff(speed)).max() <= 2000 * 0.011
 
@@ -89,9 +96,9 @@ def test_a_straight_line_takes_the_time_of_a_trapezoid():
 def test_rapids_use_all_an_axis_can():
     port = awake()
     say(port, "G0X100Y100", "G4P0", patience=5)
-    trace = port.firmware.stepper.trace
+    t, _ = moving(port).T
     speed, length = 150 * math.sqrt(2), 100 * math.sqrt(2)
-    assert trace[-1][0] - trace[0][0] == pytest.approx(length / speed + speed / (2000 * math.sqrt(2)), rel=1e-4)
+    assert t[-1] - t[0] == pytest.approx(length / speed + speed / (2000 * math.sqrt(2)), rel=1e-4)
 
 
 @given(st.floats(0.01, 50), st.floats(0, 100), st.floats(0, 100), st.floats(1, 150), st.floats(100, 5000))
@@ -135,13 +142,14 @@ def test_hold_and_go_on():
     assert b"Hold:0" in port.read(0.5)
     stood = where(port)
     port.read(2.0)
-    assert where(port) == stood and 10 < stood[0] < 100
+    assert where(port) == stood and 1 < stood[0] < 50
     port.write(b"~")
     hear(port, 3)
     assert where(port) == (100, 0)
-    trace = port.firmware.stepper.trace
-    speed = np.diff([p[1][0] / 80 for p in trace]) / np.diff([p[0] for p in trace])
-    assert speed.min() >= 0 and np.abs(np.diff(speed)).max() <= 2000 * 0.011
+    t, x = moving(port).T
+    still = np.diff(t) > 0.1  # the hold
+    speed = np.where(still, 0, np.diff(x) / np.diff(t))
+    assert still.sum() == 1 and speed.min() >= 0 and np.abs(np.diff(speed)).max() <= 2000 * 0.011
 
 
 def test_reset_while_moving_loses_the_place_and_locks():
@@ -232,7 +240,7 @@ def test_a_closed_port_is_closed():
     ("query", "said"),
     [
         ("fault=jamm", "did you mean jam"), ("after=x", "whole number"), ("buffer=3", "from 16 to"), ("late=5", "not a time"),
-        ("colour=red", "has no option 'colour'"), ("acceleration=", "not a acceleration|not an? acceleration"),
+        ("colour=red", "has no option 'colour'"), ("acceleration=5", "not a acceleration"),
     ],
 )  # fmt: skip
 def test_options_that_mean_nothing_are_refused(query, said):

@@ -38,16 +38,17 @@ class Firmware:
         self.stepper = Stepper(self.queue)
         self.modes = Modes()
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
+        self.now = 0.0
         self._place()
         self.locked = profile.homing
         self.dead = False  # after a limit: deaf to all but a reset
         self.power: list[tuple[float, float]] = []  # when the spindle output changed, and to what (0: off)
-        self.now = 0.0
 
     def _place(self) -> None:
         x, y, z = (round(v * s) for v, s in zip(self.at, self.axes.steps, strict=True))
         self.queue.clear((x, y, z))
         self.stepper.position = (x, y, z)
+        self.stepper.trace.append((self.now, self.stepper.position))
 
     @property
     def state(self) -> str:

@@ -79,7 +79,8 @@ class SimulatedPlotter:
         """Lay a fresh sheet on the bed: what was drawn before is gone with the last one, and the time starts anew."""
         self.page, self.placement = page, placement
         self._began, self._ended = None, self.now
-        self.firmware.stepper.trace.clear()
+        stepper = self.firmware.stepper
+        stepper.trace[:] = [(self.now, stepper.position)]
         del self.firmware.power[:-1]
 
     def write(self, data: bytes) -> None:

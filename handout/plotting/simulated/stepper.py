@@ -56,7 +56,7 @@ class Stepper:
     def __init__(self, queue: Queue) -> None:
         self.queue = queue
         self.position: Steps = queue.position
-        self.trace: list[tuple[float, Steps]] = []
+        self.trace: list[tuple[float, Steps]] = [(0.0, queue.position)]
         self.moving = False
         self.holding = False
         self.next_end = math.inf  # time at which the slice under way ends
