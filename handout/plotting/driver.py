@@ -78,6 +78,8 @@ def run(
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
+    if plan.placement.turned:
+        log("The page is turned to fit the bed: its top edge lies to the left.")
     if isinstance(port, SimulatedPlotter):
         port.lay(plan.drawing.page, plan.placement)
     before = time.monotonic()
@@ -86,7 +88,7 @@ def run(
     with Journal(journal, [line for _, line in numbered]) as kept:
         try:
             _stream(link, numbered, plan, kept, progress)
-        except (KeyboardInterrupt, DeviceError):
+        except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
             _leave_lifted(link, own, log)
             raise
     return _report(plan, port, len(numbered), time.monotonic() - before)

@@ -78,12 +78,6 @@ class Status(NamedTuple):
     detail: str
     fields: str
 
-    @property
-    def waiting(self) -> int | None:
-        """Bytes free in its receive buffer, if it says."""
-        match = re.search(r"\|Bf:\d+,(\d+)", self.fields)
-        return int(match.group(1)) if match else None
-
 
 class Setting(NamedTuple):
     """One line of ``$$``."""

@@ -49,7 +49,7 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 
 class SerialPort:
-    """A port of pyserial's: a device or an address."""
+    """A port of pyserial's: a device, or an address such as ``socket://host:port``."""
 
     def __init__(self, url: str, baud: int) -> None:
         import serial
@@ -62,12 +62,14 @@ class SerialPort:
             raise PortError(_why(url, error)) from error
 
     def write(self, data: bytes) -> None:
+        """Send bytes."""
         try:
             self._serial.write(data)
         except OSError as error:
             raise PortError(self._lost()) from error
 
     def read(self, timeout: float) -> bytes:
+        """What has come in; waits up to `timeout` seconds for a first byte."""
         try:
             if self._serial.timeout != timeout:
                 self._serial.timeout = timeout
@@ -79,6 +81,7 @@ class SerialPort:
             raise PortError(self._lost()) from error
 
     def close(self) -> None:
+        """Close the connection."""
         self._serial.close()
 
     def _lost(self) -> str:

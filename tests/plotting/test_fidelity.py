@@ -22,7 +22,7 @@ def test_the_same_is_the_same():
 
 
 def test_a_shift_of_the_paper_is_seen():
-    found = fidelity.compare(DRAWING, changed(DRAWING, lambda s: Stroke(s.t, s.xy + [0.3, 0.4])))
+    found = fidelity.compare(DRAWING, changed(DRAWING, lambda s: Stroke(s.t, s.xy + np.array([0.3, 0.4]))))
     assert 0.45 < found.deviation <= 0.5001 and found.correlation > 0.95
 
 

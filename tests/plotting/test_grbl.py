@@ -11,7 +11,9 @@ from handout.plotting import grbl
 from handout.plotting.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
-BLOCKS = [Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False)]
+BLOCKS = [
+    Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False),
+]  # fmt: skip
 
 
 def written(blocks, profile):
@@ -59,7 +61,7 @@ def test_moves_are_read_back_as_they_were_meant(moves):
         (b"ALARM:2", grbl.Alarm(2)),
         (b"Grbl 1.1h ['$' for help]", grbl.Banner("Grbl 1.1h ['$' for help]")),
         (b"GrblHAL 1.1f", grbl.Banner("GrblHAL 1.1f")),
-        (b"<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0>", grbl.Status("Idle", "", "|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0")),
+        (b"<Idle|MPos:0.0,0.0,0.0|Bf:15,128>", grbl.Status("Idle", "", "|MPos:0.0,0.0,0.0|Bf:15,128")),
         (b"<Hold:1|WPos:1,2,3>", grbl.Status("Hold", "1", "|WPos:1,2,3")),
         (b"$110=6000.000", grbl.Setting(110, 6000.0)),
         (b"[OPT:V,15,128]", grbl.Sizes(15, 128)),

@@ -1,4 +1,4 @@
-"""The host's model of the planner: against plain passes, against textbook cases, and against the simulated controller."""
+"""The host's model of the planner: against plain passes, textbook cases, and the simulated controller."""
 
 import dataclasses
 import math

@@ -239,8 +239,8 @@ def test_a_closed_port_is_closed():
 @pytest.mark.parametrize(
     ("query", "said"),
     [
-        ("fault=jamm", "did you mean jam"), ("after=x", "whole number"), ("buffer=3", "from 16 to"), ("late=5", "not a time"),
-        ("colour=red", "has no option 'colour'"), ("acceleration=5", "not a acceleration"),
+        ("fault=jamm", "did you mean jam"), ("after=x", "whole number"), ("buffer=3", "from 16 to"),
+        ("late=5", "not a time"), ("colour=red", "has no option 'colour'"), ("acceleration=5", "not a acceleration"),
     ],
 )  # fmt: skip
 def test_options_that_mean_nothing_are_refused(query, said):

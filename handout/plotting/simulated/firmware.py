@@ -10,7 +10,7 @@ from typing import Literal
 
 from handout.plotting.simulated import parser
 from handout.plotting.simulated.parser import Modes, Refused
-from handout.plotting.simulated.queue import Axes, Queue
+from handout.plotting.simulated.queue import Axes, Queue, Steps
 from handout.plotting.simulated.stepper import Stepper
 from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
@@ -35,20 +35,18 @@ class Firmware:
     def __init__(self, profile: Plotter, axes: Axes, wire: Wire, queue: int, say: Callable[[str], None]) -> None:
         self.profile, self.axes, self.wire, self.say = profile, axes, wire, say
         self.queue = Queue(axes, queue or profile.port.queue)
-        self.stepper = Stepper(self.queue)
         self.modes = Modes()
-        self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self.now = 0.0
-        self._place()
+        self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
+        self.queue.clear(self._steps())
+        self.stepper = Stepper(self.queue)
         self.locked = profile.homing
         self.dead = False  # after a limit: deaf to all but a reset
         self.power: list[tuple[float, float]] = []  # when the spindle output changed, and to what (0: off)
 
-    def _place(self) -> None:
+    def _steps(self) -> Steps:
         x, y, z = (round(v * s) for v, s in zip(self.at, self.axes.steps, strict=True))
-        self.queue.clear((x, y, z))
-        self.stepper.position = (x, y, z)
-        self.stepper.trace.append((self.now, self.stepper.position))
+        return x, y, z
 
     @property
     def state(self) -> str:
@@ -172,7 +170,9 @@ class Firmware:
             yield "rest"
             yield _HOMING
             self.locked, self.at = False, (0.0, 0.0, self.at[2])
-            self._place()
+            self.stepper.position = self._steps()
+            self.stepper.trace.append((self.now, self.stepper.position))
+            self.queue.clear(self.stepper.position)
         elif self.stepper.moving:
             raise Refused(8)
         elif line == "$$":

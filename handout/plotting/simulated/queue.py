@@ -54,6 +54,7 @@ class Queue:
 
     @property
     def full(self) -> bool:
+        """Whether no further move can be taken."""
         return len(self.lines) >= self.size
 
     def add(self, target: Vector, feed: float) -> bool:

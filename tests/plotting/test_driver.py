@@ -1,0 +1,248 @@
+"""Plotting from end to end: faults, interrupts, the machine's own limits, the journal, progress."""
+
+import hashlib
+import json
+
+import msgspec
+import pytest
+from cursive import page
+
+from handout import profiles
+from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit, InputError, PortError
+from handout.plotting import fidelity, grbl, open_port, plan, run
+
+PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
+DRAWING = page(words=6)
+
+
+def changed(profile, table, **values):
+    return msgspec.structs.replace(profile, **{table: msgspec.structs.replace(getattr(profile, table), **values)})
+
+
+@pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    ("fault", "error", "said", "lifted"),
+    [
+        ("jam", DeviceSilent, "has not answered for 5 s", False),
+        ("lost-byte", (DeviceAlarm, DeviceSilent), "refused line|something was lost", True),
+        ("lost-ok", DeviceSilent, "something was lost", True),
+        ("error", DeviceAlarm, "error:33", True),
+        ("alarm", DeviceAlarm, "ALARM:1: a limit switch", True),
+        ("reset", DeviceAlarm, "restarted by itself", True),
+        ("unplugged", PortError, "connection .* is lost", False),
+    ],
+)
+@pytest.mark.parametrize("after", [12, 150])
+def test_every_fault_is_named_and_the_pen_is_lifted_if_the_machine_answers(profile, fault, error, said, lifted, after):
+    port = open_port(f"sim:?fault={fault}&after={after}", profile)
+    words = []
+    with pytest.raises(error, match=said):
+        run(plan(DRAWING, profile), port, profile, log=words.append)
+    assert any("could not be lifted" in word for word in words) == (not lifted)
+    if lifted:
+        assert not port.pen_is_down
+        assert port.firmware.state == "Idle" and not port.firmware.queue.lines
+
+
+def test_late_answers_are_no_fault():
+    port = open_port("sim:?fault=late&after=30&late=300ms", PROFILE)
+    report = run(plan(page(words=1), PROFILE), port, PROFILE)
+    assert report.executed_s > report.announced_s and port.lost == 0
+    assert len(port.executed().strokes) == 1
+
+
+@pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
+def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share, tmp_path):
+    def stop(done, left):
+        if done >= share:
+            raise KeyboardInterrupt
+
+    port = open_port("sim:", profile)
+    journal = tmp_path / "journal"
+    with pytest.raises(KeyboardInterrupt):
+        run(plan(DRAWING, profile), port, profile, progress=stop, journal=journal)
+    assert not port.pen_is_down and port.firmware.state == "Idle" and not port.firmware.locked
+    assert json.loads(journal.read_text().splitlines()[-1]) == {"stopped": "KeyboardInterrupt"}
+    drawn = sum(stroke.length for stroke in port.executed().strokes)
+    assert drawn < (share + 0.25) * DRAWING.pen_down
+    again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
+
+
+def test_an_error_of_ours_lifts_the_pen_too():
+    def fail(done, left):
+        if done > 0.5:
+            raise ZeroDivisionError
+
+    port = open_port("sim:", PROFILE)
+    with pytest.raises(ZeroDivisionError):
+        run(plan(DRAWING, PROFILE), port, PROFILE, progress=fail)
+    assert not port.pen_is_down and port.firmware.state == "Idle"
+
+
+def test_the_machines_own_limits_win_and_are_named():
+    words = []
+    port = open_port("sim:?acceleration=600mm/s2&speed=50mm/s", PROFILE)
+    made = plan(DRAWING, PROFILE)
+    report = run(made, port, PROFILE, log=words.append)
+    assert any("acceleration: the plotter's own 600 instead of the profile's 2000" in word for word in words)
+    assert any("draw speed: the plotter's own 50" in word for word in words)
+    assert any("planned anew" in word for word in words)
+    assert report.announced_s > made.duration and report.plan.profile.limits.acceleration == 600
+    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+
+
+def test_a_machine_that_agrees_says_nothing():
+    words = []
+    made = plan(DRAWING, PROFILE)
+    assert run(made, open_port("sim:", PROFILE), PROFILE, log=words.append).plan is made
+    assert words == []
+
+
+def test_a_small_buffer_is_believed():
+    port = open_port("sim:?buffer=40", PROFILE)
+    report = run(plan(DRAWING, PROFILE), port, PROFILE)
+    assert port.lost == 0 and len(port.executed().strokes) == len(DRAWING.strokes)
+    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
+
+
+def test_a_slow_usb_adapter_is_no_hindrance():
+    port = open_port("sim:?latency=8ms", PROFILE)
+    report = run(plan(DRAWING, PROFILE), port, PROFILE)
+    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05) and port.lost == 0
+
+
+def test_soft_limits_of_the_machine_count():
+    class Limited:
+        """A simulated plotter that says it has 60 mm of travel, and soft limits."""
+
+        def __init__(self):
+            self.port, self.written = open_port("sim:", PROFILE), b""
+
+        def write(self, data):
+            self.written += data
+            self.port.write(data)
+
+        def read(self, timeout):
+            return self.port.read(timeout).replace(b"$20=0", b"$20=1").replace(b"$130=300", b"$130=60")
+
+        def close(self):
+            self.port.close()
+
+    port = Limited()
+    with pytest.raises(DoesNotFit, match="outside the bed 0–60 mm"):
+        run(plan(DRAWING, PROFILE), port, PROFILE)
+    assert b"G1" not in port.written and b"M3" not in port.written
+
+
+def test_several_sheets_over_one_connection():
+    port = open_port("sim:", PROFILE)
+    for seed in (1, 2, 3):
+        drawing = page(seed=seed, words=2)
+        report = run(plan(drawing, PROFILE), port, PROFILE)
+        assert fidelity.compare(drawing, port.executed()).deviation < 0.1
+        assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
+
+
+@pytest.mark.parametrize("zero", ["kept", "here"])
+@pytest.mark.parametrize("origin", ["bottom-left", "top-left", "centre"])
+@pytest.mark.parametrize("y", ["up", "down"])
+def test_every_origin_draws_the_page_the_right_way_round(zero, origin, y):
+    profile = changed(PROFILE, "bed", zero=zero, origin=origin, y=y)
+    port = open_port("sim:", profile)
+    run(plan(DRAWING, profile), port, profile)
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+
+
+def test_homing_comes_first():
+    profile = msgspec.structs.replace(PROFILE, homing=True)
+    words = []
+    port = open_port("sim:", profile)
+    report = run(plan(DRAWING, profile), port, profile, log=words.append)
+    assert words == ["Homing: the plotter looks for its zero."]
+    assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
+
+
+def test_a_locked_machine_is_unlocked_with_a_word():
+    port = open_port("sim:", PROFILE)
+    port.firmware.locked = True
+    words = []
+    run(plan(DRAWING, PROFILE), port, PROFILE, log=words.append)
+    assert len(words) == 1 and "unlocked ($X)" in words[0]
+
+
+def test_nobody_there():
+    class Nobody:
+        def write(self, data):
+            pass
+
+        def read(self, timeout):
+            return b""
+
+        def close(self):
+            pass
+
+    with pytest.raises(DeviceSilent, match="does not answer within 5 s: is it switched on"):
+        run(plan(DRAWING, PROFILE), Nobody(), PROFILE)
+
+
+def test_something_else_there():
+    class Printer:
+        def write(self, data):
+            pass
+
+        def read(self, timeout):
+            return b"echo:busy\n" if timeout else b""
+
+        def close(self):
+            pass
+
+    class Chatty(Printer):
+        left = 30
+
+        def read(self, timeout):
+            self.left -= 1
+            return b"\xfe\xffstart\n" if self.left > 0 else b""
+
+    with pytest.raises(DeviceSilent, match="not as a GRBL controller does"):
+        run(plan(DRAWING, PROFILE), Chatty(), PROFILE)
+
+
+def test_the_journal_is_exact(tmp_path):
+    path = tmp_path / "journal"
+    made = plan(DRAWING, PROFILE)
+    report = run(made, open_port("sim:", PROFILE), PROFILE, journal=path)
+    entries = [json.loads(line) for line in path.read_text().splitlines()]
+    program = [*grbl.opening(PROFILE), *(line for _, line in grbl.lines(made.blocks, PROFILE)), *grbl.closing()]
+    assert entries[0] == {"lines": report.lines, "sha256": hashlib.sha256(b"".join(program)).hexdigest()}
+    assert entries[-1] == {"done": True}
+    assert [entry["line"] for entry in entries[1:-1]] == list(range(report.lines))
+    assert [entry["text"].encode() + b"\n" for entry in entries[1:-1]] == program
+    run(made, open_port("sim:", PROFILE), PROFILE, journal=path)
+    assert len(path.read_text().splitlines()) == 2 * len(entries)
+
+
+def test_the_journal_of_a_fault_ends_where_the_machine_did(tmp_path):
+    path = tmp_path / "journal"
+    with pytest.raises(DeviceAlarm):
+        run(plan(DRAWING, PROFILE), open_port("sim:?fault=error&after=50", PROFILE), PROFILE, journal=path)
+    entries = [json.loads(line) for line in path.read_text().splitlines()]
+    assert len(entries) == 52 and "error:33" in entries[-1]["stopped"]
+
+
+def test_a_journal_that_cannot_be_written_is_refused(tmp_path):
+    with pytest.raises(InputError, match="Cannot write the journal"):
+        run(plan(DRAWING, PROFILE), open_port("sim:", PROFILE), PROFILE, journal=tmp_path / "none" / "journal")
+
+
+def test_progress_runs_from_nothing_to_all():
+    told = []
+    made = plan(DRAWING, PROFILE)
+    run(made, open_port("sim:", PROFILE), PROFILE, progress=lambda done, left: told.append((done, left)))
+    shares = [done for done, _ in told]
+    assert shares == sorted(shares) and shares[0] < 0.1 and shares[-1] == 1 and told[-1][1] == 0
+    assert 20 < len(told) < 200
+    for done, left in told:
+        assert left == pytest.approx((1 - done) * made.duration, abs=1e-6)
