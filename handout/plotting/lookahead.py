@@ -118,7 +118,8 @@ def _radius(move: Array) -> Array:
 def along(unit: Array, limits: Array) -> Array:
     """The greatest value along each direction that keeps every axis within its limit.  (n,) float."""
     with np.errstate(divide="ignore"):
-        return np.asarray((limits / np.abs(unit)).min(axis=1))
+        most = (limits / np.abs(unit)).min(axis=1)
+    return np.asarray(np.where(np.isfinite(most), most, limits.max()))  # a line of no length has no direction
 
 
 def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:

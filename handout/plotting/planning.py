@@ -23,7 +23,7 @@ _DENSE = 0.15  # mm between points at which a path is looked at to find how fast
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
 _BUSY = 0.8  # share of what the controller can read that is asked of it
 _LINE = 22.0  # bytes of a line at most
-_BURST = 8
+_BURST = 8  # segments; half a queue
 _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 
 
@@ -128,8 +128,11 @@ def _cut(path: Track, profile: Plotter) -> Track:
         could = _SLOWED * np.minimum(wanted, profile.limits.acceleration * lines.radius)
         slowed = lines.corner < could
         halve = within & (slowed | np.append(slowed[1:], False))
-        halve &= (lines.length > 2 * shortest) & (took > 2.0 / capacity)
-        t = np.sort(np.append(cuts.t, 0.5 * (cuts.t[:-1] + cuts.t[1:])[halve]))
+        middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
+        off = path.at(middle)  # a pen that rested may not have left an end by then
+        room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
+        halve &= (room >= shortest) & (took > 2.0 / capacity)
+        t = np.sort(np.append(cuts.t, middle[halve]))
         cuts = Track(t, path.at(t), path.stroke_at(t))
     return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 

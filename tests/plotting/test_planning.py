@@ -154,6 +154,46 @@ def test_order_travel_moves_words_only():
     assert plan(drawing, PROFILE).drawing.strokes == drawing.strokes
 
 
+@st.composite
+def awkward(draw):
+    """Strokes nobody would write: rests, jumps, cusps, specks, repeated places."""
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    strokes, clock = [], 0.0
+    for _ in range(draw(st.integers(1, 6))):
+        n = draw(st.integers(1, 40))
+        step = rng.choice([0.0, 0.005, 0.05, 0.3, 3.0], n) * draw(st.sampled_from([0.01, 0.3, 1.0]))
+        heading = rng.choice([0.0, 0.3, np.pi / 2, np.pi], n).cumsum()
+        xy = rng.uniform(40, 100, 2) + np.cumsum(
+            step[:, None] * np.stack([np.cos(heading), np.sin(heading)], 1), axis=0
+        )
+        t = clock + np.cumsum(rng.choice([1e-4, 0.005, 0.01, 0.3], n))
+        clock = t[-1] + 0.1
+        strokes.append(Stroke(t, np.clip(xy, 1, 147)))
+    return Drawing(tuple(strokes), Page(148, 210))
+
+
+@settings(max_examples=40, deadline=None)
+@given(awkward(), st.sampled_from([1.0, 0.2, 5.0, "fast"]), st.sampled_from(["simulated", "grbl-z"]))
+def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):
+    profile = profiles.find(name, "plotter")
+    made, report, port = executed(drawing, profile, speed=speed)
+    assert (made.motion.length[made.course.draws] > 0).all() and np.isfinite(made.motion.duration).all()
+    assert report.executed_s == pytest.approx(made.duration, rel=0.05, abs=0.05)
+    for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
+        assert hausdorff(stroke.xy, drawn.xy) < 0.1
+
+
+def hausdorff(a, b):
+    """By brute force, on dense points."""
+    from scipy.spatial.distance import directed_hausdorff
+
+    dense = [
+        np.concatenate([p[:1], *(p[i] + np.linspace(0, 1, 40)[:, None] * (p[i + 1] - p[i]) for i in range(len(p) - 1))])
+        for p in (a, b)
+    ]
+    return max(directed_hausdorff(*dense)[0], directed_hausdorff(*dense[::-1])[0])
+
+
 @pytest.mark.parametrize("speed", [0, -1, 1000, float("nan"), "slow", None])
 def test_speeds_that_mean_nothing_are_refused(speed):
     with pytest.raises(InputError, match="speed"):
