@@ -80,7 +80,7 @@ def test_errors_name_the_file_and_the_fault(tmp_path, letters, says):
 
 
 def test_numbers_have_bounds(tmp_path):
-    with pytest.raises(InputError, match="smooth = 3 is outside 0.05 to 1"):
+    with pytest.raises(InputError, match=r"smooth = 3 is outside 0\.05 to 1"):
         hand(tmp_path, 'a = [{ width = 1, pen = "0,1 0,0" }]', HEAD.replace("smooth = 0.3", "smooth = 3"))
 
 
