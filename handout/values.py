@@ -224,6 +224,7 @@ class Hand:
     word_space : gap between words, x-heights.
     pitch : distance of lines, x-heights.
     variation : how much the letters of this hand vary, 1 is usual.
+    fading : share of their height that letters lose towards the end of a word, as a hurried hand's do.
     """
 
     name: str
@@ -238,6 +239,7 @@ class Hand:
     word_space: float
     pitch: float
     variation: float = 1.0
+    fading: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

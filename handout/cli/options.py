@@ -42,6 +42,7 @@ _WRITING = (
     ),
     click.option("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
     click.option("--jitter", type=float, default=1.0, show_default=True, help="Variation: 1 as people vary, 0 none."),
+    click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
     click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
     click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
@@ -145,6 +146,7 @@ class Setup:
 
 def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
     """Check the common options; `options` are those of `writing_options`."""
+    from handout.hand.haste import hasten
     from handout.hand.library import load
     from handout.writing.layout import Layout, page
 
@@ -163,7 +165,8 @@ def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None,
     seed = options["seed"] if options["seed"] is not None else secrets.randbelow(10**6)
     if seed < 0:
         raise InputError(f"seed: {seed} is negative; use 0 or more.")
-    return Setup(load(options["hand"]), layout, seed, options["kinematics"], factor, fast, pages, options["fallback"])
+    hand = hasten(load(options["hand"]), options["haste"])
+    return Setup(hand, layout, seed, options["kinematics"], factor, fast, pages, options["fallback"])
 
 
 def _speed(text: str) -> tuple[bool, float]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
+from handout.writing.variation import USUAL
 
 Engine = Callable[[ActionPlan], tuple[Array, Array]]
 
@@ -27,7 +28,6 @@ _LIFT = 0.11  # s, inside a word
 _WORD = 0.22  # s more, between words
 _LINE = 0.45  # s more, between lines
 _AIR_SPEED = 18.0  # x-heights a second
-_PACE = 0.06  # relative standard deviation of a component's pace
 _PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
 _PULL = 0.16
 _EASE = 0.14
@@ -76,7 +76,7 @@ def trace(
     strokes = []
     for component in _components(manuscript, hand):
         clock += _in_the_air(before, component, manuscript.x_height)
-        pace = hand.interval * math.exp(rng.normal(0.0, _PACE * min(jitter, 2.0)))
+        pace = hand.interval * math.exp(rng.normal(0.0, USUAL.pace * min(jitter, 2.0)))
         t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
         strokes.append(Stroke((clock + t) / speed, xy, pressure=_press(t, xy), word=component.word))
         clock += float(t[-1])

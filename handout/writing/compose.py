@@ -12,14 +12,13 @@ import numpy as np
 from handout.errors import DoesNotFit
 from handout.values import Hand, Manuscript
 from handout.writing import text as texts
-from handout.writing.choice import Chooser
 from handout.writing.layout import Layout
 from handout.writing.lines import Row, Unit, wrap
 from handout.writing.sheets import lines_a_page, paginate, room, spacing
 from handout.writing.text import Letter
-from handout.writing.words import Word, write_word
+from handout.writing.variation import USUAL
+from handout.writing.words import Writer, write_part
 
-WORD_GAP = 0.11  # standard deviation of word gaps, x-heights
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 _BREAK_AFTER = "-–—/"
@@ -72,7 +71,7 @@ def _write_paragraphs(
     tokens: Sequence[Letter | str], hand: Hand, rng: np.random.Generator, layout: Layout
 ) -> list[tuple[float, list[Unit]]]:
     """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""
-    chooser = Chooser(hand, rng, min(layout.jitter, 1.0))
+    writer = Writer(hand, rng, layout.jitter)
     paragraphs = []
     for paragraph in _split(tokens, "\n"):
         indent, spaces = 0.0, 0
@@ -81,7 +80,7 @@ def _write_paragraphs(
             if isinstance(piece, int):
                 spaces = piece
                 continue
-            word = write_word(piece, hand, chooser, rng, layout.jitter)
+            word = writer.word(piece)
             gap = _gap(spaces, hand, rng, layout.jitter)
             if not units and spaces:
                 indent = gap
@@ -95,7 +94,7 @@ def _gap(spaces: int, hand: Hand, rng: np.random.Generator, jitter: float) -> fl
     if not spaces:
         return 0.0
     wide = hand.word_space * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
-    return max(0.72 * hand.word_space, wide + rng.normal(0.0, WORD_GAP * jitter))
+    return max(0.72 * hand.word_space, wide + rng.normal(0.0, USUAL.word_gap * jitter))
 
 
 def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:
@@ -187,18 +186,7 @@ def _broken(unit: Unit, room: float) -> list[Unit]:
         if ends[i] - starts[first] > room:
             cuts.append(i)
             first = i
-    return [
-        Unit(_part(word, a, b, starts[a] if a else 0.0), unit.gap if a == 0 else 0.01)
-        for a, b in pairwise([*cuts, len(starts)])
-    ]
-
-
-def _part(word: Word, a: int, b: int, x: float) -> Word:
-    strokes = tuple(tuple(s - (x, 0.0) for s in glyph) for glyph in word.strokes[a:b])
-    right = max(float(s[:, 0].max()) for glyph in strokes for s in glyph)
-    left = min(float(s[:, 0].min()) for glyph in strokes for s in glyph)
-    joins = (False, *word.joins[a + 1 : b])
-    return Word(word.glyphs[a:b], strokes, joins, word.at[a:b], word.spelt[a:b], right, left, right)
+    return [Unit(write_part(word, a, b), unit.gap if a == 0 else 0.01) for a, b in pairwise([*cuts, len(starts)])]
 
 
 def _pages(rows: int, hand: Hand, layout: Layout) -> int | float:

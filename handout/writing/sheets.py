@@ -11,13 +11,10 @@ from handout.errors import DoesNotFit
 from handout.values import Array, Hand, Line, Manuscript, Placed
 from handout.writing.layout import Layout
 from handout.writing.lines import Row
+from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
 from handout.writing.words import Word
 
 ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
-EDGE = 0.18  # of the ragged left edge, x-heights
-TILT = 0.0035  # of the slope of a line, tangent
-BEND = 0.10  # of the sag of a line, x-heights
-PITCH = 0.05  # of the distance of lines, x-heights
 
 
 def room(layout: Layout) -> float:
@@ -58,14 +55,15 @@ def paginate(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gen
 def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Generator) -> Manuscript:
     """Place the rows of one page."""
     scale, pitch, jitter = layout.x_height, spacing(hand, layout), layout.jitter
-    tilt_of_page = rng.normal(0.0, 0.5 * TILT * jitter)
-    edge = 0.0
+    vary = USUAL.scaled(jitter)
+    tilt_of_page = rng.normal(0.0, 0.5 * vary.tilt)
+    edges = Drift(vary.edge, EDGE_MEMORY, rng)
     lines, words = [], 0
     for number, row in enumerate(rows):
-        baseline = layout.margin[0] + ASCENT * scale + number * pitch + rng.normal(0.0, PITCH * jitter) * scale
-        edge = 0.6 * edge + rng.normal(0.0, 0.8 * EDGE * jitter)
-        tilt = tilt_of_page + rng.normal(0.0, TILT * jitter)
-        bend = rng.normal(0.0, BEND * jitter)
+        baseline = layout.margin[0] + ASCENT * scale + number * pitch + rng.normal(0.0, vary.pitch) * scale
+        edge = edges.next()
+        tilt = tilt_of_page + rng.normal(0.0, vary.tilt)
+        bend = rng.normal(0.0, vary.bend)
         if not row.units:
             continue
         x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)

@@ -7,29 +7,19 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from handout.values import Array, Glyph, Hand
+from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.choice import Chooser, joined
 from handout.writing.text import Letter
+from handout.writing.variation import Drift, Variation, walk, warp
 
-# Standard deviations at jitter 1, in x-heights unless said otherwise
-SLANT = 0.025  # tangent, a word
-SIZE = 0.025  # relative, a word
-RISE = 0.02  # a letter, correlated with its neighbours
-GAP = 0.022  # a letter
-BREADTH = 0.06  # relative width of a letter
-HEIGHT = 0.035  # relative height of a letter
-SHEAR = 0.022  # slant of a letter against its word, tangent
-# smooth fields that bend a word: (standard deviation, shortest and longest wavelength)
-WARPS = ((0.028, 1.6, 3.4), (0.016, 0.7, 1.6))
-CAPITALS = 0.12  # x-heights between two capitals, besides their widths
-_RISE_MEMORY = 0.7
-_WAVES = 6
+_CAPITALS = 0.12  # x-heights between two capitals, besides their widths
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,40 +40,85 @@ class Word:
     right: float
 
 
-def write_word(
-    letters: Sequence[Letter], hand: Hand, chooser: Chooser, rng: np.random.Generator, jitter: float
-) -> Word:
-    """Choose the forms of a word and set them side by side."""
-    jitter *= hand.variation
-    glyphs = [
-        accented(glyph, letter.marks, hand, rng) if letter.marks else glyph
-        for glyph, letter in zip(chooser.word(letters), letters, strict=True)
-    ]
-    joins = (False, *(joined(a, b) for a, b in pairwise(glyphs)))
-    shapes = _shapes(len(glyphs), rng, jitter)
-    widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, GAP * jitter, len(glyphs))
-    starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), _walk(rng, len(glyphs), RISE * jitter)])
-    flat = np.vstack(
-        [
-            stroke @ shape + start
-            for glyph, shape, start in zip(glyphs, shapes, starts, strict=True)
-            for stroke in glyph.strokes
+class Writer:
+    """Writes the words of one text, one after the other; its slant and size drift from word to word."""
+
+    def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
+        self._hand, self._rng = hand, rng
+        self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
+        self._chooser = Chooser(hand, rng, min(jitter, 1.0))
+        self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
+        self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
+
+    def word(self, letters: Sequence[Letter]) -> Word:
+        """Choose the forms of a word and set them side by side."""
+        glyphs = [
+            accented(glyph, letter.marks, self._hand, self._rng) if letter.marks else glyph
+            for glyph, letter in zip(self._chooser.word(letters), letters, strict=True)
         ]
-    )
-    flat = flat + sum(_warp(flat, rng, sd * jitter, shortest, longest) for sd, shortest, longest in WARPS)
-    slant = hand.slant + rng.normal(0.0, SLANT * jitter)
-    size = 1.0 + rng.normal(0.0, SIZE * jitter)
-    flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0))
-    advance = size * float(widths.sum())
-    return Word(
-        glyphs=tuple(glyphs),
-        strokes=_unflatten(flat, glyphs),
-        joins=joins,
-        at=tuple(letter.at for letter in letters),
-        spelt=tuple(unicodedata.normalize("NFC", letter.base + "".join(letter.marks)) for letter in letters),
-        advance=advance,
-        left=float(flat[:, 0].min()),
-        right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), advance - 0.2),
+        flat, width = self._set(glyphs)
+        flat += warp(flat, self._rng, self._vary.warp, 1.6, 3.4) + warp(flat, self._rng, self._vary.warp_fine, 0.7, 1.6)
+        slant, size = self._hand.slant + self._slant.next(), 1.0 + self._size.next()
+        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0))
+        return Word(
+            glyphs=tuple(glyphs),
+            strokes=_unflatten(flat, glyphs),
+            joins=(False, *(joined(a, b) for a, b in pairwise(glyphs))),
+            at=tuple(letter.at for letter in letters),
+            spelt=tuple(unicodedata.normalize("NFC", letter.base + "".join(letter.marks)) for letter in letters),
+            advance=size * width,
+            left=float(flat[:, 0].min()),
+            right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), size * width - 0.2),
+        )
+
+    def _set(self, glyphs: Sequence[Glyph]) -> tuple[Array, float]:
+        """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
+        n, rng, vary = len(glyphs), self._rng, self._vary
+        shapes = self._shapes(n)
+        widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
+        starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
+        points = []
+        for glyph, shape, start in zip(glyphs, shapes, starts, strict=True):
+            for stroke, late in zip(glyph.strokes, glyph.late, strict=True):
+                flown = start + self._flight() if late else start
+                points.append(stroke @ shape + flown)
+        return np.vstack(points), float(widths.sum())
+
+    def _flight(self) -> Array:
+        """Where a dot, bar or accent lands, away from its place."""
+        vary = self._vary
+        return self._rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
+
+    def _shapes(self, n: int) -> Array:
+        """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
+
+        In a hurried hand the letters of a word grow flatter towards its end.
+        """
+        vary, rng = self._vary, self._rng
+        fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
+        shapes = np.zeros((n, 2, 2))
+        shapes[:, 0, 0] = np.exp(rng.normal(0.0, vary.breadth, n))
+        shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
+        shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
+        return shapes
+
+
+def write_part(word: Word, a: int, b: int) -> Word:
+    """Glyphs a to b of a word as a word of its own, for a word that is wider than its line."""
+    x = min(float(s[:, 0].min()) for s in word.strokes[a]) if a else 0.0
+    strokes = tuple(tuple(s - (x, 0.0) for s in glyph) for glyph in word.strokes[a:b])
+    right = max(float(s[:, 0].max()) for glyph in strokes for s in glyph)
+    left = min(float(s[:, 0].min()) for glyph in strokes for s in glyph)
+    return replace(
+        word,
+        glyphs=word.glyphs[a:b],
+        strokes=strokes,
+        joins=(False, *word.joins[a + 1 : b]),
+        at=word.at[a:b],
+        spelt=word.spelt[a:b],
+        advance=right,
+        left=left,
+        right=right,
     )
 
 
@@ -91,40 +126,7 @@ def _advances(glyphs: Sequence[Glyph]) -> Array:
     """How far each glyph is from the next; capitals among themselves stand further apart than before small letters."""
     letters = [glyph.letter for glyph in glyphs]
     capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
-    return np.array([glyph.width for glyph in glyphs]) + CAPITALS * np.array(capitals)
-
-
-def _shapes(n: int, rng: np.random.Generator, jitter: float) -> Array:
-    """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it."""
-    shapes = np.zeros((n, 2, 2))
-    shapes[:, 0, 0] = np.exp(rng.normal(0.0, BREADTH * jitter, n))
-    shapes[:, 1, 1] = np.exp(_walk(rng, n, HEIGHT * jitter))
-    shapes[:, 1, 0] = rng.normal(0.0, SHEAR * jitter, n)
-    return shapes
-
-
-def _walk(rng: np.random.Generator, n: int, sd: float) -> Array:
-    """A first-order autoregressive walk of standard deviation `sd`."""
-    steps = rng.normal(0.0, sd * np.sqrt(1 - _RISE_MEMORY**2), n)
-    walk = np.empty(n)
-    value = rng.normal(0.0, sd)
-    for i in range(n):
-        walk[i] = value
-        value = _RISE_MEMORY * value + steps[i]
-    return walk
-
-
-def _warp(xy: Array, rng: np.random.Generator, sd: float, shortest: float, longest: float) -> Array:
-    """Displacements by a smooth random field, so that strokes that cross or touch stay registered.
-
-    White noise a point would kink the eased ends of strokes; a field bends the word as a whole.
-    """
-    angle = rng.uniform(0.0, 2 * np.pi, _WAVES)
-    length = rng.uniform(shortest, longest, _WAVES)
-    phase = rng.uniform(0.0, 2 * np.pi, _WAVES)
-    size = rng.normal(0.0, sd * np.sqrt(2 / _WAVES), (_WAVES, 2))
-    wave = 2 * np.pi / length * np.vstack([np.cos(angle), np.sin(angle)])
-    return np.asarray(np.sin(xy @ wave + phase) @ size)
+    return np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
 
 
 def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...], ...]:

@@ -1,0 +1,102 @@
+"""How people vary, as named distributions: one place for every standard deviation of the writing.
+
+All are normal unless said otherwise, in x-heights unless said otherwise, and correlated where people's are: a writer
+who leans more in one word leans more in the next.  `Variation.scaled` is what the knob ``jitter`` turns; at 0 every
+letter has its ideal form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from handout.values import Array
+
+
+@dataclass(frozen=True)
+class Variation:
+    """Standard deviations.
+
+    slant : tangent, of a word about the hand's slant; `slant_memory` is its correlation with the word before.
+    size : relative, of a word; correlated by `size_memory`.
+    rise : of a letter's height over the line, correlated with its neighbours by `letter_memory`.
+    gap : of the distance between letters.
+    breadth, height : relative width and height of a letter; height is correlated by `letter_memory`.
+    shear : tangent, slant of a letter against its word.
+    warp, warp_fine : of the smooth fields that bend a word, of long (1.6–3.4) and short (0.7–1.6) waves.
+    late_x, late_y : of a dot, bar or accent about its place; `late_right`: how far it flies right on average.
+    word_gap : of the distance between words.
+    edge : of the left edge, correlated from line to line by `edge_memory`.
+    tilt : tangent, slope of a line; half of it is the page's.
+    bend : sag of a line over its length.
+    pitch : of the distance of lines.
+    pace : relative, of the time a stroke takes.
+    """
+
+    slant: float = 0.025
+    size: float = 0.025
+    rise: float = 0.02
+    gap: float = 0.022
+    breadth: float = 0.06
+    height: float = 0.035
+    shear: float = 0.022
+    warp: float = 0.028
+    warp_fine: float = 0.016
+    late_x: float = 0.04
+    late_y: float = 0.03
+    late_right: float = 0.025
+    word_gap: float = 0.11
+    edge: float = 0.18
+    tilt: float = 0.0035
+    bend: float = 0.10
+    pitch: float = 0.05
+    pace: float = 0.06
+
+    def scaled(self, jitter: float) -> Variation:
+        """Every standard deviation times `jitter`."""
+        return replace(self, **{field.name: jitter * getattr(self, field.name) for field in fields(self)})
+
+
+USUAL = Variation()
+# correlation of neighbours: letters of a word, words of a text, lines of a page
+LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, EDGE_MEMORY = 0.7, 0.6, 0.8, 0.6
+_WAVES = 6
+
+
+class Drift:
+    """A quantity that wanders slowly about 0: a first-order autoregressive process."""
+
+    def __init__(self, sd: float, memory: float, rng: np.random.Generator) -> None:
+        self._sd, self._memory, self._rng = sd, memory, rng
+        self._value = float(rng.normal(0.0, sd))
+
+    def next(self) -> float:
+        """The next value; of standard deviation `sd`, correlated by `memory` with the one before."""
+        fresh = self._rng.normal(0.0, self._sd * np.sqrt(1 - self._memory**2))
+        self._value = self._memory * self._value + float(fresh)
+        return self._value
+
+
+def walk(rng: np.random.Generator, n: int, sd: float, memory: float = LETTER_MEMORY) -> Array:
+    """(n,): values of standard deviation `sd`, each correlated by `memory` with the one before."""
+    fresh = rng.normal(0.0, sd, n)
+    fresh[1:] *= np.sqrt(1 - memory**2)
+    for i in range(1, n):
+        fresh[i] += memory * fresh[i - 1]
+    return fresh
+
+
+def warp(xy: Array, rng: np.random.Generator, sd: float, shortest: float, longest: float) -> Array:
+    """Displacements (n, 2) of places xy (n, 2) by a smooth random field, so that strokes that touch stay registered.
+
+    White noise a point would kink the eased ends of strokes; a field bends a word as a whole.
+
+    shortest, longest : wavelengths of the field, x-heights.
+    """
+    angle = rng.uniform(0.0, 2 * np.pi, _WAVES)
+    length = rng.uniform(shortest, longest, _WAVES)
+    phase = rng.uniform(0.0, 2 * np.pi, _WAVES)
+    size = rng.normal(0.0, sd * np.sqrt(2 / _WAVES), (_WAVES, 2))
+    wave = 2 * np.pi / length * np.vstack([np.cos(angle), np.sin(angle)])
+    return np.asarray(np.sin(xy @ wave + phase) @ size)

@@ -1,0 +1,54 @@
+"""The haste knob."""
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.hand.haste import hasten
+from handout.hand.library import load, names
+from handout.motion.trace import trace
+from handout.writing.compose import compose
+from handout.writing.layout import Layout, page
+
+TEXT = "running home in the morning, minimum of trouble"
+
+
+def written(hand):
+    rng = np.random.default_rng(1)
+    (sheet,) = compose(TEXT, hand, Layout(page("A4"), jitter=0.0), rng)
+    return sheet, trace(sheet, hand, rng, jitter=0.0)
+
+
+def test_none_is_the_hand_itself():
+    hand = load("house-joined")
+    assert hasten(hand, 0.0) is hand
+
+
+@pytest.mark.parametrize("name", names())
+def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
+    hand = load(name)
+    careful, usual, hurried = (written(hasten(hand, h))[1] for h in (-1.0, 0.0, 1.0))
+    assert careful.duration > usual.duration > hurried.duration
+
+    def size(drawing):
+        left, top, right, bottom = drawing.bounds
+        return (right - left) / (bottom - top)
+
+    assert size(careful) < size(usual) < size(hurried)
+    assert hasten(hand, 1.0).slant > hand.slant > hasten(hand, -1.0).slant
+
+
+def test_words_flatten_towards_their_end():
+    def heights(haste):
+        sheet, _ = written(hasten(load("house-print"), haste))
+        word = [p for p in sheet.lines[0].placed if p.word == 0]
+        tops = [max(np.ptp(s[:, 1]) for s in p.strokes) for p in word if p.glyph.letter in "n"]
+        return tops[-1] / tops[0]
+
+    assert heights(1.0) < heights(0.0)
+
+
+@pytest.mark.parametrize("haste", [-1.01, 2.0, float("nan")])
+def test_bounds(haste):
+    with pytest.raises(InputError, match="haste"):
+        hasten(load("house-print"), haste)

@@ -1,0 +1,39 @@
+"""The distributions of variation."""
+
+from dataclasses import astuple
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from handout.writing.variation import USUAL, Drift, walk, warp
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.01, 2.0), st.floats(0.0, 0.95), st.integers(0, 1000))
+def test_drift_has_its_deviation_and_its_memory(sd, memory, seed):
+    drift = Drift(sd, memory, np.random.default_rng(seed))
+    values = np.array([drift.next() for _ in range(6000)])
+    assert abs(values.std() / sd - 1) < 0.3
+    assert abs(np.corrcoef(values[1:], values[:-1])[0, 1] - memory) < 0.1
+
+
+def test_a_walk_is_correlated_and_as_wide_as_it_says():
+    rng = np.random.default_rng(0)
+    walks = np.array([walk(rng, 12, 0.5) for _ in range(4000)])
+    assert np.allclose(walks.std(axis=0), 0.5, rtol=0.06)
+    assert abs(np.corrcoef(walks[:, 3], walks[:, 4])[0, 1] - 0.7) < 0.05
+
+
+def test_a_warp_is_smooth_and_of_its_size():
+    rng = np.random.default_rng(0)
+    places = rng.uniform(0, 10, (400, 2))
+    moved = np.array([warp(places, rng, 0.03, 1.6, 3.4) for _ in range(300)])
+    assert abs(moved.std() / 0.03 - 1) < 0.1
+    near = warp(np.array([[1.0, 1.0], [1.01, 1.0]]), rng, 0.03, 1.6, 3.4)
+    assert np.abs(near[0] - near[1]).max() < 0.003
+
+
+def test_scaling_scales_everything():
+    assert all(value == 0 for value in astuple(USUAL.scaled(0.0)))
+    assert astuple(USUAL.scaled(2.0)) == tuple(2 * value for value in astuple(USUAL))
