@@ -83,7 +83,7 @@ class Chooser:
     def _candidates(self, letter: str, place: str, before: str, after: str) -> _Candidates:
         key = (letter, place, before, after)
         if key not in self._cache:
-            self._cache[key] = _gather(_fitting(self._hand.glyphs[letter], place, before, after))
+            self._cache[key] = _gather(_possible(self._hand.glyphs[letter], letter, place, before, after))
         return self._cache[key]
 
     def _unary(self, candidates: _Candidates) -> Array:
@@ -92,6 +92,17 @@ class Chooser:
         noise = np.log(-np.log(self._rng.uniform(1e-12, 1.0, len(candidates.glyphs))))
         since = [self._written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
         return np.asarray(self._variation * noise + _REUSE * 0.5 ** (np.array(since) / _MEMORY))
+
+
+def _possible(glyphs: Sequence[Glyph], letter: str, place: str, before: str, after: str) -> list[Glyph]:
+    """What may be written here: a small letter after a capital starts afresh or, if the capital joins, goes on."""
+    fit = _fitting(glyphs, place, before, after)
+    if letter.islower() and before.isupper():
+        within = {"start": "middle", "alone": "end"}.get(place, place)
+        fit += [g for g in _fitting(glyphs, within, before, after) if g.entry in ("low", "high")]
+    if letter.isupper() and not after.islower():
+        fit = [glyph for glyph in fit if glyph.exit == "lifted"] or fit
+    return fit
 
 
 def _fitting(glyphs: Sequence[Glyph], place: str, before: str, after: str) -> list[Glyph]:

@@ -96,6 +96,21 @@ def test_capitals_stand_alone_and_words_join():
     assert any(p.joined for seed in range(5) for p in pages("nun", seed=seed)[0].lines[0].placed)
 
 
+def test_a_capital_that_joins_is_joined_and_one_that_does_not_is_not():
+    from dataclasses import replace
+
+    rng = np.random.default_rng(0)
+    k = JOINED.glyphs["K"][0]
+    joining = replace(k, exit="low", places=frozenset({"start", "middle"}))
+    hand = replace(JOINED, glyphs={**JOINED.glyphs, "K": (joining,)})
+    word = [Letter(c, (), i) for i, c in enumerate("Ka")]
+    assert any(joined(*Chooser(hand, rng).word(word)) for _ in range(20))
+    apart = replace(JOINED, glyphs={**JOINED.glyphs, "K": (k,)})
+    for _ in range(20):
+        a = Chooser(apart, rng).word(word)[1]
+        assert a.entry == "lifted"
+
+
 def test_a_word_that_cannot_fit_is_broken_and_no_other():
     layout = Layout(page("60x200mm"), (5, 5, 5, 5))
     (sheet,) = pages("a Donaudampfschifffahrtsgesellschaftskapitän b", layout=layout)
