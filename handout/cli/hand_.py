@@ -8,27 +8,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout import units
 from handout.cli import options
 
 if TYPE_CHECKING:
+    from handout.sinks import Pen
     from handout.values import Hand
 
 _SPECIMEN = """\
 {name}: {title}
 
-a b c d e f g h i j k l m n o p q r s t u v w x y z
-A B C D E F G H I J K L M N O P Q R S T U V W X Y Z
-0 1 2 3 4 5 6 7 8 9 & @ # % € £ $ § °
-. , ; : ! ? ' " ‘ ’ “ ” ( ) [ ] - – — … / * + = < >
-à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ
-
 The quick brown fox jumps over the lazy dog. Sphinx of black quartz, judge my vow! \
 Two driven jocks help fax my big quiz; all questions asked by five watch experts amazed the judge.
 
-Minimum, aluminium, hill, letter, little, coffee, good food, off, address, bubble, happy, \
-running, skiing, vacuum, success: how doubled letters look. The, and, of, to, in, that, is, was, he, for, it, with, \
-as, his, on, be, at, by, I, this, had, not, are, but, from, or, have, an, they."""
+à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ ¿Qué? ¡Ñandú! Čapek, Škoda, Åsa, Øre, Élan, Übermut.
+
+Minimum, aluminium, hill, letter, little, coffee, good food, off, address, bubble, happy, running, skiing, vacuum, \
+success: how doubled letters look. The, and, of, to, in, that, is, was, he, for, it, with, as, his, on, be, at, by, \
+I, this, had, not, are, but, from, or, have, an, they. 0123456789, 24 May, 7:30, £9.50, €12, 100 %."""
+_TIMES = 3  # larger than one writes
+_WIDTH = 420.0  # mm
 
 
 @click.group("hand")
@@ -57,22 +55,33 @@ def list_(as_json: bool) -> None:
 @options.writing_options
 @options.picture_options
 def show(name: str, output: tuple[str, ...], **given: Any) -> None:
-    """Write a specimen sheet of the hand NAME: alphabets, signs, accents, a paragraph.
+    """Write a specimen sheet of the hand NAME at three times its size: every form of every character, and text.
 
     \b
     handout hand show house-joined -o sheet.png
     """
+    import numpy as np
+
     from handout.sinks import check_outputs, write_drawings
+    from handout.writing.specimen import specimen
 
     paths = [Path(file) for file in output]
     check_outputs(paths)
-    job = options.setup({**given, "hand": name, "fit": True}, "A4", None, 1)
+    job = options.setup({**given, "hand": name}, "A4")
     text = _SPECIMEN.format(name=job.hand.name, title=job.hand.title)
-    pages, drawings = options.compose_and_trace(text, job)
-    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=given["dpi"])
-    result = {**options.summary(pages, drawings, job, files), **_facts(job.hand)}
-    said = f"Wrote {', '.join(map(str, files))}; seed {job.seed}, {units.duration(result['duration_s'])} of writing."
+    rng = np.random.default_rng(job.seed)
+    sheet = specimen(job.hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
+    drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {job.hand.name}"})
+    files = write_drawings([drawing], paths, pen=_enlarged(options.pen(given)), dpi=given["dpi"])
+    result = {**options.summary([sheet], [drawing], job, files), **_facts(job.hand)}
+    said = f"Wrote {', '.join(map(str, files))}: {_drawn(job.hand)} forms; seed {job.seed}."
     options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+
+
+def _enlarged(pen: Pen) -> Pen:
+    from dataclasses import replace
+
+    return replace(pen, width=_TIMES * pen.width)
 
 
 def _drawn(hand: Hand) -> int:

@@ -16,6 +16,8 @@ from handout import __version__, units
 from handout.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from handout.sinks import Pen
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
@@ -184,26 +186,22 @@ def compose_and_trace(
     """The pages of a text as manuscripts and as timed strokes; `stream` names an independent random stream."""
     import numpy as np
 
-    from handout.motion.trace import trace
     from handout.writing.compose import compose
 
-    layout = layout or job.layout
     rng = np.random.default_rng([job.seed, *stream])
-    pages = compose(text, job.hand, layout, rng, pages=job.pages, fallback=job.fallback)
-    speed = job.speed * (_HURRIED if job.fast else 1.0)
-    drawings = []
-    title = " ".join(text.split())[:60]
-    for number, manuscript in enumerate(pages, 1):
-        drawing = trace(manuscript, job.hand, rng, job.kinematics, speed=speed, jitter=layout.jitter)
-        about = {
-            "program": f"handout {__version__}",
-            "title": title,
-            "seed": job.seed,
-            "page_number": number,
-            "pages": len(pages),
-        }
-        drawings.append(replace(drawing, about={**about, **drawing.about}))
+    pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
+    about = {"title": " ".join(text.split())[:60], "pages": len(pages)}
+    drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
     return pages, drawings
+
+
+def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:
+    """A page as timed strokes, with what is stored in every output."""
+    from handout.motion.trace import trace
+
+    speed = job.speed * (_HURRIED if job.fast else 1.0)
+    drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+    return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
 
 
 def pen(given: Mapping[str, Any]) -> Pen:

@@ -1,0 +1,100 @@
+"""A specimen of a hand: every form of every character, and text, on one sheet as long as it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from handout.values import Array, Glyph, Hand, Line, Manuscript, Page, Placed
+from handout.writing.compose import compose
+from handout.writing.layout import Layout
+
+_PITCH = 4.2  # x-heights from one row of forms to the next
+_BETWEEN_FORMS, _BETWEEN_LETTERS = 0.55, 1.3  # x-heights
+_MARGIN = 3.0  # x-heights round the sheet
+
+
+def specimen(hand: Hand, text: str, rng: np.random.Generator, *, width: float, x_height: float) -> Manuscript:
+    """All drawn forms as they were drawn, a row after the other, and below them `text` as the hand writes it.
+
+    Parameters
+    ----------
+    width, x_height : mm
+        Of the sheet, whose height follows, and of the letters.
+    """
+    room = width / x_height - 2 * _MARGIN
+    rows = list(_rows(hand, room))
+    written = _text(hand, text, rng, width, x_height)
+    lines = [_line(hand, row, number, x_height) for number, row in enumerate(rows)]
+    top = (_MARGIN + 2.2 + _PITCH * len(rows)) * x_height
+    words = sum(len(row) for row in rows)
+    lines += [_lowered(line, top, words) for line in written.lines]
+    height = lines[-1].baseline + (_MARGIN + 1.2) * x_height
+    return Manuscript(tuple(lines), Page(width, height, "specimen"), x_height, {"hand": hand.name})
+
+
+def forms(hand: Hand) -> Iterator[tuple[Glyph, ...]]:
+    """For every character one glyph of each of its drawn forms: the joined one, where there are several."""
+    for glyphs in hand.glyphs.values():
+        chosen: dict[int, Glyph] = {}
+        for glyph in glyphs:
+            have = chosen.get(glyph.form)
+            if have is None or (have.exit == "lifted" and glyph.exit != "lifted"):
+                chosen[glyph.form] = glyph
+        yield tuple(chosen.values())
+
+
+def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:
+    """(x, glyph) in rows of `room` x-heights; the forms of a letter stay together where they fit."""
+    row: list[tuple[float, Glyph]] = []
+    x = 0.0
+    for glyphs in forms(hand):
+        extents = [_extent(glyph) for glyph in glyphs]
+        together = sum(right - left + _BETWEEN_FORMS for left, right in extents)
+        if row and x + min(together, room) > room:
+            yield row
+            row, x = [], 0.0
+        for glyph, (left, right) in zip(glyphs, extents, strict=True):
+            if row and x + right - left > room:
+                yield row
+                row, x = [], 0.0
+            row.append((x - left, glyph))
+            x += right - left + _BETWEEN_FORMS
+        x += _BETWEEN_LETTERS
+    if row:
+        yield row
+
+
+def _extent(glyph: Glyph) -> tuple[float, float]:
+    xs = np.concatenate([stroke[:, 0] for stroke in glyph.strokes])
+    return float(xs.min()), float(xs.max())
+
+
+def _line(hand: Hand, row: list[tuple[float, Glyph]], number: int, x_height: float) -> Line:
+    baseline = (_MARGIN + 2.2 + _PITCH * number) * x_height
+
+    def to_page(points: Array, x: float) -> Array:
+        slanted = points[:, 0] + hand.slant * points[:, 1] + x + _MARGIN
+        return np.column_stack([slanted * x_height, baseline - points[:, 1] * x_height])
+
+    placed = [
+        Placed(glyph, tuple(to_page(s, x) for s in glyph.strokes), joined=False, word=1000 * number + i, at=i)
+        for i, (x, glyph) in enumerate(row)
+    ]
+    return Line("".join(glyph.letter for _, glyph in row), tuple(placed), baseline)
+
+
+def _text(hand: Hand, text: str, rng: np.random.Generator, width: float, x_height: float) -> Manuscript:
+    tall = Page(width, 5000.0)
+    sides = _MARGIN * x_height
+    (sheet,) = compose(text, hand, Layout(tall, (0.0, sides, 0.0, sides), x_height), rng, pages=1)
+    return sheet
+
+
+def _lowered(line: Line, dy: float, words: int) -> Line:
+    placed = tuple(
+        Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + 1000 * words, p.at)
+        for p in line.placed
+    )
+    return Line(line.text, placed, line.baseline + dy)
