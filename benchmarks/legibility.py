@@ -1,0 +1,69 @@
+"""Whether a machine can read what the hands write: character error of an off-the-shelf reader.
+
+Needs the package ``rapidocr-onnxruntime``, which the program itself does not.  Real pen data read with it: 0.14.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handout.hand.library import load, names
+from handout.inking.plain import flatten, ink
+from handout.motion.trace import trace
+from handout.writing.compose import compose
+from handout.writing.layout import Layout, page
+
+GOALS = {"house-print": 0.10, "house-joined": 0.15, "house-quick": 0.15}
+TEXT = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8").strip()
+_SAME_LINE = 18.0  # pixels at 300 dpi
+
+
+def character_error(wanted: str, got: str) -> float:
+    """Edit distance over length, spaces left out and case ignored."""
+    a, b = (re.sub(r"\s", "", text.lower().replace("’", "'")) for text in (wanted, got))
+    codes = np.array([ord(c) for c in b])
+    index = np.arange(len(b) + 1)
+    row = index.copy()
+    for number, char in enumerate(a, 1):
+        best = np.minimum(row[:-1] + (codes != ord(char)), row[1:] + 1)
+        # insertions run along the row: a running minimum of what it costs to come from the left
+        row = np.minimum.accumulate(np.concatenate([[number], best]) - index) + index
+    return float(row[-1]) / max(len(a), 1)
+
+
+def _read(reader: Any, picture: np.ndarray[Any, Any]) -> str:
+    """The text on a page, its boxes put into lines."""
+    found, _ = reader(picture)
+    boxes = sorted((sum(p[1] for p in box) / 4, min(p[0] for p in box), text) for box, text, _ in found or [])
+    lines: list[tuple[float, list[tuple[float, str]]]] = []
+    for y, x, text in boxes:
+        if lines and abs(lines[-1][0] - y) < _SAME_LINE:
+            lines[-1][1].append((x, text))
+        else:
+            lines.append((y, [(x, text)]))
+    return " ".join(text for _, line in lines for _, text in sorted(line))
+
+
+def main() -> None:
+    """Print the character error of a page of each hand."""
+    if importlib.util.find_spec("rapidocr_onnxruntime") is None:
+        print("rapidocr-onnxruntime is not installed: pip install rapidocr-onnxruntime")
+        return
+    from rapidocr_onnxruntime import RapidOCR
+
+    reader = RapidOCR()
+    for name in names():
+        errors = []
+        for seed in (1, 2):
+            rng = np.random.default_rng(seed)
+            hand = load(name)
+            sheet, *_ = compose(TEXT, hand, Layout(page("A4"), x_height=2.2, fit=True), rng)
+            picture = flatten(ink(trace(sheet, hand, rng), 300, width=0.3))
+            errors.append(character_error(TEXT, _read(reader, picture)))
+        said = ", ".join(f"{error:.3f}" for error in errors)
+        print(f"{name}: character error {said} (goal {GOALS.get(name, 0.15):.2f}; real pen data 0.14)")
