@@ -37,7 +37,7 @@ def hinge(mask: NDArray[np.bool_], leg: int = LEG, bins: int = BINS) -> Array:
         return np.zeros((bins, bins))
     first, second = (_direction(end - here, bins) for end in (ahead, behind))
     counts = np.bincount(first * bins + second, minlength=bins * bins)
-    return counts.reshape(bins, bins) / counts.sum()
+    return np.asarray(counts.reshape(bins, bins) / counts.sum())
 
 
 def legs(mask: NDArray[np.bool_], leg: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

@@ -63,7 +63,9 @@ class WrittenLine:
 
 
 def find_lines(mask: NDArray[np.bool_]) -> tuple[list[WrittenLine], float]:
-    """The lines of a page from top to bottom, without their words, and the height of a small letter in pixels.
+    """The lines of a page from top to bottom, without their words, and the height of a small letter.
+
+    The height, pixels, is over the outside of the ink: the thickness of the line is part of it.
 
     Parameters
     ----------

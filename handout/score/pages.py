@@ -66,7 +66,7 @@ def ink(grey: NDArray[np.uint8]) -> NDArray[np.bool_]:
     if grey.size == 0 or grey.min() == grey.max():
         return np.zeros(grey.shape, dtype=np.bool_)
     _, mask = cv2.threshold(grey, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     x, y, w, h, area = (stats[:, i] for i in range(5))
     height, width = grey.shape
     ruled = (w > width / 4) & (h < _THIN) | (h > height / 4) & (w < _THIN)

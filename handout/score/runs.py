@@ -57,4 +57,4 @@ def spans(ink: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], N
 
 def _shares(lengths: NDArray[np.intp], longest: int) -> Array:
     counts = np.bincount(lengths[lengths <= longest], minlength=longest + 1)[1:].astype(np.float64)
-    return counts / max(counts.sum(), 1.0)
+    return np.asarray(counts / max(float(counts.sum()), 1.0))

@@ -32,7 +32,7 @@ class PageStatistics:
     """Lengths called "x" are in heights of a small letter of the page itself; spreads are standard deviations.
 
     lines, words : how many were found.
-    x_height : height of a small letter, mm.
+    x_height : height of a small letter over the outside of its line, mm.
     tall : x, height above the baseline that one stroke in ten exceeds: ascenders and capitals.
     slant : rad, mean direction of stems, positive to the right of upright.
     slant_spread : rad, between words.
@@ -98,7 +98,9 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
         slant = mean_slant(mask, lines, x)
         lines = find_words(mask, lines, x, slant)
     if x <= 0 or not lines:
-        raise InputError("No written line can be told on the page: it needs at least a line of dark ink on light paper.")
+        raise InputError(
+            "No written line can be told on the page: it needs at least a line of dark ink on light paper."
+        )
     low, high = bottoms(mask), bottoms(mask[::-1])
     high[:, 1] = mask.shape[0] - 1 - high[:, 1]
     mm = 25.4 / dpi
@@ -132,7 +134,7 @@ def mean_slant(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: 
     ink_of = []
     for line in lines:
         near = (row > line.curve[0] - 6 * x_height) & (row < line.curve[0] + 6 * x_height)
-        height = line.baseline(column[near]) - row[near]
+        height = line.baseline(column[near].astype(np.float64)) - row[near]
         core = (height > -0.5 * x_height) & (height < 2.0 * x_height)
         ink_of.append((column[near][core].astype(np.float64), height[core]))
     piled = [
