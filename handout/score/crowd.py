@@ -1,0 +1,147 @@
+"""A page among other people's: how far the nearest of them is, and which page comes first.
+
+Whoever retrieves a writer's other page first among many writers' pages has told him apart; a page that is no
+further from the nearest stranger than strangers are from each other could be one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.score.hinge import chi_square, hinge
+from handout.score.pages import ink, read_page
+from handout.score.runs import run_distance, runs
+from handout.values import Array
+
+_IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
+
+
+@dataclass(frozen=True, eq=False)
+class Style:
+    """What is compared of a page: `hinge` (24, 24) and `runs` (4, 60), see the modules of those names."""
+
+    hinge: Array
+    runs: Array
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Two pages compared: `hinge` χ² and the mean χ² of the run lengths, both 0–1."""
+
+    hinge: float
+    runs: float
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A page in a crowd of n.
+
+    names : (n,) pages of the crowd, the nearest by hinge first.
+    hinge, runs : (n,) their distances.
+    own_hinge, own_runs : (n,) distances from each page of the crowd to its own nearest other; empty for n < 2.
+    """
+
+    names: tuple[str, ...]
+    hinge: tuple[float, ...]
+    runs: tuple[float, ...]
+    own_hinge: tuple[float, ...]
+    own_runs: tuple[float, ...]
+
+    @property
+    def nearest(self) -> Distance:
+        """The least distance of each kind, not always to the same page."""
+        return Distance(min(self.hinge), min(self.runs))
+
+    def further(self) -> Distance:
+        """Shares of the crowd that are further from their own nearest than the page is from its."""
+        near = self.nearest
+        return Distance(_share(self.own_hinge, near.hinge), _share(self.own_runs, near.runs))
+
+    def rank(self, name: str) -> int:
+        """1 where the page of that name is the nearest by hinge, 2 where it comes second …"""
+        return self.names.index(name) + 1
+
+
+def style(mask: NDArray[np.bool_]) -> Style:
+    """Measure the ink (h, w) of a page at about 300 dpi.
+
+    Raises
+    ------
+    InputError
+        Less ink than a word has.
+    """
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not len(rows):
+        raise InputError("There is no ink on the page: nothing can be compared.")
+    part = mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    bends = hinge(part)
+    if not bends.any():
+        raise InputError("There is too little ink on the page to compare: it needs at least a word.")
+    return Style(bends, runs(part))
+
+
+def distance(a: Style, b: Style) -> Distance:
+    """How far two pages are from each other; the order does not matter."""
+    return Distance(chi_square(a.hinge, b.hinge), run_distance(a.runs, b.runs))
+
+
+def read_crowd(folder: Path) -> dict[str, Style]:
+    """The images of a folder and of the folders in it, by their paths in it.
+
+    Raises
+    ------
+    InputError
+        No such folder, no image in it, or an image that cannot be read.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder: --crowd takes one with page images.")
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _IMAGES)
+    if not files:
+        raise InputError(
+            f"There is no image in {folder}: --crowd takes a folder of {', '.join(sorted(_IMAGES))} files."
+        )
+    return {path.relative_to(folder).as_posix(): _read(path) for path in files}
+
+
+def standing(page: Style, crowd: Mapping[str, Style]) -> Standing:
+    """Where a page stands among others; it should not be one of them itself."""
+    if not crowd:
+        raise InputError("The crowd is empty: nothing can be compared.")
+    found = sorted(((distance(page, other), name) for name, other in crowd.items()), key=lambda d: (d[0].hinge, d[1]))
+    own = own_nearest(list(crowd.values()))
+    return Standing(
+        names=tuple(name for _, name in found),
+        hinge=tuple(d.hinge for d, _ in found),
+        runs=tuple(d.runs for d, _ in found),
+        own_hinge=tuple(d.hinge for d in own),
+        own_runs=tuple(d.runs for d in own),
+    )
+
+
+def own_nearest(pages: list[Style]) -> list[Distance]:
+    """For each page the distances to the nearest of the others; empty for fewer than two."""
+    if len(pages) < 2:
+        return []
+    apart = np.full((2, len(pages), len(pages)), np.inf)
+    for i, one in enumerate(pages):
+        for j in range(i):
+            between = distance(one, pages[j])
+            apart[:, i, j] = apart[:, j, i] = between.hinge, between.runs
+    return [Distance(float(h), float(r)) for h, r in apart.min(axis=2).T]
+
+
+def _read(path: Path) -> Style:
+    try:
+        return style(ink(read_page(path)))
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
+
+
+def _share(own: tuple[float, ...], near: float) -> float:
+    return float(np.mean(np.array(own) > near)) if own else 0.0
