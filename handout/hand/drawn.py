@@ -171,7 +171,7 @@ def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyp
         if glyph.places - _LAST:
             yield replace(glyph, exit=form.out, places=glyph.places - _LAST)
         if glyph.places & _LAST:
-            yield from _ended(replace(glyph, places=glyph.places & _LAST, rank=glyph.rank + 1), form, file)
+            yield from _ended(replace(glyph, places=glyph.places & _LAST), form, file)
 
 
 def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array, float, bool]]:

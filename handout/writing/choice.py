@@ -107,17 +107,17 @@ def _possible(glyphs: Sequence[Glyph], letter: str, place: str, before: str, aft
 
 def _fitting(glyphs: Sequence[Glyph], place: str, before: str, after: str) -> list[Glyph]:
     """The glyphs for a place and neighbours; of each kind of entry only the most particular."""
-    fit = [
+    beside = [
         glyph
         for glyph in glyphs
-        if place in glyph.places
-        and (not glyph.after or (before and before in glyph.after))
+        if (not glyph.after or (before and before in glyph.after))
         and (not glyph.before or (after and after in glyph.before))
     ]
+    fit = [glyph for glyph in beside if place in glyph.places] or beside or list(glyphs)
     best: dict[str, int] = {}
     for glyph in fit:
         best[glyph.entry] = max(best.get(glyph.entry, 0), glyph.rank)
-    return [glyph for glyph in fit if glyph.rank == best[glyph.entry]] or list(glyphs)
+    return [glyph for glyph in fit if glyph.rank == best[glyph.entry]]
 
 
 def _gather(glyphs: Sequence[Glyph]) -> _Candidates:

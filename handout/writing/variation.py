@@ -34,22 +34,22 @@ class Variation:
     pace : relative, of the time a stroke takes.
     """
 
-    slant: float = 0.025
-    size: float = 0.025
-    rise: float = 0.02
-    gap: float = 0.022
+    slant: float = 0.04
+    size: float = 0.035
+    rise: float = 0.055
+    gap: float = 0.03
     breadth: float = 0.06
-    height: float = 0.035
+    height: float = 0.075
     shear: float = 0.022
     warp: float = 0.028
     warp_fine: float = 0.016
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025
-    word_gap: float = 0.11
+    word_gap: float = 0.3
     edge: float = 0.18
     tilt: float = 0.0035
-    bend: float = 0.10
+    bend: float = 0.25
     pitch: float = 0.05
     pace: float = 0.06
 

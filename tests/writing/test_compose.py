@@ -90,7 +90,7 @@ def test_joined_letters_meet_in_kind():
 
 
 def test_capitals_stand_alone_and_words_join():
-    (sheet,) = pages("Anna")
+    (sheet,) = pages("Bobo")
     flags = [p.joined for p in sheet.lines[0].placed]
     assert not flags[0] and not flags[1]
     assert any(p.joined for seed in range(5) for p in pages("nun", seed=seed)[0].lines[0].placed)
