@@ -188,7 +188,8 @@ class Glyph:
     exit : how the pen leaves: "low", "high", or "lifted" (does not join).
     places : places in the word where the form is used: "start", "middle", "end", "alone".
     after, before : the letters next to which the form is used ("" : any).
-    rank : how particular the form is to its place; where several fit, the most particular are used.
+    rank : how particular the form is to its neighbours; where several fit, the most particular are used.
+    favour : how much it is preferred to others that fit as well.
     reluctance : cost of lifting the pen before it where it could have been joined.
     form : number of the drawn form among the forms of its letter; forms derived from one drawing share it.
     """
@@ -203,6 +204,7 @@ class Glyph:
     after: str = ""
     before: str = ""
     rank: int = 0
+    favour: float = 0.0
     reluctance: float = 0.0
     form: int = 0
 

@@ -43,7 +43,9 @@ _BOUNDS = {
     "word_space": (0.1, 5),
     "pitch": (1, 20),
     "variation": (0, 3),
+    "breadth": (0.3, 3),
 }
+_FAVOUR = 1.0  # of a form drawn for its place in the word over one for any place
 _NEVER = 6.0  # reluctance of a lift that the hand does not make
 
 
@@ -78,6 +80,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     letters: dict[str, list[_Form]]
     marks: dict[str, list[_Form]]
     drawn_at: float | None = None
+    breadth: float = 1.0
     variation: float = 1.0
     late: Literal["word", "letter"] = "word"
     endings: list[tuple[float, float]] = []
@@ -106,7 +109,7 @@ def read(path: Path) -> Hand:
             for letter, forms in file.letters.items()
         }
         marks = {
-            MARKS[name]: tuple(_glyph(name, number, form, _points(form.pen)) for number, form in enumerate(forms))
+            MARKS[name]: tuple(_glyph(name, n, form, _points(form.pen, 1.0), 1.0) for n, form in enumerate(forms))
             for name, forms in file.marks.items()
         }
     except (KeyError, ValueError) as error:
@@ -127,42 +130,45 @@ def read(path: Path) -> Hand:
     )
 
 
-def _points(text: str) -> list[Array]:
-    """``"x,y x,y | x,y"`` → one (n, 2) array a stroke."""
+def _points(text: str, breadth: float) -> list[Array]:
+    """``"x,y x,y | x,y"`` → one (n, 2) array a stroke, x times `breadth`."""
     if not text:
         return []
     try:
         return [
-            readonly([[float(v) for v in point.split(",")] for point in stroke.split()], None, 2)
+            readonly([[float(v) for v in point.split(",")] for point in stroke.split()], None, 2) * (breadth, 1.0)
             for stroke in text.split("|")
         ]
     except ValueError as error:
         raise ValueError(f"points {text!r}: expected 'x,y x,y | x,y' ({error})") from error
 
 
-def _glyph(letter: str, number: int, form: _Form, strokes: list[Array]) -> Glyph:
-    late = _points(form.late)
+def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth: float) -> Glyph:
+    late = _points(form.late, breadth)
     return Glyph(
         letter=letter,
         strokes=(*strokes, *late),
         late=(False,) * len(strokes) + (True,) * len(late),
-        width=form.width,
+        width=form.width * breadth,
         places=frozenset(form.at.split()) or _PLACES,
         after=form.after,
         before=form.before,
-        rank=bool(form.at) + 2 * bool(form.after) + 2 * bool(form.before),
+        rank=bool(form.after) + bool(form.before),
+        favour=_FAVOUR if form.at and frozenset(form.at.split()) != _PLACES else 0.0,
         form=number,
     )
 
 
 def _derive(letter: str, number: int, form: _Form, file: _File) -> Iterator[Glyph]:
     """Every glyph that follows from one drawn form."""
-    pen = _points(form.pen)
+    pen = _points(form.pen, file.breadth)
     if not pen:
         raise ValueError(f"letter {letter!r}, form {number + 1}: no points")
     for kind, prefix, reluctance, inside in _ways_in(letter, form, file):
         first = np.vstack([prefix, pen[0]]) if len(prefix) else pen[0]
-        glyph = replace(_glyph(letter, number, form, [first, *pen[1:]]), entry=kind, reluctance=reluctance)
+        glyph = replace(
+            _glyph(letter, number, form, [first, *pen[1:]], file.breadth), entry=kind, reluctance=reluctance
+        )
         if inside:
             glyph = replace(glyph, places=glyph.places - {"start", "alone"})
         if form.out == "lifted":
@@ -185,7 +191,7 @@ def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array
     reluctance = math.log((1 - entry.lift) / entry.lift) if 0 < entry.lift < 1 else _NEVER
     for kind in ("low", "high", "lifted"):
         for text in getattr(entry, kind):
-            points = _points(text)
+            points = _points(text, file.breadth)
             cost = reluctance if kind == "lifted" else 0.0
             yield kind, points[0] if points else np.empty((0, 2)), cost, kind != "lifted"
 
@@ -199,7 +205,7 @@ def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
         variants = [(body, 0.0)]
     else:
         if form.end:
-            tails = [points[0] for points in _points(form.end.replace(" ", "|"))]
+            tails = [points[0] for points in _points(form.end.replace(" ", "|"), file.breadth)]
         elif form.out == "high":
             tails = [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
         else:

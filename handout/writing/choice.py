@@ -33,6 +33,7 @@ class _Candidates:
     entries: NDArray[np.intp]
     forms: NDArray[np.intp]
     reluctance: Array
+    favour: Array
 
 
 class Chooser:
@@ -88,10 +89,11 @@ class Chooser:
 
     def _unary(self, candidates: _Candidates) -> Array:
         if not self._variation:
-            return np.zeros(len(candidates.glyphs))
+            return -candidates.favour
         noise = np.log(-np.log(self._rng.uniform(1e-12, 1.0, len(candidates.glyphs))))
         since = [self._written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
-        return np.asarray(self._variation * noise + _REUSE * 0.5 ** (np.array(since) / _MEMORY))
+        reuse = _REUSE * 0.5 ** (np.array(since) / _MEMORY)
+        return np.asarray(self._variation * noise + reuse - candidates.favour)
 
 
 def _possible(glyphs: Sequence[Glyph], letter: str, place: str, before: str, after: str) -> list[Glyph]:
@@ -127,6 +129,7 @@ def _gather(glyphs: Sequence[Glyph]) -> _Candidates:
         np.array([_ENTRIES[glyph.entry] for glyph in glyphs]),
         np.array([hash_form(glyph) for glyph in glyphs]),
         np.array([glyph.reluctance for glyph in glyphs]),
+        np.array([glyph.favour for glyph in glyphs]),
     )
 
 

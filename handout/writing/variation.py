@@ -20,7 +20,8 @@ class Variation:
 
     slant : tangent, of a word about the hand's slant; `slant_memory` is its correlation with the word before.
     size : relative, of a word; correlated by `size_memory`.
-    rise : of a letter's height over the line, correlated with its neighbours by `letter_memory`.
+    word_rise : of a word's height over the line; correlated by `rise_memory`.
+    rise : of a letter's height over its word's, correlated with its neighbours by `letter_memory`.
     gap : of the distance between letters.
     breadth, height : relative width and height of a letter; height is correlated by `letter_memory`.
     shear : tangent, slant of a letter against its word.
@@ -35,21 +36,22 @@ class Variation:
     """
 
     slant: float = 0.04
-    size: float = 0.035
-    rise: float = 0.055
+    size: float = 0.048
+    word_rise: float = 0.05
+    rise: float = 0.045
     gap: float = 0.03
     breadth: float = 0.06
-    height: float = 0.075
+    height: float = 0.062
     shear: float = 0.022
-    warp: float = 0.028
-    warp_fine: float = 0.016
+    warp: float = 0.036
+    warp_fine: float = 0.02
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025
-    word_gap: float = 0.3
+    word_gap: float = 0.34
     edge: float = 0.18
     tilt: float = 0.0035
-    bend: float = 0.25
+    bend: float = 0.28
     pitch: float = 0.05
     pace: float = 0.06
 
@@ -60,7 +62,7 @@ class Variation:
 
 USUAL = Variation()
 # correlation of neighbours: letters of a word, words of a text, lines of a page
-LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, EDGE_MEMORY = 0.7, 0.6, 0.8, 0.6
+LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.5, 0.5, 0.6, 0.5, 0.6
 _WAVES = 6
 
 

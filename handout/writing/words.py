@@ -48,6 +48,7 @@ class Writer:
         self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
         self._chooser = Chooser(hand, rng, min(jitter, 1.0))
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
+        self._rise = Drift(self._vary.word_rise, varying.RISE_MEMORY, rng)
         self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
 
     def word(self, letters: Sequence[Letter]) -> Word:
@@ -59,7 +60,7 @@ class Writer:
         flat, width = self._set(glyphs)
         flat += warp(flat, self._rng, self._vary.warp, 1.6, 3.4) + warp(flat, self._rng, self._vary.warp_fine, 0.7, 1.6)
         slant, size = self._hand.slant + self._slant.next(), 1.0 + self._size.next()
-        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0))
+        flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next()])
         return Word(
             glyphs=tuple(glyphs),
             strokes=_unflatten(flat, glyphs),

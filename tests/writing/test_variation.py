@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.writing.variation import USUAL, Drift, walk, warp
+from handout.writing.variation import LETTER_MEMORY, USUAL, Drift, walk, warp
 
 
 @settings(max_examples=20, deadline=None)
@@ -22,7 +22,7 @@ def test_a_walk_is_correlated_and_as_wide_as_it_says():
     rng = np.random.default_rng(0)
     walks = np.array([walk(rng, 12, 0.5) for _ in range(4000)])
     assert np.allclose(walks.std(axis=0), 0.5, rtol=0.06)
-    assert abs(np.corrcoef(walks[:, 3], walks[:, 4])[0, 1] - 0.7) < 0.05
+    assert abs(np.corrcoef(walks[:, 3], walks[:, 4])[0, 1] - LETTER_MEMORY) < 0.05
 
 
 def test_a_warp_is_smooth_and_of_its_size():
