@@ -66,10 +66,11 @@ def show(name: str, output: tuple[str, ...], **given: Any) -> None:
 
     paths = [Path(file) for file in output]
     check_outputs(paths)
+    look = options.look(given)
     job = options.setup({**given, "hand": name, "fit": True}, "A4", None, 1)
     text = _SPECIMEN.format(name=job.hand.name, title=job.hand.title)
     pages, drawings = options.compose_and_trace(text, job)
-    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=given["dpi"])
+    files = write_drawings(drawings, paths, **look)
     result = {**options.summary(pages, drawings, job, files), **_facts(job.hand)}
     said = f"Wrote {', '.join(map(str, files))}; seed {job.seed}, {units.duration(result['duration_s'])} of writing."
     options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])

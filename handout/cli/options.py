@@ -16,7 +16,8 @@ from handout import __version__, units
 from handout.errors import InputError
 
 if TYPE_CHECKING:
-    from handout.sinks import Pen
+    from handout.inking.papers import Paper
+    from handout.inking.pen import Pen
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
 
@@ -49,8 +50,22 @@ _WRITING = (
 )
 _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
-    click.option("--pen-width", default="0.3mm", show_default=True, help="Width of the line, in pictures."),
-    click.option("--ink", default="#20223a", show_default=True, help="Colour of the ink, in pictures."),
+    click.option(
+        "--pen",
+        type=click.Choice(["plain", "ballpoint", "fineliner", "fountain", "pencil"]),
+        default="plain",
+        show_default=True,
+        help="What the ink looks like, in PNG files and prints.",
+    ),
+    click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
+    click.option("--ink", help="Colour of the ink, in pictures, as #rrggbb; default: the pen's own."),
+    click.option(
+        "--paper",
+        default="none",
+        show_default=True,
+        help="Behind the ink, in PNG files: plain laid ruled squared (ruled:9mm), or a picture.",
+    ),
+    click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )
 
 
@@ -205,9 +220,36 @@ def compose_and_trace(
 
 def pen(given: Mapping[str, Any]) -> Pen:
     """The pen that pictures are drawn with, from `picture_options`."""
-    from handout.sinks import Pen
+    from handout.inking.pen import usual
 
-    return Pen(units.length(given["pen_width"], "pen width"), given["ink"])
+    width = given["pen_width"]
+    return usual(given["pen"], None if width is None else units.length(width, "pen width"), given["ink"])
+
+
+def paper(given: Mapping[str, Any]) -> Paper:
+    """The paper that pictures show, from `picture_options`: a name, a name and the pitch of its lines, or a file."""
+    from handout.inking.papers import PAPERS, Paper
+
+    name, colon, pitch = given["paper"].partition(":")
+    if colon and name in ("ruled", "squared"):
+        return Paper(name, units.length(pitch, "distance of the paper's lines"))
+    if given["paper"] not in PAPERS and not Path(given["paper"]).is_file():
+        raise InputError(f"paper: {given['paper']!r} is neither a picture nor one of {', '.join(PAPERS)}.")
+    return Paper(given["paper"])
+
+
+def look(given: Mapping[str, Any]) -> dict[str, Any]:
+    """How pictures look, from `picture_options`: what `write_drawings` takes besides pages and paths.
+
+    Raises
+    ------
+    InputError
+        A pen, a colour or a paper that there is not, or both a paper and --transparent.
+    """
+    found = paper(given)
+    if given["transparent"] and found.name != "none":
+        raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
+    return {"pen": pen(given), "dpi": given["dpi"], "paper": found, "transparent": given["transparent"]}
 
 
 def summary(

@@ -9,8 +9,8 @@ from handout.errors import InputError
 
 PENS = ("plain", "ballpoint", "fineliner", "fountain", "pencil")
 _OWN = {
-    "plain": (0.3, "#1a1a2e"),
-    "ballpoint": (0.36, "#6064ac"),
+    "plain": (0.3, "#20223a"),
+    "ballpoint": (0.36, "#6a6db3"),
     "fineliner": (0.42, "#26272d"),
     "fountain": (0.5, "#25417f"),
     "pencil": (0.48, "#58585c"),
@@ -33,7 +33,7 @@ class Pen:
     """
 
     width: float = 0.3
-    colour: str = "#1a1a2e"
+    colour: str = "#20223a"
     model: str = "plain"
 
     def __post_init__(self) -> None:

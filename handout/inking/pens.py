@@ -8,7 +8,7 @@ that thin ink is paler and purer in colour and a crossing is darker.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ _FINE = 600  # pixels an inch, at least, at which ink is laid down before it is 
 _FINE_ENOUGH = 1200  # pixels an inch at which nothing is gained by finer ones
 _BAND = 1 << 22  # of these fine pixels worked on at a time
 _GREYING = 0.15
+_INK = 0x1A5  # a stream of random numbers of its own
 _DARKEST = 0.02  # no ink is blacker in any channel
 
 
@@ -100,6 +101,12 @@ _MODELS = {
         _pencil,
     ),
 }  # fmt: skip
+
+
+def noise(about: Mapping[str, Any]) -> np.random.Generator:
+    """The generator of a page's unevenness, from the seed and the number of the page in `Drawing.about`."""
+    seed, number = about.get("seed"), about.get("page_number")
+    return np.random.default_rng([_INK, *(v if isinstance(v, int) and v >= 0 else 0 for v in (seed, number))])
 
 
 def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Raster:
