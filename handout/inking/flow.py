@@ -23,6 +23,7 @@ PACE = 20.0  # mm/s: calm writing
 PRESSURE = 0.55  # usual
 _FINER = 2  # times as many points as samples while lengths are measured
 _REPEAT = 8192  # pieces after which the streaks of a line repeat: most of a metre
+_DOT = 4.0  # times the ink of a line, at most
 _THINNEST = 0.02  # mm
 
 
@@ -83,6 +84,7 @@ class _Way:
     speed: Array
     dwell: Array
     pressure: Array
+    length: Array  # mm, of the whole stroke
     own: Array  # mm, NaN where the stroke has no width of its own
 
 
@@ -102,6 +104,8 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest
     wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow) + flow.pool * rest
+    # a dot is pressed on, not passed over
+    load = load * np.clip(width / way.length, 1.0, _DOT)
     return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
 
 
@@ -129,7 +133,8 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
     press = _pressure(stroke, middle, place, speed)
     own = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
-    return place[:-1], place[1:], speed, dwell, press, own
+    length = np.full(count, np.abs(np.diff(place)).sum())
+    return place[:-1], place[1:], speed, dwell, press, length, own
 
 
 def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
@@ -162,12 +167,14 @@ def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across
     from scipy.ndimage import gaussian_filter
 
     sigma = size / STEP
-    white = rng.standard_normal((_REPEAT, lanes) if lanes > 1 else (m, 1), dtype=np.float32)
+    # a short line still needs as much noise as smoothing takes in
+    long = _REPEAT if lanes > 1 else max(m, int(8 * sigma) + 1)
+    white = rng.standard_normal((long, lanes), dtype=np.float32)
     noise = gaussian_filter(white, (sigma, across), mode=("wrap", "nearest"))
     # what smoothing leaves of the deviation, for any number of pieces
     keep = np.sqrt(2 * np.sqrt(np.pi) * sigma) * (np.sqrt(2 * np.sqrt(np.pi) * across) if across else 1.0)
     noise *= np.float32(keep)
-    return np.asarray(noise[:, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
+    return np.asarray(noise[:m, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
 
 
 def _turning(step: NDArray[np.complex128]) -> Array:

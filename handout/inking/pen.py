@@ -11,9 +11,9 @@ PENS = ("plain", "ballpoint", "fineliner", "fountain", "pencil")
 _OWN = {
     "plain": (0.3, "#20223a"),
     "ballpoint": (0.36, "#6a6db3"),
-    "fineliner": (0.42, "#26272d"),
-    "fountain": (0.5, "#25417f"),
-    "pencil": (0.48, "#58585c"),
+    "fineliner": (0.36, "#2b2c33"),
+    "fountain": (0.44, "#34508f"),
+    "pencil": (0.44, "#6a6a6e"),
 }
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
 

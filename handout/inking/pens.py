@@ -62,14 +62,14 @@ def _fountain(mass: _Pixels, height: _Pixels) -> _Pixels:
     """A wet line: its colour follows the amount of ink, and gathers at the edge as it dries."""
     held = _step(mass - np.float32(0.42) + height * np.float32(0.05), 0.05)
     rim = np.exp(-(((mass - np.float32(0.6)) * np.float32(1 / 0.16)) ** 2))
-    shade = np.float32(0.3) + np.float32(0.7) * np.minimum(mass, 2.5) ** np.float32(0.8)
+    shade = np.float32(1.7) * mass / (1 + np.float32(0.7) * mass)
     return np.asarray(held * (shade + np.float32(0.16) * rim) * (1 + height * 0.04))
 
 
 def _pencil(mass: _Pixels, height: _Pixels) -> _Pixels:
     """Graphite rubs off on what stands out of the paper; only hard pressing reaches into the pits."""
-    held = _step(mass - np.float32(0.62) + height * np.float32(0.42), 0.16)
-    return np.asarray(held * (np.float32(0.45) + np.float32(0.55) * np.minimum(mass, 2)))
+    held = _step(mass - np.float32(0.5) + height * np.float32(0.23), 0.17)
+    return np.asarray(held * (1 + np.float32(0.12) * height) * np.float32(1.5) * mass / (1 + np.float32(0.5) * mass))
 
 
 _MODELS = {
@@ -89,8 +89,8 @@ _MODELS = {
     ),
     "fountain": _Model(
         Flow(
-            width_pressure=0.9, width_speed=0.08, load_pressure=0.3, load_speed=0.25, pool=1.3, bleed=0.2, nib=0.3,
-            drift=0.14, patch=0.05, streak=0.06, ragged=0.008,
+            width_pressure=0.9, width_speed=0.08, load_pressure=0.4, load_speed=0.35, pool=1.3, bleed=0.2, nib=0.3,
+            drift=0.16, patch=0.06, streak=0.06, ragged=0.008,
         ),
         _fountain,
     ),
