@@ -7,6 +7,7 @@ import secrets
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -213,9 +214,17 @@ def compose_and_trace(
             "seed": job.seed,
             "page_number": number,
             "pages": len(pages),
+            **_ruling(manuscript),
         }
         drawings.append(replace(drawing, about={**about, **drawing.about}))
     return pages, drawings
+
+
+def _ruling(manuscript: Manuscript) -> dict[str, float]:
+    """Where the lines of a page lie, mm, so that ruled paper can be put under them."""
+    found = sorted({round(line.baseline, 3) for line in manuscript.lines})
+    steps = [b - a for a, b in pairwise(found)]
+    return {**({"baseline": found[0]} if found else {}), **({"line_spacing": round(min(steps), 3)} if steps else {})}
 
 
 def pen(given: Mapping[str, Any]) -> Pen:

@@ -201,6 +201,6 @@ def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pie
         np.r_[whole.a, a],
         np.r_[whole.b, a + unit * (0.08 + 0.12 * chance[2, hit])],
         np.r_[whole.radius, radius],
-        np.r_[whole.load, 1.2 + chance[1, hit]],
+        np.r_[whole.load, 2.0 + 2.0 * chance[1, hit]],
         np.r_[whole.lanes, np.ones((len(hit), LANES), dtype=np.float32)],
     )

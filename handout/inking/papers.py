@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,8 @@ class Paper:
     """A sheet: one of `PAPERS`, or the path of a picture that is stretched to fill the page.
 
     pitch : mm between lines of ruled and squared paper, 2 to 100; None: 8 and 5.
+    first : mm below the top edge where one of the lines lies; None: one pitch.  There are none above the first
+        that is a whole pitch below the edge.
 
     Raises
     ------
@@ -46,10 +48,22 @@ class Paper:
 
     name: str = "none"
     pitch: float | None = None
+    first: float | None = None
 
     def __post_init__(self) -> None:
         if self.pitch is not None and not 2 <= self.pitch <= 100:
             raise InputError(f"paper: lines {self.pitch:g} mm apart are outside 2 to 100 mm.")
+
+
+def under(paper: Paper, about: Mapping[str, Any]) -> Paper:
+    """The paper with its lines where those of a page lie, as far as `Drawing.about` says so.
+
+    Ruled paper without a pitch of its own takes that of the writing.
+    """
+    spacing, baseline = about.get("line_spacing"), about.get("baseline")
+    follows = paper.name == "ruled" and paper.pitch is None and isinstance(spacing, float) and 2 <= spacing <= 100
+    pitch = spacing if follows else paper.pitch
+    return replace(paper, pitch=pitch, first=baseline if isinstance(baseline, float) else paper.first)
 
 
 def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8] | None:
@@ -100,15 +114,15 @@ def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Arr
     if paper.name not in _PITCH:
         return np.zeros(width), np.zeros(height)
     pitch = paper.pitch or _PITCH[paper.name]
-    rows = _covered(height, unit, pitch)
-    return (_covered(width, unit, pitch) if paper.name == "squared" else np.zeros(width)), rows
+    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first)
+    return (_covered(width, unit, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
 
 
-def _covered(count: int, unit: float, pitch: float) -> Array:
-    """(count,): share of pixels of `unit` mm that lie on lines `pitch` mm apart, the first after one pitch."""
+def _covered(count: int, unit: float, pitch: float, first: float) -> Array:
+    """(count,): share of pixels of `unit` mm that lie on lines `pitch` mm apart, one of them at `first`."""
     at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
-    on = (np.abs((at + pitch / 2) % pitch - pitch / 2) < _THICK / 2) & (at > pitch / 2)
-    return np.asarray(on.reshape(count, _FINER).mean(axis=1))
+    on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2
+    return np.asarray((on & (at > pitch - _THICK)).reshape(count, _FINER).mean(axis=1))
 
 
 def _printed(across: Array, down: Array) -> NDArray[np.float32]:

@@ -10,7 +10,7 @@ from handout.errors import InputError
 PENS = ("plain", "ballpoint", "fineliner", "fountain", "pencil")
 _OWN = {
     "plain": (0.3, "#20223a"),
-    "ballpoint": (0.36, "#6a6db3"),
+    "ballpoint": (0.36, "#6d6bb2"),
     "fineliner": (0.36, "#2b2c33"),
     "fountain": (0.44, "#34508f"),
     "pencil": (0.44, "#6a6a6e"),

@@ -28,7 +28,7 @@ _Finish = Callable[[_Pixels, _Pixels], _Pixels]
 _FINE = 600  # pixels an inch, at least, at which ink is laid down before it is averaged
 _FINE_ENOUGH = 1200  # pixels an inch at which nothing is gained by finer ones
 _BAND = 1 << 22  # of these fine pixels worked on at a time
-_GREYING = 0.15
+_GREYING = 0.3  # of the purest colour
 _INK = 0x1A5  # a stream of random numbers of its own
 _DARKEST = 0.02  # no ink is blacker in any channel
 
@@ -49,7 +49,7 @@ def _step(value: _Pixels, soft: float) -> _Pixels:
 def _ballpoint(mass: _Pixels, height: _Pixels) -> _Pixels:
     """A paste that the ball presses on: the paper's pits stay bare where there is little of it."""
     held = _step(mass - np.float32(0.3) + height * np.float32(0.13), 0.09)
-    return np.asarray(held * (1 + np.float32(0.1) * height) * mass * np.float32(1.4) / (1 + np.float32(0.4) * mass))
+    return np.asarray(held * (1 + np.float32(0.1) * height) * mass * np.float32(1.7) / (1 + np.float32(0.7) * mass))
 
 
 def _fineliner(mass: _Pixels, height: _Pixels) -> _Pixels:
@@ -76,7 +76,7 @@ _MODELS = {
     "ballpoint": _Model(
         Flow(
             width_pressure=0.45, width_speed=0.05, load_pressure=0.9, load_speed=0.12, pool=0.25, drift=0.12,
-            patch=0.12, streak=0.26, ragged=0.012, goop=0.25,
+            patch=0.12, streak=0.26, ragged=0.012, goop=0.4,
         ),
         _ballpoint,
     ),
@@ -205,6 +205,7 @@ def _light(density: _Pixels, absorbed: NDArray[np.float32]) -> NDArray[np.float3
     Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
     channels have in common grows with the square of the density.
     """
-    grey = min(_GREYING, 0.4 * float(absorbed.min()))
+    pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
+    grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
     more = density * (density - 1) * np.float32(grey)
     return np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1).astype(np.float32)

@@ -48,7 +48,7 @@ def _png(page: Drawing, look: _Look) -> bytes:
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
     own, inked = rng.spawn(2)
-    sheet = papers.sheet(look.paper, page.page, dpi, own)
+    sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, own)
     return to_png(pens.image(page, dpi, pen, inked, sheet), dpi, about=page.about)
 
 

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.inking.papers import Paper, sheet
+from handout.inking.papers import Paper, sheet, under
 from handout.values import Page
 
 PAGE = Page(60, 80)
@@ -55,7 +55,7 @@ def test_laid_lines_can_be_seen_but_only_just() -> None:
     rows = made("laid").mean(axis=(1, 2))
     assert 1 < np.ptp(rows) < 6
     found = np.abs(np.fft.rfft(rows - rows.mean()))
-    assert (80 / 0.525) == pytest.approx(found.argmax(), abs=1.5)
+    assert pytest.approx(found.argmax(), abs=1.5) == (80 / 0.525)
 
 
 def test_a_picture_fills_the_page(tmp_path: Path) -> None:
@@ -73,3 +73,16 @@ def test_no_paper_and_no_such_paper(tmp_path: Path) -> None:
             made(name)
     with pytest.raises(InputError, match="2 to 100 mm"):
         Paper("ruled", 0.5)
+
+
+def test_lines_lie_under_the_writing() -> None:
+    about = {"baseline": 14.2, "line_spacing": 7.5}
+    assert under(Paper("ruled"), about) == Paper("ruled", 7.5, 14.2)
+    assert under(Paper("ruled", 9.0), about) == Paper("ruled", 9.0, 14.2)
+    assert under(Paper("squared"), about) == Paper("squared", None, 14.2)
+    assert under(Paper("ruled"), {}) == Paper("ruled")
+    found = sheet(under(Paper("ruled"), about), PAGE, 508, np.random.default_rng(1))
+    assert found is not None
+    red = found.mean(axis=1)[:, 0]
+    dark = np.flatnonzero(red < red.max() - 40) / 20
+    assert dark.min() == pytest.approx(14.2, abs=0.15) and np.allclose((dark - 14.2 + 3) % 7.5 - 3, 0, atol=0.15)
