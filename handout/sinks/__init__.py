@@ -47,9 +47,9 @@ def _png(page: Drawing, look: _Look) -> bytes:
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
-    own, inked = rng.spawn(2)
-    sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, own)
-    return to_png(pens.image(page, dpi, pen, inked, sheet), dpi, about=page.about)
+    # the ink draws on children of its generator, so that it is the same on any paper
+    sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
+    return to_png(pens.image(page, dpi, pen, rng, sheet), dpi, about=page.about)
 
 
 def _inkml(page: Drawing, look: _Look) -> bytes:
