@@ -19,7 +19,7 @@ from handout.inking import flow, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
 from handout.inking.pen import Pen, rgb
-from handout.inking.tooth import tooth
+from handout.inking.tooth import Tooth, tooth
 from handout.values import Drawing, Raster
 
 _Pixels = NDArray[np.floating[Any]]
@@ -188,15 +188,19 @@ def passed(
         mass = np.ascontiguousarray(ground.rows(top * fine, count * fine))
         most = mass.reshape(count, fine, -1).max(axis=1)
         row, column = np.nonzero(np.maximum.reduce([most[:, i::fine] for i in range(fine)]))
-        mass = mass.reshape(count, fine, width, fine).swapaxes(1, 2)
-        some = mass[row, column].reshape(len(row), fine * fine)
-        unit = 25.4 / (dpi * fine)
-        part = (np.arange(fine) + 0.5) * unit
-        y = (row + top)[:, None, None] * (unit * fine) + part[:, None]
-        x = column[:, None, None] * (unit * fine) + part
-        x, y = (np.broadcast_to(v, (len(row), fine, fine)).reshape(-1) for v in (x, y))
-        density = model.finish(some, surface.at(x, y).reshape(some.shape))
-        yield (row + top) * width + column, _light(density, absorbed)
+        some = mass.reshape(count, fine, width, fine).swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
+        under = _heights(surface, row + top, column, fine, 25.4 / dpi)
+        yield (row + top) * width + column, _light(model.finish(some, under), absorbed)
+
+
+def _heights(
+    surface: Tooth, row: NDArray[np.intp], column: NDArray[np.intp], fine: int, unit: float
+) -> NDArray[np.float32]:
+    """(n, fine²) heights of the paper under the parts of pixels of `unit` mm."""
+    part = (np.arange(fine) + 0.5) / fine
+    y = (row[:, None, None] + part[:, None]) * unit
+    x = (column[:, None, None] + part) * unit
+    return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
 
 
 def _light(density: _Pixels, absorbed: NDArray[np.float32]) -> NDArray[np.float32]:

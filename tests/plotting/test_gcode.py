@@ -16,13 +16,7 @@ PROFILE = profiles.find("simulated", "plotter")
 def test_the_header_says_what_it_is():
     text = to_gcode(plan(page(words=3), PROFILE)).decode("ascii")
     header = [line for line in text.splitlines() if line.startswith(";")]
-    for said in (
-        "; title: loops",
-        "; hand: none",
-        "; seed: 1",
-        "; page: A5 148 x 210 mm",
-        "; machine: plotter-simulated",
-    ):
+    for said in ("; title: loops", "; hand: none", "; seed: 1", "; page: A5 148 x 210 mm", "; machine: plotter-simulated"):
         assert said in header
     assert any(line.startswith("; time: ") for line in header)
     body = text.splitlines()[len(header) :]

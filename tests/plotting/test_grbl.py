@@ -11,15 +11,7 @@ from handout.plotting import grbl
 from handout.plotting.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
-BLOCKS = [
-    Pen(False),
-    Move(10, 20, 6000),
-    Pen(True),
-    Pause(0.05),
-    Move(10.5, 20, 900),
-    Move(10.5, 20.25, 900),
-    Pen(False),
-]
+BLOCKS = [Pen(False), Move(10, 20, 6000), Pen(True), Pause(0.05), Move(10.5, 20, 900), Move(10.5, 20.25, 900), Pen(False)]
 
 
 def written(blocks, profile):
