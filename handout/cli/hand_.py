@@ -67,12 +67,13 @@ def show(name: str, output: tuple[str, ...], **given: Any) -> None:
 
     paths = [Path(file) for file in output]
     check_outputs(paths)
+    look = options.look(given)
     job = options.setup({**given, "hand": name}, "A4")
     text = _SPECIMEN.format(name=job.hand.name, title=job.hand.title)
     rng = np.random.default_rng(job.seed)
     sheet = specimen(job.hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
     drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {job.hand.name}"})
-    files = write_drawings([drawing], paths, pen=_enlarged(options.pen(given)), dpi=given["dpi"])
+    files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
     result = {**options.summary([sheet], [drawing], job, files), **_facts(job.hand)}
     said = f"Wrote {', '.join(map(str, files))}: {_drawn(job.hand)} forms; seed {job.seed}."
     options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])

@@ -18,7 +18,8 @@ from handout.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from handout.sinks import Pen
+    from handout.inking.papers import Paper
+    from handout.inking.pen import Pen
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
 
@@ -52,8 +53,22 @@ _WRITING = (
 )
 _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
-    click.option("--pen-width", default="0.3mm", show_default=True, help="Width of the line, in pictures."),
-    click.option("--ink", default="#20223a", show_default=True, help="Colour of the ink, in pictures."),
+    click.option(
+        "--pen",
+        type=click.Choice(["plain", "ballpoint", "fineliner", "fountain", "pencil"]),
+        default="plain",
+        show_default=True,
+        help="What the ink looks like, in PNG files and prints.",
+    ),
+    click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
+    click.option("--ink", help="Colour of the ink, in pictures, as #rrggbb; default: the pen's own."),
+    click.option(
+        "--paper",
+        default="none",
+        show_default=True,
+        help="Behind the ink, in PNG files: plain laid ruled squared (ruled:9mm), or a picture.",
+    ),
+    click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )
 
 
@@ -181,16 +196,16 @@ def _speed(text: str) -> tuple[bool, float]:
 
 
 def compose_and_trace(
-    text: str, job: Setup, layout: Layout | None = None, stream: tuple[int, ...] = ()
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
 ) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a text as manuscripts and as timed strokes; `stream` names an independent random stream."""
+    """The pages of a text as manuscripts and as timed strokes; each `row` of a batch varies in its own way."""
     import numpy as np
 
     from handout.writing.compose import compose
 
-    rng = np.random.default_rng([job.seed, *stream])
+    rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
     pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
-    about = {"title": " ".join(text.split())[:60], "pages": len(pages)}
+    about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
     drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
     return pages, drawings
 
@@ -206,9 +221,36 @@ def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mappi
 
 def pen(given: Mapping[str, Any]) -> Pen:
     """The pen that pictures are drawn with, from `picture_options`."""
-    from handout.sinks import Pen
+    from handout.inking.pen import usual
 
-    return Pen(units.length(given["pen_width"], "pen width"), given["ink"])
+    width = given["pen_width"]
+    return usual(given["pen"], None if width is None else units.length(width, "pen width"), given["ink"])
+
+
+def paper(given: Mapping[str, Any]) -> Paper:
+    """The paper that pictures show, from `picture_options`: a name, a name and the pitch of its lines, or a file."""
+    from handout.inking.papers import PAPERS, Paper
+
+    name, colon, pitch = given["paper"].partition(":")
+    if colon and name in ("ruled", "squared"):
+        return Paper(name, units.length(pitch, "distance of the paper's lines"))
+    if given["paper"] not in PAPERS and not Path(given["paper"]).is_file():
+        raise InputError(f"paper: {given['paper']!r} is neither a picture nor one of {', '.join(PAPERS)}.")
+    return Paper(given["paper"])
+
+
+def look(given: Mapping[str, Any]) -> dict[str, Any]:
+    """How pictures look, from `picture_options`: what `write_drawings` takes besides pages and paths.
+
+    Raises
+    ------
+    InputError
+        A pen, a colour or a paper that there is not, or both a paper and --transparent.
+    """
+    found = paper(given)
+    if given["transparent"] and found.name != "none":
+        raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
+    return {"pen": pen(given), "dpi": given["dpi"], "paper": found, "transparent": given["transparent"]}
 
 
 @dataclass

@@ -59,6 +59,7 @@ def command(
     if port is None and not dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     check_outputs(dry_run)
+    look = options.look(given)
     profile = _profile(device, port)
     words = options.text_of(text, file)
     job = options.setup(given, given["page_name"], given["margin"], given["pages"])
@@ -71,7 +72,7 @@ def command(
     if dry_run:
         from handout.sinks import write_drawings
 
-        files = write_drawings(drawings, dry_run, pen=options.pen(given), dpi=given["dpi"])
+        files = write_drawings(drawings, dry_run, **look)
         result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
         said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     else:

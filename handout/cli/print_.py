@@ -49,22 +49,21 @@ def command(
         raise InputError(f"{printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer.")
     addresses = read_addresses(table)
     job = options.setup(given, page_name, "0mm", 1)
-    pen = options.pen(given)
+    look = options.look(given)
     say = options.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
     tally = options.Tally()
 
     def write(text: str, layout: Layout, row: int) -> Drawing:
         layout = _with_options(layout, job)
-        pages, drawings = options.compose_and_trace(text, job, layout, (row,))
+        pages, drawings = options.compose_and_trace(text, job, layout, row)
         tally.add(pages, drawings)
         return drawings[0]
 
     def ink(drawing: Drawing, dpi: int) -> Raster:
-        from handout.inking import plain
-        from handout.sinks import paths
+        from handout.inking import pens
 
-        return plain.ink(drawing, dpi, width=pen.width, colour=paths.rgb(pen.colour))
+        return pens.ink(drawing, dpi, look["pen"], pens.noise(drawing.about))
 
     if dry_run is None:
         say(UNCALIBRATED)
@@ -79,7 +78,7 @@ def command(
             copies=copies,
             x_height=job.layout.x_height if chosen else None,
             ink=ink,
-            sink=lambda drawing, path: write_drawings([drawing], [path], pen=pen, dpi=given["dpi"]),
+            sink=lambda drawing, path: write_drawings([drawing], [path], **look),
             about={"seed": job.seed, "hand": job.hand.name},
             progress=options.progress(given["quiet"]),
         )

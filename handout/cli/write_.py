@@ -34,10 +34,11 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     paths = [Path(name) for name in output]
     extra = {".gcode": _gcode(given)}
     check_outputs(paths, extra)
+    look = options.look(given)
     words = options.text_of(text, file)
     job = options.setup(given, given["page_name"], given["margin"], given["pages"])
     pages, drawings = options.compose_and_trace(words, job)
-    files = write_drawings(drawings, paths, pen=options.pen(given), dpi=given["dpi"], extra=extra)
+    files = write_drawings(drawings, paths, **look, extra=extra)
     result = options.summary(pages, drawings, job, files)
     said = (
         f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}, "

@@ -75,8 +75,7 @@ def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: flo
         A resolution, width or variation out of its bounds, or a page of more than 4 gigapixels.
     """
     scale = dpi / 25.4
-    _check(dpi, width, variation, drawing)
-    cover = np.zeros((max(1, round(drawing.page.height * scale)), max(1, round(drawing.page.width * scale))), np.uint8)
+    cover = np.zeros(shape(drawing, dpi, width, variation), np.uint8)
     if drawing.strokes:
         _paint(cover, _pieces(drawing, scale, width, variation))
     return cover
@@ -99,7 +98,7 @@ def ink(
     table = np.empty((256, 4), dtype=np.float32)
     table[:, :3], table[:, 3] = colour, np.arange(256, dtype=np.float32) / 255
     pixels = rgba.reshape(-1, 4)
-    for at in _inked(cover):
+    for at in inked(cover):
         pixels[at] = table[cover.reshape(-1)[at]]
     return Raster(rgba, dpi)
 
@@ -135,21 +134,22 @@ def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
     flat = np.empty((*raster.rgba.shape[:2], 3), dtype=np.uint8)
     flat[:] = np.rint(np.clip(base, 0, 1) * 255)
     pixels = raster.rgba.reshape(-1, 4)
-    for at in _inked(raster.rgba[..., 3]):
+    for at in inked(raster.rgba[..., 3]):
         rgba = pixels[at]
         mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
         flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
 
 
-def _inked(cover: NDArray[Any]) -> Iterator[NDArray[np.intp]]:
+def inked(cover: NDArray[Any]) -> Iterator[NDArray[np.intp]]:
     """Flat indices of the pixels (h, w) that are not 0, some rows at a time: most of a page is paper."""
     width = cover.shape[1]
     for top in range(0, len(cover), _ROWS):
         yield np.flatnonzero(np.ascontiguousarray(cover[top : top + _ROWS])) + top * width
 
 
-def _check(dpi: float, width: float, variation: float, drawing: Drawing) -> None:
+def shape(drawing: Drawing, dpi: float, width: float, variation: float = 0.0) -> tuple[int, int]:
+    """(h, w) pixels of a page, once its resolution and the pen's width have been checked; errors of `coverage`."""
     for name, value, least, greatest in (
         ("resolution (dpi)", dpi, 20, 4800),
         ("pen width (mm)", width, _FINEST, 50),
@@ -163,6 +163,8 @@ def _check(dpi: float, width: float, variation: float, drawing: Drawing) -> None
             f"A page of {drawing.page.width:g} x {drawing.page.height:g} mm at {dpi:g} dpi has {pixels / 1e9:.1f} "
             f"gigapixels, more than {_MOST / 1e9:g}: use a lower resolution."
         )
+    scale = dpi / 25.4
+    return max(1, round(drawing.page.height * scale)), max(1, round(drawing.page.width * scale))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,63 +11,60 @@ from pathlib import Path
 
 from handout import atomic
 from handout.errors import InputError
+from handout.inking.papers import Paper
+from handout.inking.pen import Pen, rgb
 from handout.values import Drawing
 
-__all__ = ["Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
+__all__ = ["Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
 
 PageSink = Callable[[Drawing], bytes]
 
 
 @dataclass(frozen=True)
-class Pen:
-    """What formats that show ink draw with.
+class _Look:
+    """What formats that show ink are drawn with; only those made of pixels know paper."""
 
-    width : mm, 0.02 to 50; colour : ``"#rrggbb"``.
-
-    Raises
-    ------
-    InputError
-        A width out of its bounds, or no such colour.
-    """
-
-    width: float = 0.3
-    colour: str = "#1a1a2e"
-
-    def __post_init__(self) -> None:
-        from handout.sinks import paths
-
-        paths.rgb(self.colour)
-        paths.check_width(self.width)
+    pen: Pen
+    dpi: float
+    paper: Paper
+    transparent: bool
 
 
-def _svg(page: Drawing, pen: Pen, dpi: float) -> bytes:
+def _svg(page: Drawing, look: _Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(page, pen_width=pen.width, colour=pen.colour)
+    return to_svg(page, pen_width=look.pen.width, colour=look.pen.colour)
 
 
-def _png(page: Drawing, pen: Pen, dpi: float) -> bytes:
-    from handout.inking import plain
-    from handout.sinks import paths
+def _png(page: Drawing, look: _Look) -> bytes:
+    from handout.inking import papers, pens, plain
     from handout.sinks.png import to_png
 
-    cover = plain.coverage(page, dpi, width=pen.width)
-    return to_png(cover, dpi, about=page.about, palette=plain.shades(paths.rgb(pen.colour)))
+    pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
+    if look.transparent:
+        return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
+    if pen.model == "plain" and look.paper.name == "none":
+        cover = plain.coverage(page, dpi, width=pen.width)
+        return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
+    plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
+    # the ink draws on children of its generator, so that it is the same on any paper
+    sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
+    return to_png(pens.image(page, dpi, pen, rng, sheet), dpi, about=page.about)
 
 
-def _inkml(page: Drawing, pen: Pen, dpi: float) -> bytes:
+def _inkml(page: Drawing, look: _Look) -> bytes:
     from handout.sinks.inkml import to_inkml
 
     return to_inkml(page)
 
 
-def _json(page: Drawing, pen: Pen, dpi: float) -> bytes:
+def _json(page: Drawing, look: _Look) -> bytes:
     from handout.sinks.drawing_json import to_json
 
     return to_json(page)
 
 
-_PAGES: dict[str, Callable[[Drawing, Pen, float], bytes]] = {
+_PAGES: dict[str, Callable[[Drawing, _Look], bytes]] = {
     ".svg": _svg,
     ".png": _png,
     ".inkml": _inkml,
@@ -105,6 +102,8 @@ def write_drawings(
     *,
     pen: Pen | None = None,
     dpi: float = 300.0,
+    paper: Paper | None = None,
+    transparent: bool = False,
     extra: Mapping[str, PageSink] | None = None,
 ) -> list[Path]:
     """Write pages to files whose suffixes say the format.
@@ -121,6 +120,10 @@ def write_drawings(
         For formats that show ink.
     dpi : float
         Pixels per inch, 20 to 4800, for formats made of pixels.
+    paper : Paper, optional
+        What PNG files show the ink on; white without one.
+    transparent : bool
+        Leave the paper out of PNG files.
     extra : mapping of suffix to function, optional
         Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
 
@@ -132,13 +135,15 @@ def write_drawings(
     Raises
     ------
     InputError
-        No page, or what `check_outputs` and the formats refuse.
+        No page, transparent paper, or what `check_outputs` and the formats refuse.
     """
     if not drawings:
         raise InputError("There is no page to write.")
+    look = _Look(pen or Pen(), dpi, paper or Paper(), transparent)
+    if transparent and look.paper.name != "none":
+        raise InputError("A picture is either transparent or on paper: leave out one of the two.")
     files = check_outputs(paths, extra, len(drawings))
-    pen = pen or Pen()
-    made = [data for path in paths for data in _made(path.suffix.lower(), drawings, pen, dpi, extra or {})]
+    made = [data for path in paths for data in _made(path.suffix.lower(), drawings, look, extra or {})]
     for file, data in zip(files, made, strict=True):
         atomic.write(file, data)
     return files
@@ -150,10 +155,12 @@ def write_drawing(
     *,
     pen: Pen | None = None,
     dpi: float = 300.0,
+    paper: Paper | None = None,
+    transparent: bool = False,
     extra: Mapping[str, PageSink] | None = None,
 ) -> Path:
     """Write one page to one file; see `write_drawings`."""
-    return write_drawings([drawing], [path], pen=pen, dpi=dpi, extra=extra)[0]
+    return write_drawings([drawing], [path], pen=pen, dpi=dpi, paper=paper, transparent=transparent, extra=extra)[0]
 
 
 def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list[Path]:
@@ -167,11 +174,11 @@ def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
 
 
-def _made(suffix: str, drawings: Sequence[Drawing], pen: Pen, dpi: float, extra: Mapping[str, PageSink]) -> list[bytes]:
+def _made(suffix: str, drawings: Sequence[Drawing], look: _Look, extra: Mapping[str, PageSink]) -> list[bytes]:
     if suffix == ".pdf":
         from handout.sinks.pdf import to_pdf
 
-        return [to_pdf(drawings, pen_width=pen.width, colour=pen.colour)]
+        return [to_pdf(drawings, pen_width=look.pen.width, colour=look.pen.colour)]
     if suffix in _PAGES:
-        return [_PAGES[suffix](page, pen, dpi) for page in drawings]
+        return [_PAGES[suffix](page, look) for page in drawings]
     return [extra[suffix](page) for page in drawings]

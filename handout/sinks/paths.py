@@ -1,39 +1,14 @@
-"""What vector outputs share: checked pens, and numbers written short."""
+"""What vector outputs share: widths, and numbers written short."""
 
 from __future__ import annotations
 
-import re
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.errors import InputError
 from handout.inking.curves import Curve
 from handout.values import Stroke
-
-_HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
-
-
-def rgb(colour: str) -> tuple[float, float, float]:
-    """(r, g, b) in 0–1 of a colour written ``"#1a1a2e"`` or ``"#abc"``.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
-    if not _HEX.match(colour):
-        raise InputError(f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e".')
-    digits = colour[1:] if len(colour) == 7 else "".join(digit * 2 for digit in colour[1:])
-    red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
-    return red, green, blue
-
-
-def check_width(pen_width: float) -> None:
-    """Raise InputError unless `pen_width` is 0.02 to 50 mm."""
-    if not 0.02 <= pen_width <= 50:
-        raise InputError(f"pen width: {pen_width:g} mm is outside 0.02 to 50 mm.")
 
 
 def stroke_width(stroke: Stroke, pen_width: float) -> float:

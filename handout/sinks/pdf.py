@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from handout import __version__
 from handout.errors import InputError
-from handout.inking import curves
+from handout.inking import curves, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, paths
 from handout.values import Drawing
@@ -39,8 +39,8 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
     """
     if not drawings:
         raise InputError("There is no page to write.")
-    paths.check_width(pen_width)
-    ink = " ".join(f"{part:.4g}" for part in paths.rgb(colour))
+    pen.check_width(pen_width)
+    ink = " ".join(f"{part:.4g}" for part in pen.rgb(colour))
     count = len(drawings)
     kids = " ".join(f"{4 + 2 * i} 0 R" for i in range(count))
     objects = [

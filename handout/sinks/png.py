@@ -62,7 +62,9 @@ def to_png(
     picture = Image.fromarray(pixels)
     if palette is not None:
         picture.putpalette(palette.tobytes())
-    picture.save(out, "PNG", dpi=(resolution, resolution), pnginfo=notes)
+    # the grain of paper hardly shrinks for more effort, which would take longer than making it
+    effort = 6 if palette is not None else 3
+    picture.save(out, "PNG", dpi=(resolution, resolution), pnginfo=notes, compress_level=effort)
     return out.getvalue()
 
 

@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from handout.inking import curves
+from handout.inking import curves, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, paths, replay
 from handout.values import Drawing, Stroke
@@ -35,8 +35,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     InputError
         No such colour, or a pen width outside 0.02–50 mm.
     """
-    paths.rgb(colour)
-    paths.check_width(pen_width)
+    pen.rgb(colour)
+    pen.check_width(pen_width)
     script = f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>"
     parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing), script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")

@@ -74,7 +74,8 @@ def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gener
             x += unit.word.advance * scale
             words += 1
         lines.append(Line(_text(row), tuple(placed), baseline))
-    return Manuscript(tuple(lines), layout.page, scale, {"hand": hand.name})
+    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale, 3), "line_spacing": round(pitch, 3)}
+    return Manuscript(tuple(lines), layout.page, scale, {"hand": hand.name, **ruling})
 
 
 def _left(row: Row, layout: Layout, edge: float) -> float:

@@ -167,6 +167,11 @@ def test_devices(call):
         (["write", "a", "-o", "a.svg", "--seed", "-1"], 2, "seed"),
         (["write", "a", "-o", "a.svg", "--jitter", "99"], 2, "jitter"),
         (["write", "a", "-o", "a.svg", "--ink", "blurple"], 2, "blurple"),
+        (["write", "a", "-o", "a.png", "--pen", "quill"], 2, "quill"),
+        (["write", "a", "-o", "a.png", "--pen-width", "0mm"], 2, "pen width"),
+        (["write", "a", "-o", "a.png", "--paper", "vellum"], 2, "vellum"),
+        (["write", "a", "-o", "a.png", "--paper", "ruled:1mm"], 2, "2 to 100 mm"),
+        (["write", "a", "-o", "a.png", "--paper", "laid", "--transparent"], 2, "--transparent"),
         (["write", "a", "-o", "a.svg", "--pages", "1", "--page", "A6", "--x-height", "50mm"], 2, "mm"),
         (["write", "--file", "missing.txt", "-o", "a.svg"], 2, "missing.txt"),
         (["write", "a", "--file", "b.txt", "-o", "a.svg"], 2, "both"),
@@ -210,3 +215,17 @@ def test_an_output_that_cannot_be_written_costs_no_other(call):
 
 def test_quiet_says_nothing(call):
     assert call("write", "a", "-o", "a.svg", "-q") == ("", "")
+
+
+def test_pens_and_papers(call):
+    from PIL import Image
+
+    given = ("--page", "60x40mm", "--seed", "4", "--dpi", "150", "-o")
+    call("write", "ink", "--pen", "ballpoint", "--paper", "ruled", *given, "a.png")
+    call("write", "ink", "--pen", "ballpoint", "--paper", "ruled", *given, "b.png")
+    call("write", "ink", "--pen", "pencil", "--transparent", *given, "c.png")
+    call("write", "ink", *given, "d.png")
+    assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+    assert [Image.open(name).mode for name in ("a.png", "c.png", "d.png")] == ["RGB", "RGBA", "P"]
+    corner = Image.open("a.png").getpixel((350, 100))
+    assert min(corner) > 235

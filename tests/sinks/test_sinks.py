@@ -4,13 +4,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pikepdf
 import pytest
 from PIL import Image
 from sample_drawings import loops, same
 
 from handout.errors import HandoutError, InputError
-from handout.sinks import Pen, check_outputs, suffixes, write_drawing, write_drawings
+from handout.sinks import Paper, Pen, check_outputs, suffixes, write_drawing, write_drawings
 from handout.sinks.drawing_json import from_json
 from handout.sinks.inkml import from_inkml
 from handout.values import Drawing
@@ -117,3 +118,21 @@ def test_imports_are_lazy() -> None:
     code = "import sys, handout.sinks; print([m for m in ('PIL', 'reportlab', 'cv2', 'scipy') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}.png" for name in ("white", "laid", "clear", "again")]
+    pen = Pen(0.4, "#303060", "ballpoint")
+    for file, given in zip(files, ({}, {"paper": Paper("laid")}, {"transparent": True}, {}), strict=True):
+        write_drawing(loops(), file, pen=pen, dpi=150, **given)
+    white, laid, clear, _ = (np.asarray(Image.open(file)).astype(float) for file in files)
+    assert files[0].read_bytes() == files[3].read_bytes()
+    assert white.shape == laid.shape == (*clear.shape[:2], 3) and clear.shape[2] == 4
+    bare = (white == 255).all(axis=2)
+    assert (clear[bare][:, 3] <= 1).all() and (clear[~bare][:, 3] > 0).mean() > 0.9
+    alpha = clear[..., 3:] / 255
+    assert np.abs(255 * (1 - alpha) + clear[..., :3] * alpha - white).max() <= 2
+    assert 220 < laid[bare].mean() < 250 and laid[~bare].mean() < white[~bare].mean()
+    with pytest.raises(InputError, match="either transparent or on paper"):
+        write_drawing(loops(), tmp_path / "x.png", paper=Paper("laid"), transparent=True)
+    assert not (tmp_path / "x.png").exists()

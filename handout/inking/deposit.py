@@ -1,0 +1,70 @@
+"""Ink laid down piece by piece: a disc drawn along each piece leaves at a point as much as it stays there.
+
+What a pixel gets is added up over all pieces.  A line that is drawn twice or crosses another holds more ink there,
+the inside of a turn more than its outside, and an end less than the middle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.inking.flow import LANES, Pieces
+
+_CHUNK = 1 << 15  # pixels worked on at a time: what fits a processor's cache
+
+
+class Ground:
+    """The pieces of a page at a number of pixels to the mm, ready to be laid down some rows at a time."""
+
+    def __init__(self, pieces: Pieces, scale: float, width: int) -> None:
+        self._width = width
+        a, b, radius = pieces.a * scale, pieces.b * scale, pieces.radius * scale
+        reach = radius + 0.5
+        middle, along = (a + b) / 2, b - a
+        half = np.abs(along) / 2
+        box = np.abs(along.real) / 2 + reach, np.abs(along.imag) / 2 + reach
+        self._left = np.floor(np.clip(middle.real - box[0], -1e6, 1e6)).astype(np.int64)
+        self._top = np.floor(np.clip(middle.imag - box[1], -1e6, 1e6)).astype(np.int64)
+        right, below = np.ceil(middle.real + box[0]), np.ceil(middle.imag + box[1])
+        self._side = np.maximum(right - self._left, below - self._top)
+        self._seen = (right > 0) & (self._left < width)
+        unit = along / np.maximum(2 * half, 1e-12) + (half == 0)
+        load = pieces.load / (2 * radius)
+        columns = (middle.real - self._left, middle.imag - self._top, unit.real, unit.imag, half, radius, load)
+        self._columns = np.stack(columns).astype(np.float32)
+        self._lanes = pieces.lanes
+
+    def rows(self, top: int, count: int) -> NDArray[np.float32]:
+        """(count, width): ink on some rows of the page, 1 for the middle of a usual line."""
+        near = self._seen & (self._top < top + count) & (self._top + self._side > top)
+        margin = int(self._side[near].max(initial=0))
+        # with a margin no window has to be cut at the edge
+        mass = np.zeros((count + 2 * margin, self._width + 2 * margin), dtype=np.float32)
+        corner = (self._top - top + margin) * mass.shape[1] + self._left + margin
+        for n in np.unique(self._side[near]).astype(int).tolist():
+            group = np.flatnonzero(near & (self._side == n))
+            window = (np.arange(n)[:, None] * mass.shape[1] + np.arange(n))[None]
+            step = max(1, _CHUNK // (n * n))
+            for begin in range(0, len(group), step):
+                some = group[begin : begin + step]
+                amount = self._amount(some, n)
+                inked = amount > 0
+                np.add.at(mass.reshape(-1), (window + corner[some, None, None])[inked], amount[inked])
+        return mass[margin : margin + count, margin : margin + self._width]
+
+    def _amount(self, some: NDArray[np.intp], n: int) -> NDArray[np.float32]:
+        """(m, n, n) ink that m pieces leave on the pixels of their windows of n rows and columns."""
+        x0, y0, ux, uy, half, radius, load = self._columns[:, some, None, None]
+        grid = np.arange(n, dtype=np.float32) + np.float32(0.5)
+        dx, dy = grid[None, None, :] - x0, grid[None, :, None] - y0
+        u, v = dx * ux + dy * uy, dy * ux - dx * uy
+        chord = np.sqrt(np.maximum(radius * radius - v * v, 0))
+        stay = np.minimum(half, u + chord) - np.maximum(-half, u - chord)
+        np.maximum(stay, 0, out=stay)
+        lane = ((v / radius + np.float32(1)) * np.float32(LANES / 2)).astype(np.int32)
+        np.clip(lane, 0, LANES - 1, out=lane)
+        lane += (np.asarray(some, dtype=np.int32) * LANES)[:, None, None]
+        stay *= load
+        stay *= self._lanes.reshape(-1).take(lane)
+        return np.asarray(stay)

@@ -1,0 +1,206 @@
+"""What a pen gives along a stroke: short straight pieces of line with a width and an amount of ink.
+
+All lengths are mm and all noise is drawn a piece at a time, whose length does not depend on the resolution: the same
+page has the same gaps and blobs at any.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.inking import curves
+from handout.values import Array, Drawing, Stroke
+
+_Floats = NDArray[np.floating[Any]]
+
+STEP = 0.1  # mm of a piece
+LANES = 16  # across a line, each with its own flow
+PACE = 20.0  # mm/s: calm writing
+PRESSURE = 0.55  # usual
+_FINER = 2  # times as many points as samples while lengths are measured
+_REPEAT = 8192  # pieces after which the streaks of a line repeat: most of a metre
+_DOT = 4.0  # times the ink of a line, at most
+_THINNEST = 0.02  # mm
+
+
+@dataclass(frozen=True)
+class Flow:
+    """How a pen's line follows the hand; shares are of the usual width or amount.
+
+    width_pressure, width_speed : what is added from no pressure to full, and from high speed to rest.
+    load_pressure : power of pressure that the amount follows; load_speed : as width_speed.
+    pool, bleed : what is added to the amount and to the width where the pen rests.
+    patience : s; a pen that rests longer has given all it gives.
+    nib, slope : how much thinner a line along the nib's edge is, and the edge's direction, rad.
+    drift, patch : standard deviation of the amount along the line, over millimetres and over tenths of them.
+    streak : standard deviation of the amount from lane to lane across the line, over millimetres.
+    ragged : standard deviation of each edge, mm.
+    goop : blobs for each sharp turn.
+    """
+
+    width_pressure: float = 0.0
+    width_speed: float = 0.0
+    load_pressure: float = 0.0
+    load_speed: float = 0.0
+    pool: float = 0.0
+    bleed: float = 0.0
+    patience: float = 0.15
+    nib: float = 0.0
+    slope: float = -0.7
+    drift: float = 0.0
+    patch: float = 0.0
+    streak: float = 0.0
+    ragged: float = 0.0
+    goop: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Straight pieces of line.
+
+    a, b : (m,) complex, mm: both ends, x + i y.
+    radius : (m,) mm, half the width.
+    load : (m,) ink, 1 for one usual pass.
+    lanes : (m, LANES) float32: share of the load from the left edge to the right.
+    """
+
+    a: NDArray[np.complex128]
+    b: NDArray[np.complex128]
+    radius: Array
+    load: Array
+    lanes: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """The middle of all strokes' pieces: places, and how the hand moves there.  All (m,)."""
+
+    a: NDArray[np.complex128]
+    b: NDArray[np.complex128]
+    speed: Array
+    dwell: Array
+    pressure: Array
+    length: Array  # mm, of the whole stroke
+    own: Array  # mm, NaN where the stroke has no width of its own
+
+
+def lean(speed: Array) -> Array:
+    """1 at rest, 0 at `PACE`, −1 at any higher speed in the end."""
+    return np.asarray((PACE - speed) / (PACE + speed))
+
+
+def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator) -> Pieces:
+    """All pieces of a drawing that has strokes, as a pen of a nominal width (mm) leaves them."""
+    fitted = curves.fit(drawing.strokes)
+    ways = [_way(stroke, curve) for stroke, curve in zip(drawing.strokes, fitted, strict=True)]
+    way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
+    rest = 1 - np.exp(-way.dwell / flow.patience)
+    press = np.clip(way.pressure, 0.0, 1.0)
+    slow = lean(way.speed)
+    wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest
+    wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
+    load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow) + flow.pool * rest
+    # a dot is pressed on, not passed over
+    load = load * np.clip(width / way.length, 1.0, _DOT)
+    return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
+
+
+def _nib(way: _Way, flow: Flow) -> Array:
+    """Share of the width that a nib with an edge leaves in the direction of each piece."""
+    across = np.abs(np.sin(np.angle(way.b - way.a) - flow.slope))
+    return np.asarray(1 - flow.nib * (1 - across))
+
+
+def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
+    """The channels of `_Way` for one stroke; a dot becomes a piece hardly longer than nothing."""
+    n = len(stroke.t)
+    t = np.interp(np.arange(_FINER * (n - 1) + 1) / _FINER, np.arange(n), stroke.t)
+    z = curve.at(t) @ np.array([1, 1j])
+    far = np.r_[0.0, np.cumsum(np.abs(np.diff(z)))]
+    # where the pen rests the way must still grow a little, so that it tells the time
+    far = far + np.arange(len(far)) * 1e-9
+    count = max(1, round(far[-1] / STEP))
+    s = np.linspace(0.0, far[-1], count + 1)
+    place = np.interp(s, far, z) if len(far) > 1 else np.repeat(z, 2) + np.array([-0.05, 0.05])
+    clock = np.interp(s, far, t) if len(far) > 1 else np.array([t[0], t[0] + 0.1])
+    span = np.diff(clock)
+    speed = np.abs(np.diff(place)) / np.maximum(span, 1e-6)
+    middle = (clock[:-1] + clock[1:]) / 2
+    dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
+    press = _pressure(stroke, middle, place, speed)
+    own = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
+    length = np.full(count, np.abs(np.diff(place)).sum())
+    return place[:-1], place[1:], speed, dwell, press, length, own
+
+
+def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
+    """(m,): the stroke's own, else what is usual: heavier downwards and where it is slow."""
+    if stroke.pressure is not None:
+        return np.interp(t, stroke.t, stroke.pressure)
+    step = np.diff(place)
+    down = step.imag / np.maximum(np.abs(step), 1e-9)
+    return np.asarray(PRESSURE + 0.1 * lean(speed) + 0.1 * down)
+
+
+def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
+    """Pieces with the noise of the pen: drawn in a fixed order, whether the pen has much of it or none."""
+    m = len(radius)
+    drift, patch = _along(rng, m, 1.2), _along(rng, m, 0.2)
+    left, right = flow.ragged * _along(rng, m, 0.07), flow.ragged * _along(rng, m, 0.07)
+    lanes = flow.streak * (0.8 * _along(rng, m, 0.9, LANES, 0.7) + 0.6 * _along(rng, m, 0.25, LANES, 1.2))
+    blobs = rng.random((3, m))
+    load = load * np.exp(flow.drift * drift + flow.patch * patch)
+    step = way.b - way.a
+    normal = step / np.maximum(np.abs(step), 1e-12) * 1j
+    shift = normal * (left - right) / 2
+    radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
+    whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32))
+    return _with_blobs(whole, _turning(step), flow, blobs)
+
+
+def _along(rng: np.random.Generator, m: int, size: float, lanes: int = 1, across: float = 0.0) -> Array:
+    """(m,) or (m, lanes): noise of mean 0 and deviation 1, smooth over `size` mm along and `across` lanes."""
+    from scipy.ndimage import gaussian_filter
+
+    sigma = size / STEP
+    # a short line still needs as much noise as smoothing takes in
+    long = _REPEAT if lanes > 1 else max(m, int(8 * sigma) + 1)
+    white = rng.standard_normal((long, lanes), dtype=np.float32)
+    noise = gaussian_filter(white, (sigma, across), mode=("wrap", "nearest"))
+    # what smoothing leaves of the deviation, for any number of pieces
+    keep = np.sqrt(2 * np.sqrt(np.pi) * sigma) * (np.sqrt(2 * np.sqrt(np.pi) * across) if across else 1.0)
+    noise *= np.float32(keep)
+    return np.asarray(noise[:m, 0] if lanes == 1 else noise.take(np.arange(m) % _REPEAT, axis=0))
+
+
+def _turning(step: NDArray[np.complex128]) -> Array:
+    """(m,) rad: how far the line has turned within the half millimetre before each piece."""
+    turn = np.zeros(len(step))
+    turn[1:] = np.abs(np.angle(step[1:] * step[:-1].conj() + 1e-15))
+    back = 5
+    total = np.cumsum(turn)
+    return np.asarray(total - np.r_[np.zeros(min(back, len(step))), total[:-back]][: len(step)])
+
+
+def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pieces:
+    """The pieces, and the lumps of ink that gather at a ball's rim and come off once it has turned round."""
+    # a turn stays near for five pieces, which share its chance
+    hit = np.flatnonzero(chance[0] < flow.goop / 5 * np.clip(turning - 1.0, 0, 1))
+    if not len(hit):
+        return whole
+    step = whole.b[hit] - whole.a[hit]
+    unit = step / np.maximum(np.abs(step), 1e-12)
+    radius = whole.radius[hit] * (0.3 + 0.35 * chance[1, hit])
+    side = unit * 1j * whole.radius[hit] * np.where(chance[2, hit] < 0.5, -1, 1) * 0.55
+    a = (whole.a[hit] + whole.b[hit]) / 2 + side - unit * 0.04
+    return Pieces(
+        np.r_[whole.a, a],
+        np.r_[whole.b, a + unit * (0.08 + 0.12 * chance[2, hit])],
+        np.r_[whole.radius, radius],
+        np.r_[whole.load, 2.0 + 2.0 * chance[1, hit]],
+        np.r_[whole.lanes, np.ones((len(hit), LANES), dtype=np.float32)],
+    )

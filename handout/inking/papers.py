@@ -1,0 +1,144 @@
+"""Papers to show ink on: plain, laid, ruled and squared sheets as pixels, or any picture of a sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.inking.tooth import Tooth, tooth
+from handout.values import Array, Page
+
+PAPERS = ("none", "plain", "laid", "ruled", "squared")
+_PITCH = {"ruled": 8.0, "squared": 5.0}
+_WHITE = {
+    "plain": (0.982, 0.978, 0.962),
+    "laid": (0.965, 0.950, 0.910),
+    "ruled": (0.980, 0.980, 0.970),
+    "squared": (0.980, 0.980, 0.970),
+}
+_LINE = np.array([0.60, 0.72, 0.86])  # light that a printed line sends back, of what the paper does
+_THICK = 0.18  # mm
+_TOOTH = 0.0035  # of the light, standard deviation
+_ROWS = 128  # of the page, worked on at a time
+_FINER = 8  # parts of a pixel while lines are measured
+_LAID, _CHAIN = 1.05, 25.0  # mm between the wires of the mould, and between those that hold them
+
+_Shade = Callable[[Array, Array], NDArray[np.floating[Any]]]
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A sheet: one of `PAPERS`, or the path of a picture that is stretched to fill the page.
+
+    pitch : mm between lines of ruled and squared paper, 2 to 100; None: 8 and 5.
+    first : mm below the top edge where one of the lines lies; None: one pitch.  There are none above the first
+        that is a whole pitch below the edge.
+
+    Raises
+    ------
+    InputError
+        A pitch out of its bounds.
+    """
+
+    name: str = "none"
+    pitch: float | None = None
+    first: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.pitch is not None and not 2 <= self.pitch <= 100:
+            raise InputError(f"paper: lines {self.pitch:g} mm apart are outside 2 to 100 mm.")
+
+
+def under(paper: Paper, about: Mapping[str, Any]) -> Paper:
+    """The paper with its lines where those of a page lie, as far as `Drawing.about` says so.
+
+    Ruled paper without a pitch of its own takes that of the writing.
+    """
+    spacing, baseline = about.get("line_spacing"), about.get("baseline")
+    follows = paper.name == "ruled" and paper.pitch is None and isinstance(spacing, float) and 2 <= spacing <= 100
+    pitch = spacing if follows else paper.pitch
+    return replace(paper, pitch=pitch, first=baseline if isinstance(baseline, float) else paper.first)
+
+
+def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8] | None:
+    """(h, w, 3) uint8, device RGB: the paper at the size of the page; None for no paper, which is all white.
+
+    Raises
+    ------
+    InputError
+        A name that is neither a paper nor a picture that can be read.
+    """
+    if paper.name == "none":
+        return None
+    size = max(1, round(page.height * dpi / 25.4)), max(1, round(page.width * dpi / 25.4))
+    if paper.name not in PAPERS:
+        return _picture(Path(paper.name), size)
+    return _made(paper, size, 25.4 / dpi, tooth(rng))
+
+
+def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
+    """A sheet of pixels of `unit` mm, some rows at a time."""
+    height, width = size
+    lines = _lines(paper, size, unit)
+    white = np.array(_WHITE[paper.name], dtype=np.float32) * 255
+    x = (np.arange(width) + 0.5) * unit
+    made = np.empty((height, width, 3), dtype=np.uint8)
+    for top in range(0, height, _ROWS):
+        y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
+        light = 1 + np.float32(_TOOTH) * surface.at(x[None, :], y[:, None])
+        if paper.name == "laid":
+            light = light * _mould(x, y)
+        rows = light[:, :, None] * white
+        rows *= _printed(lines[0][None, :], lines[1][top : top + _ROWS, None])
+        made[top : top + _ROWS] = np.rint(np.clip(rows, 0, 255))
+    return made
+
+
+def _mould(x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+    """(h, w) light of paper made on a mould of wires, a little thinner and darker along each of them."""
+    wires = 1 - 0.010 * np.cos(2 * np.pi / _LAID * y) ** 2
+    away = np.abs((x + _CHAIN / 3) % _CHAIN - _CHAIN / 2)
+    chains = 1 - 0.022 * np.exp(-((away / 0.45) ** 2))
+    return np.asarray(wires[:, None] * chains[None, :], dtype=np.float32)
+
+
+def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Array]:
+    """Share of each column (w,) and of each row (h,) of pixels that printed lines cover."""
+    height, width = size
+    if paper.name not in _PITCH:
+        return np.zeros(width), np.zeros(height)
+    pitch = paper.pitch or _PITCH[paper.name]
+    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first)
+    return (_covered(width, unit, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
+
+
+def _covered(count: int, unit: float, pitch: float, first: float) -> Array:
+    """(count,): share of pixels of `unit` mm that lie on lines `pitch` mm apart, one of them at `first`."""
+    at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
+    on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2
+    return np.asarray((on & (at > pitch - _THICK)).reshape(count, _FINER).mean(axis=1))
+
+
+def _printed(across: Array, down: Array) -> NDArray[np.float32]:
+    """(h, w, 3) light that lines leave; where two cross the ink is not darker."""
+    share = np.maximum(across, down)[:, :, None]
+    return np.asarray(1 - share * (1 - _LINE), dtype=np.float32)
+
+
+def _picture(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
+    from PIL import Image
+
+    try:
+        with Image.open(path) as picture:
+            return np.asarray(picture.convert("RGB").resize((size[1], size[0]), Image.Resampling.LANCZOS)).copy()
+    except (OSError, ValueError, Image.DecompressionBombError) as error:
+        known = ", ".join(PAPERS)
+        raise InputError(
+            f"paper: {path} is neither a picture that can be read nor one of {known} ({error})."
+        ) from error

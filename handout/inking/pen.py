@@ -1,0 +1,76 @@
+"""The pen that pictures are drawn with."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from handout.errors import InputError
+
+PENS = ("plain", "ballpoint", "fineliner", "fountain", "pencil")
+_OWN = {
+    "plain": (0.3, "#20223a"),
+    "ballpoint": (0.36, "#6d6bb2"),
+    "fineliner": (0.36, "#2b2c33"),
+    "fountain": (0.44, "#34508f"),
+    "pencil": (0.44, "#6a6a6e"),
+}
+_HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
+
+
+@dataclass(frozen=True)
+class Pen:
+    """A kind of pen, the width of its line and the colour of its ink.
+
+    width : mm, 0.02 to 50.
+    colour : ``"#rrggbb"``, of one pass of the pen at usual pressure on white.
+    model : one of `PENS`; only ``plain`` draws a line without texture.
+
+    Raises
+    ------
+    InputError
+        A width out of its bounds, no such colour, or no such model.
+    """
+
+    width: float = 0.3
+    colour: str = "#20223a"
+    model: str = "plain"
+
+    def __post_init__(self) -> None:
+        if self.model not in _OWN:
+            raise InputError(f"pen: {self.model!r} is not known; the pens are {', '.join(PENS)}.")
+        rgb(self.colour)
+        check_width(self.width)
+
+
+def usual(model: str, width: float | None = None, colour: str | None = None) -> Pen:
+    """A pen of the model, with the width (mm) and the ink usual for it where none are given.
+
+    Raises
+    ------
+    InputError
+        As `Pen`.
+    """
+    own_width, own_colour = _OWN.get(model, (0.3, "#000000"))
+    return Pen(own_width if width is None else width, own_colour if colour is None else colour, model)
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """(r, g, b) in 0–1 of a colour written ``"#1a1a2e"`` or ``"#abc"``.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if not _HEX.match(colour):
+        raise InputError(f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e".')
+    digits = colour[1:] if len(colour) == 7 else "".join(digit * 2 for digit in colour[1:])
+    red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
+    return red, green, blue
+
+
+def check_width(pen_width: float) -> None:
+    """Raise InputError unless `pen_width` is 0.02 to 50 mm."""
+    if not 0.02 <= pen_width <= 50:
+        raise InputError(f"pen width: {pen_width:g} mm is outside 0.02 to 50 mm.")

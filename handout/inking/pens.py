@@ -1,0 +1,215 @@
+"""Pens whose lines look like ink on paper: ballpoint, fineliner, fountain pen, pencil.
+
+A model says how ink flows along the strokes (`flow`), and how what lies on the paper becomes density: where the
+paper's tooth keeps it off, how sharp its edge is, how much darker the second pass is.  A density of 1 shows the
+colour of the ink; light passes through less and more of it as through a filter (the law of Beer and Lambert), so
+that thin ink is paler and purer in colour and a crossing is darker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.inking import flow, plain
+from handout.inking.deposit import Ground
+from handout.inking.flow import Flow
+from handout.inking.pen import Pen, rgb
+from handout.inking.tooth import Tooth, tooth
+from handout.values import Drawing, Raster
+
+_Pixels = NDArray[np.floating[Any]]
+_Finish = Callable[[_Pixels, _Pixels], _Pixels]
+
+_FINE = 600  # pixels an inch, at least, at which ink is laid down before it is averaged
+_FINE_ENOUGH = 1200  # pixels an inch at which nothing is gained by finer ones
+_BAND = 1 << 22  # of these fine pixels worked on at a time
+_GREYING = 0.3  # of the purest colour
+_INK = 0x1A5  # a stream of random numbers of its own
+_DARKEST = 0.02  # no ink is blacker in any channel
+
+
+@dataclass(frozen=True)
+class _Model:
+    """flow : along the strokes; finish : density from the amount of ink and the height of the paper."""
+
+    flow: Flow
+    finish: _Finish
+
+
+def _step(value: _Pixels, soft: float) -> _Pixels:
+    """From 0 to 1 around 0, within about twice `soft` on either side."""
+    return np.asarray(1 / (1 + np.exp(np.clip(value * np.float32(-1 / soft), -30, 30))))
+
+
+def _ballpoint(mass: _Pixels, height: _Pixels) -> _Pixels:
+    """A paste that the ball presses on: the paper's pits stay bare where there is little of it."""
+    held = _step(mass - np.float32(0.3) + height * np.float32(0.13), 0.09)
+    return np.asarray(held * (1 + np.float32(0.1) * height) * mass * np.float32(1.7) / (1 + np.float32(0.7) * mass))
+
+
+def _fineliner(mass: _Pixels, height: _Pixels) -> _Pixels:
+    """A thin ink that fills its line evenly and runs a little way along the fibres."""
+    held = _step(mass - np.float32(0.45) + height * np.float32(0.1), 0.06)
+    return np.asarray(held * (np.float32(0.84) + np.float32(0.16) * np.minimum(mass, 3)) * (1 + height * 0.03))
+
+
+def _fountain(mass: _Pixels, height: _Pixels) -> _Pixels:
+    """A wet line: its colour follows the amount of ink, and gathers at the edge as it dries."""
+    held = _step(mass - np.float32(0.42) + height * np.float32(0.05), 0.05)
+    rim = np.exp(-(((mass - np.float32(0.6)) * np.float32(1 / 0.16)) ** 2))
+    shade = np.float32(1.7) * mass / (1 + np.float32(0.7) * mass)
+    return np.asarray(held * (shade + np.float32(0.16) * rim) * (1 + height * 0.04))
+
+
+def _pencil(mass: _Pixels, height: _Pixels) -> _Pixels:
+    """Graphite rubs off on what stands out of the paper; only hard pressing reaches into the pits."""
+    held = _step(mass - np.float32(0.5) + height * np.float32(0.23), 0.17)
+    return np.asarray(held * (1 + np.float32(0.12) * height) * np.float32(1.5) * mass / (1 + np.float32(0.5) * mass))
+
+
+_MODELS = {
+    "ballpoint": _Model(
+        Flow(
+            width_pressure=0.45, width_speed=0.05, load_pressure=0.9, load_speed=0.12, pool=0.25, drift=0.12,
+            patch=0.12, streak=0.26, ragged=0.012, goop=0.4,
+        ),
+        _ballpoint,
+    ),
+    "fineliner": _Model(
+        Flow(
+            width_pressure=0.1, width_speed=0.06, load_speed=0.1, pool=1.6, bleed=0.28, drift=0.03, patch=0.03,
+            streak=0.03, ragged=0.008,
+        ),
+        _fineliner,
+    ),
+    "fountain": _Model(
+        Flow(
+            width_pressure=0.9, width_speed=0.08, load_pressure=0.4, load_speed=0.35, pool=1.3, bleed=0.2, nib=0.3,
+            drift=0.16, patch=0.06, streak=0.06, ragged=0.008,
+        ),
+        _fountain,
+    ),
+    "pencil": _Model(
+        Flow(
+            width_pressure=0.7, load_pressure=0.8, load_speed=0.06, drift=0.06, patch=0.06, streak=0.15, ragged=0.015,
+        ),
+        _pencil,
+    ),
+}  # fmt: skip
+
+
+def noise(about: Mapping[str, Any]) -> np.random.Generator:
+    """The generator of a page's unevenness, from the seed and the numbers of page and row in `Drawing.about`."""
+    named = (about.get(key) for key in ("seed", "page_number", "row"))
+    return np.random.default_rng([_INK, *(v if isinstance(v, int) and v >= 0 else 0 for v in named)])
+
+
+def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Raster:
+    """Ink a drawing on a transparent page.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Strokes without pressure get what is usual for their direction and speed.
+    dpi : float
+        20 to 4800.
+    pen : Pen
+    rng : Generator
+        For the unevenness of ink and paper; the same state gives the same gaps at any resolution.
+
+    Returns
+    -------
+    Raster
+        The whole page, (h, w, 4): over white, straight alpha shows the ink itself.  Pixels without ink are zero.
+
+    Raises
+    ------
+    InputError
+        A resolution or width out of its bounds, or a page of more than 4 gigapixels.
+    """
+    if pen.model == "plain":
+        return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
+    rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
+    pixels = rgba.reshape(-1, 4)
+    for at, light in passed(drawing, dpi, pen, rng):
+        clear = light.min(axis=1, keepdims=True)
+        cover = 1 - clear
+        pixels[at, 3:] = cover
+        pixels[at, :3] = (light - clear) / np.maximum(cover, 1e-6)
+    return Raster(rgba, dpi)
+
+
+def image(
+    drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator, paper: NDArray[np.uint8] | None = None
+) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8, device RGB: the drawing on paper (h, w, 3), or on white.
+
+    Ink is a filter before the paper: what the paper sends back is multiplied with what the ink lets pass, and paper
+    without ink stays as it is.  Parameters and errors are those of `ink`; the paper has the size of the page.
+    """
+    size = (*plain.shape(drawing, dpi, pen.width), 3)
+    page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
+    if page.shape != size:
+        raise ValueError(f"expected paper of shape {size}, got {page.shape}")
+    pixels = page.reshape(-1, 3)
+    for at, light in passed(drawing, dpi, pen, rng):
+        pixels[at] = np.rint(pixels[at] * light)
+    return page
+
+
+def passed(
+    drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
+    """Flat indices (n,) of the pixels that have ink, and the light (n, 3) in 0–1 that it lets pass; in parts."""
+    height, width = plain.shape(drawing, dpi, pen.width)
+    if not drawing.strokes:
+        return
+    colour = np.asarray(rgb(pen.colour))
+    if pen.model == "plain":
+        cover = plain.coverage(drawing, dpi, width=pen.width)
+        table = (1 - np.linspace(0, 1, 256)[:, None] * (1 - colour)).astype(np.float32)
+        for at in plain.inked(cover):
+            yield at, table[cover.reshape(-1)[at]]
+        return
+    model = _MODELS[pen.model]
+    absorbed = -np.log(np.maximum(colour, _DARKEST)).astype(np.float32)
+    grain, made = rng.spawn(2)
+    surface = tooth(grain)
+    fine = 1 if dpi >= _FINE_ENOUGH else max(2, -int(-_FINE // dpi))
+    ground = Ground(flow.pieces(drawing, pen.width, model.flow, made), dpi * fine / 25.4, width * fine)
+    rows = max(1, _BAND // (width * fine * fine))
+    for top in range(0, height, rows):
+        count = min(rows, height - top)
+        mass = np.ascontiguousarray(ground.rows(top * fine, count * fine))
+        most = mass.reshape(count, fine, -1).max(axis=1)
+        row, column = np.nonzero(np.maximum.reduce([most[:, i::fine] for i in range(fine)]))
+        some = mass.reshape(count, fine, width, fine).swapaxes(1, 2)[row, column].reshape(len(row), fine * fine)
+        under = _heights(surface, row + top, column, fine, 25.4 / dpi)
+        yield (row + top) * width + column, _light(model.finish(some, under), absorbed)
+
+
+def _heights(
+    surface: Tooth, row: NDArray[np.intp], column: NDArray[np.intp], fine: int, unit: float
+) -> NDArray[np.float32]:
+    """(n, fine²) heights of the paper under the parts of pixels of `unit` mm."""
+    part = (np.arange(fine) + 0.5) / fine
+    y = (row[:, None, None] + part[:, None]) * unit
+    x = (column[:, None, None] + part) * unit
+    return surface.at(*np.broadcast_arrays(x, y)).reshape(len(row), fine * fine)
+
+
+def _light(density: _Pixels, absorbed: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, 3) in 0–1: what passes through the densities (n, k) of the parts of each pixel.
+
+    Thick ink is not only darker but greyer than thin ink, as seen in scans of blue ballpoint: the share that all
+    channels have in common grows with the square of the density.
+    """
+    pure = 1 - float(absorbed.min() / max(absorbed.max(), 1e-6))
+    grey = min(_GREYING * pure, 0.4 * float(absorbed.min()))
+    more = density * (density - 1) * np.float32(grey)
+    return np.stack([np.exp(-density * k - more).mean(axis=1) for k in absorbed], axis=1).astype(np.float32)
