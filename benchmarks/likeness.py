@@ -4,8 +4,8 @@ The pages of real writers are read from the folder in the environment variable H
 `scans/csafe/*_s01_*.png`, one page a writer); without it only the house pages are measured.  Those scans hold
 handwriting alone, prompts cut off by their makers; `handout.score.pages.ink` drops what remains of the paper's edge.
 
-A distance shrinks as there is more to measure, so a house page is cut, between lines, into excerpts of about as much
-ink contour as the middle real page has, and the figures are means over excerpts.
+A distance shrinks as there is more to measure, so of a house page excerpts of as many lines are taken as have about
+as much ink contour as the middle real page, and the figures are means over excerpts.
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ def real_pages(folder: Path) -> dict[str, Grey]:
 
 
 def excerpts(mask: Mask, amount: float) -> list[Mask]:
-    """The page cut between lines into parts of at least `amount` pixels of ink edge; at least one."""
+    """Parts of the page, cut between lines, of at least `amount` pixels of ink edge: one from every third line on."""
     lines, x = find_lines(mask)
-    feet = [int(line.curve[0] + 0.9 * x) for line in lines[:-1]]
-    parts, top = [], 0
-    for foot in feet:
-        if edge_length(mask[top:foot]) >= amount:
-            parts.append(mask[top:foot])
-            top = foot
+    cuts = [0, *(int(line.curve[0] + 0.9 * x) for line in lines[:-1]), len(mask)]
+    parts = []
+    for i in range(0, len(cuts) - 1, 3):
+        end = next((cut for cut in cuts[i + 1 :] if edge_length(mask[cuts[i] : cut]) >= amount), None)
+        if end is not None:
+            parts.append(mask[cuts[i] : end])
     return parts or [mask]
 
 

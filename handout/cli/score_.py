@@ -59,7 +59,7 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, as_j
     from handout.score.crowd import distance, read_crowd, standing
 
     measured = [_measure(path, dpi) for path in pages]
-    others = read_crowd(crowd) if crowd else {}
+    others = read_crowd(crowd, leave_out=pages) if crowd else {}
     found: dict[str, Any] = {"pages": [about for about, _ in measured]}
     first = measured[0][1]
     found["distances"] = [
@@ -118,7 +118,7 @@ def _say(found: dict[str, Any]) -> None:
     for page in found["pages"]:
         click.echo(page["file"])
         count = page["components"]
-        click.echo(f"  {'repetition':<26}{page['repetition']:8.3f}  of {count} pieces of ink (people: at most 0.018)")
+        click.echo(f"  {'repetition':<26}{page['repetition']:8.3f}  of {count} pieces of ink (people: mostly 0.000)")
         for name, value in page["statistics"].items():
             said, unit = _SAID[name]
             shown = degrees(value) if name in _DEGREES else value

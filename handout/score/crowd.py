@@ -6,7 +6,7 @@ further from the nearest stranger than strangers are from each other could be on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -91,21 +91,24 @@ def distance(a: Style, b: Style) -> Distance:
     return Distance(chi_square(a.hinge, b.hinge), run_distance(a.runs, b.runs))
 
 
-def read_crowd(folder: Path) -> dict[str, Style]:
+def read_crowd(folder: Path, leave_out: Sequence[Path] = ()) -> dict[str, Style]:
     """The images of a folder and of the folders in it, by their paths in it.
+
+    Parameters
+    ----------
+    leave_out : files that are not read, such as the page that is to be compared.
 
     Raises
     ------
     InputError
-        No such folder, no image in it, or an image that cannot be read.
+        No such folder, no other image in it, or an image that cannot be read.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder} is not a folder: --crowd takes one with page images.")
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _IMAGES)
+        raise InputError(f"{folder} is not a folder: a crowd is a folder of page images.")
+    out = {path.resolve() for path in leave_out}
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in _IMAGES and path.resolve() not in out)
     if not files:
-        raise InputError(
-            f"There is no image in {folder}: --crowd takes a folder of {', '.join(sorted(_IMAGES))} files."
-        )
+        raise InputError(f"There is no other page in {folder}: a crowd needs {', '.join(sorted(_IMAGES))} files.")
     return {path.relative_to(folder).as_posix(): _read(path) for path in files}
 
 

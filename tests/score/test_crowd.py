@@ -49,10 +49,14 @@ def test_distances_of_a_crowd_to_their_nearest(folder):
     assert own_nearest(styles[:1]) == []
 
 
+def test_a_page_is_not_one_of_its_own_crowd(folder):
+    assert sorted(read_crowd(folder, [folder / "1.png"])) == ["0.png", "2.png", "3.png"]
+
+
 def test_errors_are_said_in_a_sentence(tmp_path):
     with pytest.raises(InputError, match="not a folder"):
         read_crowd(tmp_path / "none")
-    with pytest.raises(InputError, match="no image"):
+    with pytest.raises(InputError, match="no other page"):
         read_crowd(tmp_path)
     with pytest.raises(InputError, match="no ink"):
         style(np.zeros((50, 50), dtype=bool))

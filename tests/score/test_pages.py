@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.score.pages import read_page
+from handout.score.pages import ink, read_page
 
 
 def test_resolution_and_transparency(tmp_path):
@@ -24,6 +24,20 @@ def test_not_an_image(tmp_path):
         read_page(tmp_path / "a.png")
     with pytest.raises(InputError, match="No such file"):
         read_page(tmp_path / "b.png")
+
+
+def test_only_writing_is_ink():
+    grey = np.full((900, 900), 250, np.uint8)
+    grey[100:150, 100:140] = 30  # a letter
+    grey[300:302, 50:850] = 30  # a ruling
+    grey[200:700, 880:884] = 30  # the frame
+    grey[500:503, 500:503] = 30  # dust
+    grey[890:900, 300:330] = 30  # at the very edge
+    grey[0:60, 400:430] = 30  # a letter that runs over the edge
+    mask = ink(grey)
+    assert mask.sum() == 50 * 40 + 60 * 30
+    assert mask[120, 120] and mask[5, 410]
+    assert not ink(np.full((40, 40), 200, np.uint8)).any()
 
 
 def test_a_house_page_repeats_itself_as_little_as_people_do():
