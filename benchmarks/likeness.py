@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.library import load
-from handout.inking.plain import image
+from handout.inking import pens
+from handout.inking.pen import usual
 from handout.motion.trace import trace
 from handout.score.crowd import Distance, Style, distance, own_nearest, style
 from handout.score.lines import find_lines
@@ -45,12 +46,13 @@ Mask = NDArray[np.bool_]
 Inker = Callable[[Drawing], Grey]
 
 
-def plain_pen(drawing: Drawing) -> Grey:
-    """The plain pen of the command's default width at 300 dpi, (h, w) uint8."""
-    return np.asarray(image(drawing, 300, width=0.3).mean(axis=2), dtype=np.uint8)
+def ballpoint(drawing: Drawing) -> Grey:
+    """A ballpoint pen on plain white paper at 300 dpi, crisp, (h, w) uint8."""
+    grey = pens.image(drawing, 300, usual("ballpoint"), pens.noise(drawing.about)).mean(axis=2)
+    return np.asarray(grey, dtype=np.uint8)
 
 
-def house_page(name: str, seed: int, inker: Inker = plain_pen) -> Grey:
+def house_page(name: str, seed: int, inker: Inker = ballpoint) -> Grey:
     """A page of three hundred words in a house hand."""
     rng = np.random.default_rng(seed)
     hand = load(name)
@@ -89,7 +91,7 @@ def halves(mask: Mask) -> Distance:
 
 
 def measure(
-    inker: Inker = plain_pen, folder: Path | None = None
+    inker: Inker = ballpoint, folder: Path | None = None
 ) -> tuple[dict[str, dict[str, Any]], dict[str, Any] | None]:
     """All figures: of each house hand by its name, and of the real pages."""
     real = _real(folder) if folder else None
@@ -143,7 +145,7 @@ def main() -> None:
     given = os.environ.get("HANDOUT_DATA")
     if not given:
         print("HANDOUT_DATA names no folder with scans of real pages: only the house pages are measured.")
-    hands, real = measure(plain_pen, Path(given) if given else None)
+    hands, real = measure(ballpoint, Path(given) if given else None)
     _print_distances(hands, real)
     _print_between(hands)
     _print_statistics(hands, real)
