@@ -23,6 +23,7 @@ PACE = 20.0  # mm/s: calm writing
 PRESSURE = 0.55  # usual
 _FINER = 2  # times as many points as samples while lengths are measured
 _REPEAT = 8192  # pieces after which the streaks of a line repeat: most of a metre
+_SPECK = 0.05  # mm; a stroke that gets no further is a dot
 _DOT = 4.0  # times the ink of a line, at most
 _THINNEST = 0.02  # mm
 
@@ -125,8 +126,9 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     far = far + np.arange(len(far)) * 1e-9
     count = max(1, round(far[-1] / STEP))
     s = np.linspace(0.0, far[-1], count + 1)
-    place = np.interp(s, far, z) if len(far) > 1 else np.repeat(z, 2) + np.array([-0.05, 0.05])
-    clock = np.interp(s, far, t) if len(far) > 1 else np.array([t[0], t[0] + 0.1])
+    dot = far[-1] < _SPECK
+    place = z[0] + np.array([-_SPECK, _SPECK]) if dot else np.interp(s, far, z)
+    clock = np.array([t[0], max(t[-1], t[0] + 0.1)]) if dot else np.interp(s, far, t)
     span = np.diff(clock)
     speed = np.abs(np.diff(place)) / np.maximum(span, 1e-6)
     middle = (clock[:-1] + clock[1:]) / 2

@@ -20,6 +20,8 @@ class Variation:
 
     slant : tangent, of a word about the hand's slant; `slant_memory` is its correlation with the word before.
     size : relative, of a word; correlated by `size_memory`.
+    slow_slant, slow_breadth : tangent and relative: how a writer changes over a page, a page being two or three
+        times as long as the memory, `slow_memory`.
     word_rise : of a word's height over the line; correlated by `rise_memory`.
     rise : of a letter's height over its word's, correlated with its neighbours by `letter_memory`.
     gap : of the distance between letters.
@@ -36,19 +38,21 @@ class Variation:
     """
 
     slant: float = 0.04
-    size: float = 0.048
-    word_rise: float = 0.05
-    rise: float = 0.045
+    size: float = 0.066
+    slow_slant: float = 0.04
+    slow_breadth: float = 0.06
+    word_rise: float = 0.085
+    rise: float = 0.075
     gap: float = 0.03
     breadth: float = 0.06
-    height: float = 0.062
+    height: float = 0.085
     shear: float = 0.022
     warp: float = 0.036
     warp_fine: float = 0.02
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025
-    word_gap: float = 0.34
+    word_gap: float = 0.37
     edge: float = 0.18
     tilt: float = 0.0035
     bend: float = 0.28
@@ -63,6 +67,7 @@ class Variation:
 USUAL = Variation()
 # correlation of neighbours: letters of a word, words of a text, lines of a page
 LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.5, 0.5, 0.6, 0.5, 0.6
+SLOW_MEMORY = 0.99
 _WAVES = 6
 
 

@@ -48,6 +48,8 @@ class Writer:
         self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
         self._chooser = Chooser(hand, rng, min(jitter, 1.0))
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
+        self._slow_slant = Drift(self._vary.slow_slant, varying.SLOW_MEMORY, rng)
+        self._slow_breadth = Drift(self._vary.slow_breadth, varying.SLOW_MEMORY, rng)
         self._rise = Drift(self._vary.word_rise, varying.RISE_MEMORY, rng)
         self._size = Drift(self._vary.size, varying.SIZE_MEMORY, rng)
 
@@ -59,7 +61,8 @@ class Writer:
         ]
         flat, width = self._set(glyphs)
         flat += warp(flat, self._rng, self._vary.warp, 1.6, 3.4) + warp(flat, self._rng, self._vary.warp_fine, 0.7, 1.6)
-        slant, size = self._hand.slant + self._slant.next(), 1.0 + self._size.next()
+        slant = self._hand.slant + self._slant.next() + self._slow_slant.next()
+        size = 1.0 + self._size.next()
         flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next()])
         return Word(
             glyphs=tuple(glyphs),
@@ -98,7 +101,7 @@ class Writer:
         vary, rng = self._vary, self._rng
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
-        shapes[:, 0, 0] = np.exp(rng.normal(0.0, vary.breadth, n))
+        shapes[:, 0, 0] = np.exp(self._slow_breadth.next() + rng.normal(0.0, vary.breadth, n))
         shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes

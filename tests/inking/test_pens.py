@@ -202,3 +202,10 @@ def test_refuses_a_pen_that_there_is_not(width: float, colour: str, model: str) 
 def test_refuses_resolutions() -> None:
     with pytest.raises(InputError, match="dpi"):
         pens.image(drawn(line(6)), 5, usual("pencil"), rng())
+
+
+@pytest.mark.parametrize("model", ["ballpoint", "fineliner", "fountain", "pencil"])
+def test_a_dot_that_only_rests_is_seen(model):
+    stroke = Stroke(np.array([0.0, 0.1]), np.array([[5.0, 5.0], [5.0, 5.0]]))
+    page = pens.image(Drawing((stroke,), Page(10.0, 10.0)), 300, usual(model), np.random.default_rng(1))
+    assert page.min() < 190
