@@ -29,9 +29,11 @@ _WORD = 0.22  # s more, between words
 _LINE = 0.45  # s more, between lines
 _AIR_SPEED = 18.0  # x-heights a second
 _PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
-_PULL = 0.16
+_PULL = 0.2
 _EASE = 0.14
-_TIP = 0.05  # s from landing to full pressure
+# s from landing to full pressure and from full pressure to leaving the paper; shares of it at both ends
+_LANDING, _LEAVING = 0.05, 0.13
+_LANDED, _LEFT = 0.55, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,5 +149,8 @@ def _press(t: Array, xy: Array) -> Array:
     usual = math.sqrt(float(square.sum()) / n) or 1.0
     shift = np.tanh(np.stack([velocity[:, 1], np.sqrt(square)]) / usual)
     pressure = _PRESSURE + 0.6 * _EASE + _PULL * shift[0] - _EASE * shift[1]
-    tips = np.minimum(t - t[0], t[-1] - t) / _TIP
-    return np.asarray(np.minimum(np.maximum(pressure * (0.55 + 0.45 * np.minimum(1.0, tips)), 0.05), 1.0))
+    # a pen lands on the paper but flies off it: strokes taper towards their ends, short ones less
+    leaving = min(_LEAVING, 0.3 * float(t[-1] - t[0]))
+    landed = _LANDED + (1 - _LANDED) * np.minimum(1.0, (t - t[0]) / _LANDING)
+    left = _LEFT + (1 - _LEFT) * np.minimum(1.0, (t[-1] - t) / leaving)
+    return np.asarray(np.minimum(np.maximum(pressure * landed * left, 0.03), 1.0))
