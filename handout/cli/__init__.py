@@ -19,7 +19,7 @@ _VERBS = {
     "print": "Address envelopes from a table and print them.",
     "hand": "List and show hands.",
     "devices": "List, show and check machines.",
-    "score": "Measure how far a page looks written by a person.",
+    "score": "Measure how far page images look written by a person.",
 }
 
 
