@@ -94,7 +94,9 @@ def _gap(spaces: int, hand: Hand, rng: np.random.Generator, jitter: float) -> fl
     if not spaces:
         return 0.0
     wide = hand.word_space * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
-    return max(0.72 * hand.word_space, wide + rng.normal(0.0, USUAL.word_gap * jitter))
+    # a writer has one habit of spacing: neither a closed gap nor one that reads as two
+    slack = rng.normal(0.0, USUAL.word_gap * jitter)
+    return wide + min(max(slack, -0.28 * hand.word_space), 0.5 * hand.word_space)
 
 
 def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:

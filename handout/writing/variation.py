@@ -48,11 +48,11 @@ class Variation:
     height: float = 0.085
     shear: float = 0.022
     warp: float = 0.036
-    warp_fine: float = 0.02
+    warp_fine: float = 0.015
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025
-    word_gap: float = 0.37
+    word_gap: float = 0.33
     edge: float = 0.18
     tilt: float = 0.0035
     bend: float = 0.28
@@ -66,7 +66,7 @@ class Variation:
 
 USUAL = Variation()
 # correlation of neighbours: letters of a word, words of a text, lines of a page
-LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.5, 0.5, 0.6, 0.5, 0.6
+LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.75, 0.5, 0.6, 0.5, 0.6
 SLOW_MEMORY = 0.99
 _WAVES = 6
 
