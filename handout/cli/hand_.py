@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options
+from handout.cli import options, results
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
@@ -74,9 +74,9 @@ def show(name: str, output: tuple[str, ...], **given: Any) -> None:
     sheet = specimen(job.hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
     drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {job.hand.name}"})
     files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
-    result = {**options.summary([sheet], [drawing], job, files), **_facts(job.hand)}
+    result = {**results.summary([sheet], [drawing], job, files), **_facts(job.hand)}
     said = f"Wrote {', '.join(map(str, files))}: {_drawn(job.hand)} forms; seed {job.seed}."
-    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
 def _enlarged(pen: Pen) -> Pen:

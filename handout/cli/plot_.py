@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from handout import units
-from handout.cli import options
+from handout.cli import options, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def command(
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=order) for drawing in drawings]
-    result = options.summary(pages, drawings, job, dry_run)
+    result = results.summary(pages, drawings, job, dry_run)
     planned = sum(p.duration for p in plans)
     if dry_run:
         from handout.sinks import write_drawings
@@ -86,7 +86,7 @@ def command(
             "stretched": _stretched(reports),
         }
         said = f"Plotted {_sheets(len(reports))} in {units.duration(executed)}; seed {job.seed}."
-    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
 def _profile(device: str | None, port: str | None) -> Plotter:
@@ -113,7 +113,7 @@ def _plot(
     """All sheets, one after the other, over one connection."""
     from handout.plotting import open_port, run
 
-    say = options.talk(quiet)
+    say = results.talk(quiet)
     total = sum(p.duration for p in plans) * copies
     say(f"{profile.title}: {_sheets(len(plans) * copies)}, about {units.duration(total)}.")
     reports = []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import options
+from handout.cli import options, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ def command(
     addresses = read_addresses(table)
     job = options.setup(given, page_name, "0mm", 1)
     look = options.look(given)
-    say = options.talk(given["quiet"])
+    say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
-    tally = options.Tally()
+    tally = results.Tally()
 
     def write(text: str, layout: Layout, row: int) -> Drawing:
         layout = _with_options(layout, job)
@@ -80,7 +80,7 @@ def command(
             ink=ink,
             sink=lambda drawing, path: write_drawings([drawing], [path], **look),
             about={"seed": job.seed, "hand": job.hand.name},
-            progress=options.progress(given["quiet"]),
+            progress=results.progress(given["quiet"]),
         )
     except PrintingStopped as stopped:
         _say_problems(stopped.report, given["quiet"])
@@ -97,7 +97,7 @@ def command(
         f"{len(done.rows)} of {len(done.rows) + len(done.failed)} envelopes done ({where}), "
         f"{units.duration(result['duration_s'])} of writing; seed {job.seed}."
     )
-    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
     return done.exit_code
 
 

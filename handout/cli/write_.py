@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from handout import units
-from handout.cli import options
+from handout.cli import options, results
 from handout.errors import InputError
 
 
@@ -39,12 +39,12 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     job = options.setup(given, given["page_name"], given["margin"], given["pages"])
     pages, drawings = options.compose_and_trace(words, job)
     files = write_drawings(drawings, paths, **look, extra=extra)
-    result = options.summary(pages, drawings, job, files)
+    result = results.summary(pages, drawings, job, files)
     said = (
         f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}, "
         f"{units.duration(result['duration_s'])} of writing; seed {job.seed}."
     )
-    options.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
 def _gcode(given: dict[str, Any]) -> Any:

@@ -1,0 +1,87 @@
+"""What a verb says at the end: data to standard output, talk to standard error, progress on a terminal."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from handout.cli.options import Setup
+    from handout.values import Drawing, Manuscript
+
+
+@dataclass
+class Tally:
+    """What has been written so far, added up, so that a long batch need not be kept."""
+
+    pages: int = 0
+    lines: int = 0
+    characters: int = 0
+    strokes: int = 0
+    pen_down: float = 0.0
+    pen_up: float = 0.0
+    duration: float = 0.0
+
+    def add(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> None:
+        """Count some pages, as manuscripts and as strokes."""
+        self.pages += len(pages)
+        self.lines += sum(len(manuscript.lines) for manuscript in pages)
+        self.characters += sum(len(line.placed) for manuscript in pages for line in manuscript.lines)
+        self.strokes += sum(len(drawing.strokes) for drawing in drawings)
+        self.pen_down += sum(drawing.pen_down for drawing in drawings)
+        self.pen_up += sum(drawing.pen_up for drawing in drawings)
+        self.duration += sum(drawing.duration for drawing in drawings)
+
+    def facts(self, job: Setup, files: Sequence[Path]) -> dict[str, Any]:
+        """What `--json` prints of it."""
+        return {
+            "pages": self.pages,
+            "lines": self.lines,
+            "characters": self.characters,
+            "strokes": self.strokes,
+            "pen_down_mm": round(self.pen_down, 2),
+            "pen_up_mm": round(self.pen_up, 2),
+            "duration_s": round(self.duration, 2),
+            "seed": job.seed,
+            "hand": job.hand.name,
+            "files": [str(path) for path in files],
+        }
+
+
+def summary(
+    pages: Sequence[Manuscript], drawings: Sequence[Drawing], job: Setup, files: Sequence[Path]
+) -> dict[str, Any]:
+    """What `--json` prints of a piece of writing."""
+    tally = Tally()
+    tally.add(pages, drawings)
+    return tally.facts(job, files)
+
+
+def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:
+    """Data to standard output, talk to standard error."""
+    if as_json:
+        click.echo(json.dumps(result, ensure_ascii=False))
+    if not quiet:
+        click.echo(said, err=True)
+
+
+def talk(quiet: bool) -> Callable[[str], None]:
+    """A function that says something on standard error, unless the user wants quiet."""
+    return (lambda message: None) if quiet else (lambda message: click.echo(message, err=True))
+
+
+def progress(quiet: bool) -> Callable[[int, int, str], None]:
+    """Shows how far long work has come, on a terminal only; called as (done, all, what is being done)."""
+    if quiet or not sys.stderr.isatty():
+        return lambda done, total, stage: None
+
+    def show(done: int, total: int, stage: str) -> None:
+        click.echo(f"\r{stage} {done}/{total}\033[K", err=True, nl=done >= total)
+
+    return show
