@@ -77,7 +77,9 @@ def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
     return sorted({*_PAGES, ".pdf", *(extra or {})})
 
 
-def check_outputs(paths: Sequence[Path], extra: Mapping[str, PageSink] | None = None, pages: int = 1) -> list[Path]:
+def check_outputs(
+    paths: Sequence[str | Path], extra: Mapping[str, PageSink] | None = None, pages: int = 1
+) -> list[Path]:
     """The files that `pages` pages become, checked before any work is done for them.
 
     Raises
@@ -86,7 +88,7 @@ def check_outputs(paths: Sequence[Path], extra: Mapping[str, PageSink] | None = 
         A suffix that is not known (the message lists the known ones), two outputs of the same name, or a place
         that cannot be written.
     """
-    files = [file for path in paths for file in _files(path, pages, extra)]
+    files = [file for path in paths for file in _files(Path(path), pages, extra)]
     seen: set[Path] = set()
     for file in files:
         if file.resolve() in seen:
@@ -98,7 +100,7 @@ def check_outputs(paths: Sequence[Path], extra: Mapping[str, PageSink] | None = 
 
 def write_drawings(
     drawings: Sequence[Drawing],
-    paths: Sequence[Path],
+    paths: Sequence[str | Path],
     *,
     pen: Pen | None = None,
     dpi: float = 300.0,
@@ -115,7 +117,7 @@ def write_drawings(
     ----------
     drawings : sequence of Drawing
         The pages, at least one.
-    paths : sequence of Path
+    paths : sequence of str or Path
     pen : Pen, optional
         For formats that show ink.
     dpi : float
@@ -143,7 +145,7 @@ def write_drawings(
     if transparent and look.paper.name != "none":
         raise InputError("A picture is either transparent or on paper: leave out one of the two.")
     files = check_outputs(paths, extra, len(drawings))
-    made = [data for path in paths for data in _made(path.suffix.lower(), drawings, look, extra or {})]
+    made = [data for path in paths for data in _made(Path(path).suffix.lower(), drawings, look, extra or {})]
     for file, data in zip(files, made, strict=True):
         atomic.write(file, data)
     return files
@@ -151,7 +153,7 @@ def write_drawings(
 
 def write_drawing(
     drawing: Drawing,
-    path: Path,
+    path: str | Path,
     *,
     pen: Pen | None = None,
     dpi: float = 300.0,
