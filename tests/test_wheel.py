@@ -19,6 +19,12 @@ def run(*command, **options):
     return done.stdout
 
 
+def own_version():
+    """The versions of handout that are installed where the tests run, as text."""
+    code = "from importlib.metadata import distributions as d; print([x.version for x in d(name='handout-driver')])"
+    return run(sys.executable, "-I", "-c", code)
+
+
 @pytest.fixture(scope="module")
 def handout(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
@@ -27,7 +33,11 @@ def handout(tmp_path_factory):
     home = folder / "venv"
     venv.create(home, with_pip=False)
     place = Path(sysconfig.get_path("purelib", vars={"base": str(home), "platbase": str(home)}))
-    run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--prefix", home, wheel)
+    # without --ignore-installed pip would first remove the handout of the environment that runs the tests
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--ignore-installed"]
+    before = own_version()
+    run(*pip, "--prefix", home, wheel)
+    assert own_version() == before
     # the dependencies are this environment's; handout itself must come from the wheel
     (place / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
     python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")

@@ -201,16 +201,20 @@ def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
     last = glyph.late.index(True) - 1 if True in glyph.late else len(glyph.late) - 1
     body, tip = glyph.strokes[last], glyph.strokes[last][-1]
     if form.cut:
-        tails, body = [np.empty(2)], body[: -form.cut]
-        variants = [(body, 0.0)]
+        variants = [(body[: -form.cut], 0.0)]
     else:
-        if form.end:
-            tails = [points[0] for points in _points(form.end.replace(" ", "|"), file.breadth)]
-        elif form.out == "high":
-            tails = [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
-        else:
-            tails = [np.array([tip[0] + dx, y]) for dx, y in file.endings] or [tip]
+        tails = _tails(body, form, file)
         variants = [(np.vstack([body[:-1], tail]), max(0.0, 0.6 * float(tail[0] - tip[0]))) for tail in tails]
     for points, wider in variants:
         strokes = (*glyph.strokes[:last], points, *glyph.strokes[last + 1 :])
         yield replace(glyph, strokes=strokes, width=glyph.width + wider)
+
+
+def _tails(body: Array, form: _Form, file: _File) -> list[Array]:
+    """Where the last stroke of a word may end: points that replace its last one."""
+    tip = body[-1]
+    if form.end:
+        return [points[0] for points in _points(form.end.replace(" ", "|"), file.breadth)]
+    if form.out == "high":
+        return [body[-2] + _HIGH_EXIT_KEPT * (tip - body[-2])]
+    return [np.array([tip[0] + dx, y]) for dx, y in file.endings] or [tip]
