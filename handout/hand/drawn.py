@@ -60,6 +60,7 @@ class _Form(msgspec.Struct, forbid_unknown_fields=True):
     before: str = ""
     end: str = ""
     cut: int = 0
+    weight: float = 1.0
 
 
 class _Entry(msgspec.Struct, forbid_unknown_fields=True):
@@ -145,6 +146,8 @@ def _points(text: str, breadth: float) -> list[Array]:
 
 def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth: float) -> Glyph:
     late = _points(form.late, breadth)
+    if not form.weight > 0:
+        raise ValueError(f"letter {letter!r}, form {number + 1}: weight = {form.weight:g} is not above 0")
     return Glyph(
         letter=letter,
         strokes=(*strokes, *late),
@@ -154,7 +157,7 @@ def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth:
         after=form.after,
         before=form.before,
         rank=bool(form.after) + bool(form.before),
-        favour=_FAVOUR if form.at and frozenset(form.at.split()) != _PLACES else 0.0,
+        favour=math.log(form.weight) + (_FAVOUR if form.at and frozenset(form.at.split()) != _PLACES else 0.0),
         form=number,
     )
 

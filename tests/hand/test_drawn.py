@@ -67,6 +67,7 @@ def test_cut_and_high_exit_endings(tmp_path):
     ("letters", "says"),
     [
         ('a = [{ width = 1, pen = "0,1 x,2" }]', "points"),
+        ('a = [{ width = 1, pen = "0,0 1,1", weight = 0 }]', "weight = 0"),
         ('a = [{ width = 1, pen = "" }]', "no points"),
         ('a = [{ width = 1, pen = "0,1", in = "loop" }]', "loop"),
         ('a = [{ width = 1, pn = "0,1" }]', "pn"),
@@ -103,6 +104,18 @@ def test_frequent_letters_have_several_forms():
         made = load(name)
         for letter in "etaoinshrdlu":
             assert len({g.form for g in made.glyphs[letter]}) >= 3, (name, letter)
+
+
+def test_weight_says_how_often_a_form_is_written(tmp_path):
+    from handout.writing.choice import Chooser
+    from handout.writing.text import Letter
+
+    line = '{{ width = 1, pen = "0,0 1,{}", weight = {} }}'
+    made = hand(tmp_path, f'a = [{line.format(0, 1)}, {line.format(1, 9)}]\nb = [{line.format(0, 1)}]')
+    chooser = Chooser(made, np.random.default_rng(1))
+    filler = [Letter("b", (), 0)] * 60  # long enough to forget which form was just used
+    forms = [chooser.word([*filler, Letter("a", (), 0)])[-1].form for _ in range(300)]
+    assert 0.82 < np.mean(forms) < 0.96
 
 
 def test_unknown_hand_lists_the_nearest():
