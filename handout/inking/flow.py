@@ -104,7 +104,9 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     slow = lean(way.speed)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest
     wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
-    load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow) + flow.pool * rest
+    load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
+    # a pen about to leave the paper rests on it so lightly that nothing gathers
+    load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
     # a dot is pressed on, not passed over
     load = load * np.clip(width / way.length, 1.0, _DOT)
     return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)

@@ -16,7 +16,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
-from handout.writing.variation import USUAL
+from handout.writing.variation import USUAL, tremor
 
 Engine = Callable[[ActionPlan], tuple[Array, Array]]
 
@@ -63,7 +63,7 @@ def trace(
     speed : float
         Pace of the writing, 1 is the hand's own.
     jitter : float
-        Scale of the variation of pace and of motor noise.
+        Scale of the variation of pace and of the pen's tremor.
 
     Raises
     ------
@@ -80,7 +80,8 @@ def trace(
         clock += _in_the_air(before, component, manuscript.x_height)
         pace = hand.interval * math.exp(rng.normal(0.0, USUAL.pace * min(jitter, 2.0)))
         t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
-        strokes.append(Stroke((clock + t) / speed, xy, pressure=_press(t, xy), word=component.word))
+        trembling = tremor(rng, len(t), STEPS / pace, USUAL.tremor * jitter * manuscript.x_height)
+        strokes.append(Stroke((clock + t) / speed, xy + trembling, pressure=_press(t, xy), word=component.word))
         clock += float(t[-1])
         before = component
     about = {**manuscript.about, "kinematics": engine}

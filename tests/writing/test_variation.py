@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.writing.variation import LETTER_MEMORY, USUAL, Drift, walk, warp
+from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
 
 
 @settings(max_examples=20, deadline=None)
@@ -32,6 +32,19 @@ def test_a_warp_is_smooth_and_of_its_size():
     assert abs(moved.std() / 0.03 - 1) < 0.1
     near = warp(np.array([[1.0, 1.0], [1.01, 1.0]]), rng, 0.03, 1.6, 3.4)
     assert np.abs(near[0] - near[1]).max() < 0.003
+
+
+def test_a_tremor_is_of_its_size_slow_and_at_rest_at_both_ends():
+    rng, rate = np.random.default_rng(0), 140.0
+    shaken = np.array([tremor(rng, 700, rate, 0.02) for _ in range(40)])
+    assert np.abs(shaken[:, [0, -1]]).max() == 0
+    assert abs(shaken[:, 100:-100].std() / 0.02 - 1) < 0.06
+    power = np.square(np.abs(np.fft.rfft(shaken, axis=1))).mean(axis=(0, 2))
+    hertz = np.fft.rfftfreq(700, 1 / rate)
+    assert power[hertz > 3 * TREMOR].sum() < 1e-3 * power.sum()
+    assert power[(hertz > 5) & (hertz < TREMOR)].sum() > 0.2 * power.sum()
+    assert not tremor(rng, 50, rate, 0.0).any()
+    assert tremor(rng, 1, rate, 0.02).shape == (1, 2)
 
 
 def test_scaling_scales_everything():
