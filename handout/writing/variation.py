@@ -28,6 +28,8 @@ class Variation:
     breadth, height : relative width and height of a letter; height is correlated by `letter_memory`.
     shear : tangent, slant of a letter against its word.
     warp, warp_fine : of the smooth fields that bend a word, of long (1.6–3.4) and short (0.7–1.6) waves.
+    slur : how far the pen falls short of what it aims at, in shares of the way to the middle between what comes before
+        and after; half a normal distribution, correlated by `letter_memory`, growing over the first letters of a word.
     late_x, late_y : of a dot, bar or accent about its place; `late_right`: how far it flies right on average.
     word_gap : of the distance between words.
     edge : of the left edge, correlated from line to line by `edge_memory`.
@@ -52,6 +54,7 @@ class Variation:
     shear: float = 0.022
     warp: float = 0.036
     warp_fine: float = 0.015
+    slur: float = 0.1
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025

@@ -19,6 +19,7 @@ from handout.writing.choice import Chooser, joined
 from handout.writing.text import Letter
 from handout.writing.variation import Drift, Variation, walk, warp
 
+_MOST_SLURRED = 0.3  # beyond it nobody reads the word
 _CAPITALS = 0.12  # x-heights between two capitals, besides their widths
 
 
@@ -82,16 +83,21 @@ class Writer:
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = []
-        for glyph, shape, start in zip(glyphs, shapes, starts, strict=True):
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
             for stroke, late in zip(glyph.strokes, glyph.late, strict=True):
                 flown = start + self._flight() if late else start
-                points.append(stroke @ shape + flown)
+                points.append(slurred(stroke, share) @ shape + flown)
         return np.vstack(points), float(widths.sum())
 
     def _flight(self) -> Array:
         """Where a dot, bar or accent lands, away from its place."""
         vary = self._vary
         return self._rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
+
+    def _slurs(self, n: int) -> Array:
+        """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
+        settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
+        return np.minimum(np.abs(walk(self._rng, n, self._vary.slur)) * settled, _MOST_SLURRED)
 
     def _shapes(self, n: int) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
@@ -105,6 +111,19 @@ class Writer:
         shapes[:, 1, 1] = np.exp(walk(rng, n, vary.height)) * fading
         shapes[:, 1, 0] = rng.normal(0.0, vary.shear, n)
         return shapes
+
+
+def slurred(stroke: Array, share: float) -> Array:
+    """The points (n, 2) of a stroke, each moved by a share of the way to the middle of its neighbours, both ends kept.
+
+    This is how a hand that turns back before it has arrived falls short: a row of arches becomes a zigzag, a loop
+    closes, while a straight way stays what it is.
+    """
+    if len(stroke) < 3:
+        return stroke
+    short = stroke.copy()
+    short[1:-1] += share * ((stroke[:-2] + stroke[2:]) / 2 - stroke[1:-1])
+    return short
 
 
 def write_part(word: Word, a: int, b: int) -> Word:

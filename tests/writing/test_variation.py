@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
+from handout.writing.words import slurred
 
 
 @settings(max_examples=20, deadline=None)
@@ -42,7 +43,7 @@ def test_a_tremor_is_of_its_size_slow_and_at_rest_at_both_ends():
     power = np.square(np.abs(np.fft.rfft(shaken, axis=1))).mean(axis=(0, 2))
     hertz = np.fft.rfftfreq(700, 1 / rate)
     assert power[hertz > 3 * TREMOR].sum() < 1e-3 * power.sum()
-    assert power[(hertz > 5) & (hertz < TREMOR)].sum() > 0.2 * power.sum()
+    assert power[(hertz > 0.7 * TREMOR) & (hertz < TREMOR)].sum() > 0.1 * power.sum()
     assert not tremor(rng, 50, rate, 0.0).any()
     assert tremor(rng, 1, rate, 0.02).shape == (1, 2)
 
@@ -50,3 +51,17 @@ def test_a_tremor_is_of_its_size_slow_and_at_rest_at_both_ends():
 def test_scaling_scales_everything():
     assert all(value == 0 for value in astuple(USUAL.scaled(0.0)))
     assert astuple(USUAL.scaled(2.0)) == tuple(2 * value for value in astuple(USUAL))
+
+
+@given(st.integers(1, 12), st.floats(0.0, 0.3), st.integers(0, 1000))
+def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, seed):
+    stroke = np.random.default_rng(seed).normal(size=(n, 2))
+    short = slurred(stroke, share)
+    assert np.array_equal(short[[0, -1]], stroke[[0, -1]])
+    assert (
+        np.linalg.norm(np.diff(short, axis=0), axis=1).sum()
+        <= np.linalg.norm(np.diff(stroke, axis=0), axis=1).sum() + 1e-9
+    )
+    straight = np.linspace([0.0, 1.0], [2.0, -1.0], n)
+    assert np.allclose(slurred(straight, share), straight)
+    assert np.array_equal(slurred(stroke, 0.0), stroke)
