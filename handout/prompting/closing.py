@@ -14,7 +14,7 @@ class Closing:
     def sentences(self, missing: Collection[str], taken: Collection[str] = ()) -> list[str]:
         """Sentences that hold every missing character, greedily those with most of them a word.
 
-        What no sentence has stands alone at the end, letters twice, so that one of them begins and one ends a word.
+        What no sentence has stands alone at the end (see `bare`).
         """
         left, found = set(missing), list[str]()
         while left:
@@ -24,9 +24,13 @@ class Closing:
                 if sentence not in taken and not left.isdisjoint(held)
             ]
             if not worth:
-                found.append(" ".join(char * 2 if char.isalpha() else char for char in sorted(left)))
-                break
+                return found + self.bare(left)
             sentence, held, _ = self._held[-max(worth)[1]]
             found.append(sentence)
             left -= held
         return found
+
+    @staticmethod
+    def bare(missing: Collection[str]) -> list[str]:
+        """The characters alone, letters twice, so that one of them begins and one ends a word; nothing for none."""
+        return [" ".join(char * 2 if char.isalpha() else char for char in sorted(missing))] if missing else []

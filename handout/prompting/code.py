@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import reduce
 from hashlib import blake2b
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -170,11 +171,12 @@ def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
 def _symbol(text: str, version: int) -> NDArray[np.bool_]:
     import cv2
 
-    parameters = cv2.QRCodeEncoder.Params() if hasattr(cv2.QRCodeEncoder, "Params") else cv2.QRCodeEncoder_Params()
+    vision: Any = cv2  # what is nested in classes has other names in the library's annotations
+    parameters = vision.QRCodeEncoder_Params()
     parameters.version = version
-    parameters.correction_level = cv2.QRCodeEncoder_CORRECT_LEVEL_M
-    parameters.mode = cv2.QRCodeEncoder_MODE_ALPHANUMERIC
-    drawn = np.asarray(cv2.QRCodeEncoder.create(parameters).encode(text)) < 128
+    parameters.correction_level = vision.QRCodeEncoder_CORRECT_LEVEL_M
+    parameters.mode = vision.QRCodeEncoder_MODE_ALPHANUMERIC
+    drawn = np.asarray(vision.QRCodeEncoder.create(parameters).encode(text)) < 128
     border = (len(drawn) - side(version)) // 2
     return drawn[border:-border, border:-border] if border else drawn
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import string
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -29,9 +29,11 @@ _PLAIN = str.maketrans(
     {"ß": "ss", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "ø": "o", "Ø": "O", "ł": "l", "Ł": "L", "đ": "d"}
     | {"Đ": "D", "ð": "d", "Ð": "D", "þ": "th", "Þ": "Th", "ı": "i", "º": "o", "ª": "a"}
 )
-# a full stop after these, or after a single capital, ends no sentence
-_SHORT = "Mr|Mrs|Ms|Dr|Fr|St|Prof|Rev|Sr|Jr|Messrs|Hon|Capt|Col|Gen|Lt|No|no|Nr|nr|vs|viz|cf|etc|e\\.g|i\\.e|p|pp|vol|al"
-_ENDS = regex.compile(rf"(?<!\b(?:{_SHORT}|\p{{Lu}})\.)(?<=[.!?]['\")\]]*)\s+(?=['\"(\[]*[\p{{Lu}}\p{{N}}])")
+# what may end a sentence: stops, closing marks, a space, and then a capital or a number, perhaps after opening marks
+_END = regex.compile(r"(\S*?)([.!?]+['\")\]]*+) (?=['\"(\[]*+([\p{Lu}\p{N}]))")
+# a full stop after these, or after a single capital, ends no sentence; after the second kind, none before a number
+_SHORT = frozenset("Mr Mrs Ms Dr Fr St Prof Rev Sr Jr Hon Capt Col Gen Lt vs viz cf e.g i.e".split())
+_NUMBERED = frozenset("No no Nr nr p pp vol ch fig".split())
 _BLANK = regex.compile(r"\n\s*\n")
 
 
@@ -65,10 +67,23 @@ def sentences(text: str) -> list[str]:
     found: dict[str, None] = {}
     for paragraph in _BLANK.split(_unbroken(text.replace("\r\n", "\n").replace("\r", "\n"))):
         flat = " ".join(paragraph.split())
-        for part in _ENDS.split(flat):
+        for part in _split(flat):
             if part and len(part.split()) <= _LONGEST:
                 found.setdefault(part)
     return list(found)
+
+
+def _split(paragraph: str) -> Iterator[str]:
+    begin = 0
+    for match in _END.finditer(paragraph):
+        word, stop, following = match.groups()
+        word = word.lstrip("'\"([")
+        short = word in _SHORT or (len(word) == 1 and word.isupper())
+        if stop == "." and (short or (word in _NUMBERED and following.isdecimal())):
+            continue
+        yield paragraph[begin : match.end(2)]
+        begin = match.end()
+    yield paragraph[begin:]
 
 
 def _unbroken(text: str) -> str:

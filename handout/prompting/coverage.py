@@ -1,4 +1,4 @@
-"""How many instances of every letter and pair a prompt, or a hand, has: at the start, in the middle, at the end of words.
+"""How many instances of every letter and pair a prompt, or a hand, has, by their place in words.
 
 A word is here a run of letters, or of digits: a comma or a quotation mark does not change how the letter beside it is
 written. Every other character stands alone.
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Literal, get_args
 
 import regex
@@ -40,7 +41,7 @@ def pairs(texts: Iterable[str]) -> Instances:
     """How often each pair of letters or digits within a word stands in each place."""
     found: Instances = Counter()
     for run in _runs(texts):
-        both = [a + b for a, b in zip(run, run[1:], strict=False)]
+        both = [a + b for a, b in pairwise(run)]
         found.update(zip(both, _places(len(run), 2), strict=True))
     return found
 
@@ -127,7 +128,7 @@ class Coverage:
 
 
 def _plain(row: Row) -> dict[str, Any]:
-    places = {place: getattr(row, place) for place in PLACES}
+    places: dict[str, int] = {place: getattr(row, place) for place in PLACES}
     return {"unit": row.unit, "share": round(row.share, 6), **places, "total": row.total}
 
 

@@ -1,11 +1,13 @@
 """The four marks at a sheet's corners: which corner of which size of paper each of them says it is.
 
-They are tags of 10 × 10 cells of which the outer ring is white paper; the number of a tag is 4 × size + corner.
+They are AprilTags of the family 36h11 (Wang, Olson 2016): 8 × 8 cells, black outside. The number of one is
+4 × paper + corner.
 """
 
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +59,7 @@ def identify(found: int) -> tuple[Page, int] | None:
 
 
 @cache
-def dictionary() -> object:
+def dictionary() -> Any:
     """The tags of which the marks are some."""
     import cv2
 

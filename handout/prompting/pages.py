@@ -106,7 +106,9 @@ def prompt(
     if wanted.keys() >= set(string.ascii_lowercase):
         pool, first = _with_pangram(pool, allowed)
     closing = Closing(corpus.usable(corpus.shipped(), allowed))
-    return _filled(Chooser(pool, target, score), first, set(wanted), closing, [_Page(lines, width) for _ in range(pages)])
+    return _filled(
+        Chooser(pool, target, score), first, set(wanted), closing, [_Page(lines, width) for _ in range(pages)]
+    )
 
 
 def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], set[int]]:
@@ -122,24 +124,35 @@ def _filled(chooser: Chooser, first: set[int], missing: set[str], closing: Closi
     """Fill page after page; `first` are the sentences that may stand first (none: any)."""
     taken: list[str] = []
     for page in pages:
-        last = page is pages[-1]
-        while True:
-            tail = closing.sentences(missing, taken) if last else []
-            index = _next(chooser, page, first if not taken else set(), " ".join(tail))
-            if index is None:
-                break
+        tail = _tail(closing, missing, taken, page) if page is pages[-1] else []
+        while (index := _next(chooser, page, first if not taken else set(), " ".join(tail))) is not None:
             taken.append(chooser.take(index))
             page.add(taken[-1])
             missing.difference_update(taken[-1])
+            tail = _shorter(tail, closing.sentences(missing, taken), missing, page) if tail else []
         for sentence in tail:
-            taken.append(sentence)
             page.add(sentence)
-    if len(pages[-1].lines) > pages[-1].room:
-        raise DoesNotFit(
-            f"The characters asked for need {len(pages[-1].lines)} lines on the last page, which has {pages[-1].room}: "
-            "ask for fewer characters or give more pages."
-        )
+        taken.extend(tail)
     return Prompt(tuple(tuple(page.lines) for page in pages if page.lines), tuple(taken))
+
+
+def _tail(closing: Closing, missing: set[str], taken: list[str], page: _Page) -> list[str]:
+    """What must close the last page: sentences, or bare characters if these take too much room."""
+    for tail in (closing.sentences(missing, taken), closing.bare(missing)):
+        if page.fits(" ".join(tail)):
+            return tail
+    raise DoesNotFit(
+        f"The {len(missing)} characters asked for do not fit on a page of {page.room} lines of {page.width}: "
+        "ask for fewer of them."
+    )
+
+
+def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) -> list[str]:
+    """The tail without what is no longer needed, or a fresh one where that is shorter."""
+    # with some of its words left out the tail never takes more lines, but a fresh one may
+    needed = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
+    better = len(" ".join(fresh)) < len(" ".join(needed)) and page.fits(" ".join(fresh))
+    return fresh if better else needed
 
 
 def _next(chooser: Chooser, page: _Page, first: set[int], tail: str) -> int | None:
@@ -148,7 +161,7 @@ def _next(chooser: Chooser, page: _Page, first: set[int], tail: str) -> int | No
         return None
     tries = 0
     for index in chooser.best().tolist():
-        if first and index not in first or len(chooser.sentences[index]) + len(tail) > page.left:
+        if (first and index not in first) or len(chooser.sentences[index]) + len(tail) > page.left:
             continue
         if page.fits(" ".join(filter(None, (chooser.sentences[index], tail)))):
             return int(index)

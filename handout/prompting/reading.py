@@ -60,8 +60,8 @@ def _grids(grey: NDArray[np.uint8], registration: Registration, box: Array, side
     module = (box[2] - box[0]) / side
     at = (np.arange(side) + 0.5) * module
     drawn = box[:2] + np.stack(np.meshgrid(at, at), axis=-1)
-    corners = ((slice(0, _FINDER), slice(0, _FINDER)), (slice(0, _FINDER), slice(-_FINDER, None)))
-    corners += ((slice(-_FINDER, None), slice(0, _FINDER)),)
+    first, last = slice(0, _FINDER), slice(-_FINDER, None)
+    corners = ((first, first), (first, last), (last, first))
     fits = [_moved(grey, registration, drawn[corner], module) for corner in corners]
     if min(likeness for likeness, _ in fits) < 0.5:
         return  # not a code of this size, or a spoilt one

@@ -42,7 +42,7 @@ class Registration:
 
     def mm(self, pixels: Array) -> Array:
         """(n, 2) mm on the page of points (n, 2) in pixels."""
-        return apply(np.linalg.inv(self.to_pixels), pixels)
+        return apply(inverse(self.to_pixels), pixels)
 
     @property
     def dpi(self) -> float:
@@ -67,6 +67,11 @@ def apply(matrix: Array, points: Array) -> Array:
     """Points (n, 2) under a homography (3, 3)."""
     whole = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(whole[:, :2] / whole[:, 2:])
+
+
+def inverse(matrix: Array) -> Array:
+    """The homography (3, 3) back."""
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
 
 
 def register(image: NDArray[np.uint8]) -> Registration | None:
@@ -103,7 +108,7 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
     at = fiducials.squares(page)[list(corners)].reshape(-1, 2)
     seen_at = _refined(grey, np.concatenate([found[corner] for corner in corners]))
     matrix = _fit(at, seen_at, len(corners))
-    off = apply(np.linalg.inv(matrix), seen_at) - at
+    off = apply(inverse(matrix), seen_at) - at
     residual = float(np.sqrt(np.square(off).sum(axis=1).mean()))
     if not residual < _WORST:
         raise InputError(

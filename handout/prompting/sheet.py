@@ -85,7 +85,7 @@ class SheetLayout:
     @property
     def baselines(self) -> Array:
         """(lines,) heights of the lines to write on."""
-        return _FIRST + self.pitch * np.arange(1, self.lines + 1)
+        return np.asarray(_FIRST + self.pitch * np.arange(1, self.lines + 1, dtype=np.float64))
 
     @property
     def codes(self) -> Array:

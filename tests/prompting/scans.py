@@ -1,0 +1,60 @@
+"""Scans for tests: what a PDF page holds, drawn without any PDF reader, and laid on a scanner in known ways."""
+
+import io
+
+import cv2
+import numpy as np
+import pikepdf
+
+FINE = 900.0  # dpi of the drawn page
+
+
+def drawn(pdf: bytes, number: int) -> np.ndarray:
+    """Grey page at 900 dpi: filled rectangles black, lines pale; letters are left out."""
+    with pikepdf.open(io.BytesIO(pdf)) as document:
+        page = document.pages[number]
+        width, height = (float(side) for side in page.MediaBox[2:])
+        scale = FINE / 72
+        image = np.full((round(height * scale), round(width * scale)), 255, dtype=np.uint8)
+        start = (0.0, 0.0)
+        for operands, operator in pikepdf.parse_content_stream(page):
+            numbers = [float(x) for x in operands if not isinstance(x, pikepdf.Name | pikepdf.Array | pikepdf.String)]
+            if str(operator) == "re":
+                x, y, w, h = numbers
+                rows = slice(round((height - y - h) * scale), round((height - y) * scale))
+                image[rows, round(x * scale) : round((x + w) * scale)] = 0
+            elif str(operator) == "m":
+                start = tuple(numbers)
+            elif str(operator) == "l":
+                y = round((height - start[1]) * scale)
+                image[y - 4 : y + 5, round(start[0] * scale) : round(numbers[0] * scale)] = 225
+    return image
+
+
+def scanned(page, dpi, *, angle=0.0, perspective=0.0, blur=0.5, noise=4.0, shadow=0.0, stretch=1.0, seed=0):
+    """A scan of a drawn page, turned by some degrees, and the true matrix from mm to its pixels."""
+    turn, scale = np.deg2rad(angle), dpi / 25.4
+    cos, sin = np.cos(turn), np.sin(turn)
+    truth = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]) @ np.diag([scale, scale * stretch, 1.0])
+    truth = truth @ np.array([[1, 0, 0], [0, 1, 0], [0.7 * perspective / 300, perspective / 300, 1]])
+    fine = 25.4 / FINE
+    corners = np.array([[x, y] for x in (0, page.shape[1] * fine) for y in (0, page.shape[0] * fine)])
+    at = corners @ truth[:, :2].T + truth[:, 2]
+    at = at[:, :2] / at[:, 2:]
+    low, high = at.min(axis=0) - 4 * scale, at.max(axis=0) + 4 * scale
+    truth = np.array([[1, 0, -low[0]], [0, 1, -low[1]], [0, 0, 1]]) @ truth
+    to_mm = np.array([[fine, 0, fine / 2], [0, fine, fine / 2], [0, 0, 1]])
+    smooth = cv2.GaussianBlur(page, (0, 0), 0.5 * FINE / dpi)
+    size = tuple(np.ceil(high - low).astype(int).tolist())
+    image = cv2.warpPerspective(smooth, truth @ to_mm, size, flags=cv2.INTER_CUBIC, borderValue=190).astype(np.float32)
+    image = cv2.GaussianBlur(image, (0, 0), blur)
+    fall = np.linspace(0, 1, size[0])[None, :] + np.linspace(0, 1, size[1])[:, None]
+    image *= 1 - shadow * np.clip(1.6 * fall - 1, 0, 1)
+    image += np.random.default_rng(seed).normal(0, noise, image.shape)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8), truth
+
+
+def carried(matrix, points):
+    """Points (n, 2) under a homography."""
+    at = points @ matrix[:, :2].T + matrix[:, 2]
+    return at[:, :2] / at[:, 2:]
