@@ -103,14 +103,16 @@ def _marks(canvas: Any, page: Page) -> None:
 def _cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: float, side: float) -> None:
     """Black cells of a square, as one path, so that no seams show between them."""
     cell = side / len(cells) * _MM
-    x0, y0 = left * _MM, (page.height - top) * _MM
+    canvas.saveState()
+    canvas.transform(cell, 0, 0, -cell, left * _MM, (page.height - top) * _MM)  # in cells, y down
     path = canvas.beginPath()
     for row, line in enumerate(cells):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(np.int8), [0]])))
         for begin, end in edges.reshape(-1, 2).tolist():
-            path.rect(x0 + begin * cell, y0 - (row + 1) * cell, (end - begin) * cell, cell)
+            path.rect(begin, row, end - begin, 1)
     canvas.setFillColorRGB(*_BLACK)
     canvas.drawPath(path, stroke=0, fill=1)
+    canvas.restoreState()
 
 
 def _label(canvas: Any, layout: SheetLayout, said: str, colour: tuple[float, float, float]) -> None:

@@ -20,6 +20,8 @@ _REACH = 1.6  # modules by which a code may lie off
 _STEP = 0.2
 _SCALE = 4  # pixels a module, of the square for the decoder
 _QUIET = 4  # modules
+_SHARPEN = (0.8, 0.0, 1.6)  # tried in turn
+_AROUND = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, 0.5], [0.25, 0.5, 0.25]]) / 3
 
 
 def read_codes(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> list[bytes]:
@@ -43,15 +45,17 @@ def _smoothed(grey: NDArray[np.uint8], registration: Registration, boxes: Array)
 
     finest = (boxes[0, 2] - boxes[0, 0]) / code.side(code.VERSIONS[-1]) * registration.dpi / 25.4
     sigma = 0.3 * finest
-    return grey if sigma < 0.5 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma))
+    return grey if sigma < 0.8 else np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma))
 
 
 def _read(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
     for grid in _grids(grey, registration, box, side):
-        text = _decoded(_black(_sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))))
-        data = code.from_base45(text) if text else None
-        if data:
-            return data
+        seen = _sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
+        for strength in _SHARPEN:
+            text = _decoded(_black(_sharpened(seen, strength)))
+            data = code.from_base45(text) if text else None
+            if data:
+                return data
     return None
 
 
@@ -97,6 +101,13 @@ def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
     white = cv2.BORDER_CONSTANT
     found = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=white, borderValue=255)
     return np.asarray(found, dtype=np.float64).reshape(pixels.shape[:-1])
+
+
+def _sharpened(seen: Array, strength: float) -> Array:
+    """Modules (m, m) less what their neighbours spilt into them: at 150 dpi a module is no larger than the blur."""
+    from scipy.ndimage import convolve
+
+    return seen + strength * (seen - convolve(seen, _AROUND, mode="nearest"))
 
 
 def _black(seen: Array) -> NDArray[np.bool_]:

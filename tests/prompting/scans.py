@@ -16,13 +16,16 @@ def drawn(pdf: bytes, number: int) -> np.ndarray:
         width, height = (float(side) for side in page.MediaBox[2:])
         scale = FINE / 72
         image = np.full((round(height * scale), round(width * scale)), 255, dtype=np.uint8)
-        start = (0.0, 0.0)
+        start, cells = (0.0, 0.0), np.zeros(6)
         for operands, operator in pikepdf.parse_content_stream(page):
             numbers = [float(x) for x in operands if not isinstance(x, pikepdf.Name | pikepdf.Array | pikepdf.String)]
-            if str(operator) == "re":
-                x, y, w, h = numbers
-                rows = slice(round((height - y - h) * scale), round((height - y) * scale))
-                image[rows, round(x * scale) : round((x + w) * scale)] = 0
+            if str(operator) == "cm":
+                cells = np.array(numbers)
+            elif str(operator) == "re":
+                x, y, w, h = numbers  # in cells, y down
+                left, right = (round((cells[4] + cells[0] * at) * scale) for at in (x, x + w))
+                top, foot = (round((height - cells[5] - cells[3] * at) * scale) for at in (y, y + h))
+                image[top:foot, left:right] = 0
             elif str(operator) == "m":
                 start = tuple(numbers)
             elif str(operator) == "l":
