@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     default=True,
     show_default=True,
     help="Lines and words printed pale where you write; or nothing but the marks, with the words on a page beside "
-    "and lines to lay under, for printers without colour.",
+    "and lines to lay under: for printers without colour, and for red ink.",
 )
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output instead of a table.")
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")

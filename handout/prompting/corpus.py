@@ -32,8 +32,8 @@ _PLAIN = str.maketrans(
 # what may end a sentence: stops, closing marks, a space, and then a capital or a number, perhaps after opening marks
 _END = regex.compile(r"(\S*?)([.!?]+['\")\]]*+) (?=['\"(\[]*+([\p{Lu}\p{N}]))")
 # a full stop after these, or after a single capital, ends no sentence; after the second kind, none before a number
-_SHORT = frozenset("Mr Mrs Ms Dr Fr St Prof Rev Sr Jr Hon Capt Col Gen Lt vs viz cf e.g i.e".split())
-_NUMBERED = frozenset("No no Nr nr p pp vol ch fig".split())
+_SHORT = regex.compile(r"(?:Mrs?|[MD]rs?|Ms|Fr|St|Prof|Rev|[SJ]r|Hon|Capt|Col|Gen|Lt|vs|viz|cf|e\.g|i\.e|\p{Lu})")
+_NUMBERED = regex.compile(r"(?:[Nn][or]|pp?|vol|ch|fig)")
 _BLANK = regex.compile(r"\n\s*\n")
 
 
@@ -78,8 +78,8 @@ def _split(paragraph: str) -> Iterator[str]:
     for match in _END.finditer(paragraph):
         word, stop, following = match.groups()
         word = word.lstrip("'\"([")
-        short = word in _SHORT or (len(word) == 1 and word.isupper())
-        if stop == "." and (short or (word in _NUMBERED and following.isdecimal())):
+        short = _SHORT.fullmatch(word) or (_NUMBERED.fullmatch(word) and following.isdecimal())
+        if stop == "." and short:
             continue
         yield paragraph[begin : match.end(2)]
         begin = match.end()

@@ -107,7 +107,7 @@ def _sharpened(seen: Array, strength: float) -> Array:
     """Modules (m, m) less what their neighbours spilt into them: at 150 dpi a module is no larger than the blur."""
     from scipy.ndimage import convolve
 
-    return seen + strength * (seen - convolve(seen, _AROUND, mode="nearest"))
+    return np.asarray(seen + strength * (seen - convolve(seen, _AROUND, mode="nearest")))
 
 
 def _black(seen: Array) -> NDArray[np.bool_]:

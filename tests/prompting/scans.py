@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pikepdf
 
-FINE = 900.0  # dpi of the drawn page
+FINE = 600.0  # dpi of the drawn page
 
 
 def drawn(pdf: bytes, number: int) -> np.ndarray:
-    """Grey page at 900 dpi: filled rectangles black, lines pale; letters are left out."""
+    """Grey page at 600 dpi: filled rectangles black, lines pale; letters are left out."""
     with pikepdf.open(io.BytesIO(pdf)) as document:
         page = document.pages[number]
         width, height = (float(side) for side in page.MediaBox[2:])
@@ -30,7 +30,7 @@ def drawn(pdf: bytes, number: int) -> np.ndarray:
                 start = tuple(numbers)
             elif str(operator) == "l":
                 y = round((height - start[1]) * scale)
-                image[y - 4 : y + 5, round(start[0] * scale) : round(numbers[0] * scale)] = 225
+                image[y - 3 : y + 3, round(start[0] * scale) : round(numbers[0] * scale)] = 225
     return image
 
 
@@ -47,14 +47,16 @@ def scanned(page, dpi, *, angle=0.0, perspective=0.0, blur=0.5, noise=4.0, shado
     low, high = at.min(axis=0) - 4 * scale, at.max(axis=0) + 4 * scale
     truth = np.array([[1, 0, -low[0]], [0, 1, -low[1]], [0, 0, 1]]) @ truth
     to_mm = np.array([[fine, 0, fine / 2], [0, fine, fine / 2], [0, 0, 1]])
-    smooth = cv2.GaussianBlur(page, (0, 0), 0.5 * FINE / dpi)
+    smooth = cv2.GaussianBlur(page, (0, 0), 0.5 * FINE / dpi) if dpi < FINE else page
     size = tuple(np.ceil(high - low).astype(int).tolist())
-    image = cv2.warpPerspective(smooth, truth @ to_mm, size, flags=cv2.INTER_CUBIC, borderValue=190).astype(np.float32)
+    image = cv2.warpPerspective(smooth, truth @ to_mm, size, flags=cv2.INTER_LINEAR, borderValue=190)
     image = cv2.GaussianBlur(image, (0, 0), blur)
-    fall = np.linspace(0, 1, size[0])[None, :] + np.linspace(0, 1, size[1])[:, None]
-    image *= 1 - shadow * np.clip(1.6 * fall - 1, 0, 1)
-    image += np.random.default_rng(seed).normal(0, noise, image.shape)
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8), truth
+    if shadow:
+        fall = np.linspace(0, 1, size[0], dtype=np.float32) + np.linspace(0, 1, size[1], dtype=np.float32)[:, None]
+        image = (image * (1 - shadow * np.clip(1.6 * fall - 1, 0, 1))).astype(np.uint8)
+    cv2.setRNGSeed(seed)
+    grain = cv2.randn(np.empty(image.shape, dtype=np.int16), 0, noise)
+    return cv2.add(image, grain, dtype=cv2.CV_8U), truth
 
 
 def carried(matrix, points):

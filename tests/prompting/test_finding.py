@@ -24,9 +24,9 @@ def error(truth, found):
         (150, {"angle": -5, "blur": 0.6}, 0.06),
         (150, {"angle": 92, "noise": 10, "shadow": 0.4}, 0.1),
         (200, {"angle": 3, "perspective": 0.15, "shadow": 0.3, "noise": 8}, 0.06),
-        (300, {"angle": 181, "blur": 0.8, "noise": 8}, 0.03),
-        (300, {"angle": 4.5, "stretch": 1.004}, 0.03),
-        (600, {"angle": -90.4}, 0.02),
+        (300, {"angle": 181, "blur": 0.8, "noise": 8}, 0.05),
+        (300, {"angle": 4.5, "stretch": 1.004}, 0.05),
+        (600, {"angle": -90.4}, 0.05),
     ],
 )
 def test_sheets_are_found_however_they_lie(drawn, prompt, dpi, laid, worst):
@@ -52,7 +52,7 @@ def covered(image, truth, corners):
 
 @pytest.mark.parametrize("missing", [(0,), (2,), (0, 2), (1, 3)])
 def test_two_opposite_marks_suffice_on_a_scanner(drawn, missing):
-    image, truth = scans.scanned(drawn, 300, angle=-3)
+    image, truth = scans.scanned(drawn, 200, angle=-3)
     sheet = find_sheet(covered(image, truth, missing))
     assert sheet.registration.marks == tuple(sorted({0, 1, 2, 3} - set(missing)))
     assert error(truth, sheet.registration) < 0.1
@@ -67,10 +67,19 @@ def test_too_few_marks_are_refused(drawn, missing, seen):
         find_sheet(covered(image, truth, missing))
 
 
-def test_three_marks_of_a_photograph_are_refused_and_not_guessed_at(drawn):
-    image, truth = scans.scanned(drawn, 200, perspective=0.2)
-    with pytest.raises(InputError, match="mm from where they should be"):
-        find_sheet(covered(image, truth, (3,)))
+@pytest.mark.parametrize(("missing", "perspective"), [((3,), 0.2), ((1,), 0.03), ((0, 2), 0.03)])
+def test_a_photograph_with_marks_missing_is_refused_and_not_guessed_at(drawn, missing, perspective):
+    image, truth = scans.scanned(drawn, 200, perspective=perspective)
+    with pytest.raises(InputError, match=f"mark at the {fiducials.CORNERS[missing[0]]}.* cannot be seen"):
+        find_sheet(covered(image, truth, missing))
+
+
+def test_a_bent_sheet_is_refused(drawn):
+    image, _ = scans.scanned(drawn, 100)
+    rows, columns = np.indices(image.shape, dtype=np.float32)
+    bent = cv2.remap(image, columns, rows * (1 + 0.06 * np.sin(columns * rows / 2e5)), cv2.INTER_LINEAR)
+    with pytest.raises(InputError, match="crumpled or bent"):
+        find_sheet(bent)
 
 
 def test_a_picture_without_a_sheet_is_none():
@@ -117,7 +126,7 @@ def test_two_sheets_in_one_scan_are_refused(drawn):
 
 @pytest.mark.parametrize("colours", [1, 3])
 def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
-    image, _ = scans.scanned(drawn, 300, angle=187)
+    image, _ = scans.scanned(drawn, 240, angle=187)
     image = image if colours == 1 else np.repeat(image[..., None], 3, axis=2)
     sheet = find_sheet(image)
     upright = rectify(image, sheet, 200)
@@ -126,7 +135,7 @@ def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
     again = find_sheet(upright)
     assert again.dpi == pytest.approx(200, rel=1e-4) and abs(again.turn) < 1e-4
     truth = np.array([[200 / 25.4, 0, -0.5], [0, 200 / 25.4, -0.5], [0, 0, 1]])
-    assert error(truth, again.registration) < 0.03
+    assert error(truth, again.registration) < 0.05
     # each ruled line is darkest at its height, and nothing is dark elsewhere but what is to be masked
     column = grey[:, 600:1000].mean(axis=1)
     for y in sheet.baselines:
