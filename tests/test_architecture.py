@@ -20,7 +20,19 @@ MAY = {
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
     "score": set(),
-    "cli": {"hand", "writing", "motion", "inking", "sinks", "printing", "plotting", "score", "colour"},
+    "prompting": {"writing"},
+    "cli": {
+        "hand",
+        "writing",
+        "motion",
+        "inking",
+        "sinks",
+        "printing",
+        "plotting",
+        "score",
+        "prompting",
+        "colour",
+    },
     "__main__": {"cli"},
 }
 HEAVY = {
