@@ -382,7 +382,7 @@ class LineGraph:
 
         A closed loop without a junction begins and ends with the same vertex; a dot is a path of one vertex.
         """
-        from handout.paths import branches
+        from handout.branching import branches
 
         return branches(self.edges, len(self))
 
