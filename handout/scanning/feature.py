@@ -43,12 +43,12 @@ def line_features(graph: LineGraph, step: float = STEP) -> NDArray[np.float32]:
     """
     steps = even_steps(graph, step)
     own = walk_features(steps.xy, steps.density, steps.edges, steps.step)
-    part = steps.part.astype(np.float32)[:, None]
+    part, own = steps.part.astype(np.float32)[:, None], own.astype(np.float32)
     return own[steps.low] * (1 - part) + own[steps.high] * part
 
 
-def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> NDArray[np.float32]:
-    """(n, 216) float32: the feature of every vertex of a graph, each edge counted as `step` mm of travel.
+def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> Array:
+    """(n, 216) float: the feature of every vertex of a graph, each edge counted as `step` mm of travel.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> NDA
     step : mm.
     """
     walk = _walk(edges, len(xy))
-    result = np.zeros((len(xy), SIZE), dtype=np.float32)
+    result = np.zeros((len(xy), SIZE))
     for start in range(0, len(xy), _TOGETHER):
         starts = np.arange(start, min(start + _TOGETHER, len(xy)))
         result[starts] = _from(starts, xy, density, walk, step)

@@ -115,7 +115,7 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     if len(lines) > 1:
         x = float(np.median([line.middle for line in lines]))
         pitch = float(np.median(np.diff([float(line.baseline(x)) for line in lines])))
-    x_height = _x_height(lines, marks.top, pitch)
+    x_height = _x_height(lines, marks.top[marks.over > 0.25 * pitch], pitch)
     return Rules(tuple(lines), x_height, slant_of(mask, dpi, lines, x_height), pitch)
 
 
@@ -328,11 +328,16 @@ def _apart(lines: list[Rule], pitch: float) -> list[Rule]:
 
 
 def _x_height(lines: list[Rule], tops: Array, pitch: float) -> float:
-    """The height above the baseline at which most strokes have their top, mm."""
+    """The height above the baseline at which strokes usually have their top, mm: the median around the mode."""
     heights = []
     for line in lines:
         own = tops[(tops[:, 0] > line.left) & (tops[:, 0] < line.right)]
         heights.append(line.baseline(own[:, 0]) - own[:, 1])
     above = np.concatenate(heights)
     above = above[(above > 0.12 * pitch) & (above < 0.7 * pitch)]
-    return _mode(above, 0.03 * pitch) if len(above) >= _LEAST else 0.3 * pitch
+    if len(above) < _LEAST:
+        return 0.3 * pitch
+    height = _mode(above, 0.03 * pitch)
+    for _ in range(2):
+        height = float(np.median(above[(above > 0.6 * height) & (above < 1.6 * height)]))
+    return height
