@@ -119,7 +119,7 @@ def baked(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float3
     level = inks.levels(lattice).max(axis=-1)
     table = np.clip(level, -1, 0)
     table[level > 0] = np.clip(spline(lattice[level > 0]), 0, MOST)
-    return table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1).astype(np.float32)
+    return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
 
 def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:

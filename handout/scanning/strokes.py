@@ -20,8 +20,13 @@ _UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 class _Baseline(Protocol):
     """What is asked of a line here."""
 
-    left: float
-    right: float
+    @property
+    def left(self) -> float:
+        """x of its first ink, mm."""
+
+    @property
+    def right(self) -> float:
+        """x of its last ink, mm."""
 
     def baseline(self, x: Array | float) -> Array:
         """y at x, mm."""
@@ -111,11 +116,11 @@ def slant_of(mask: NDArray[np.bool_], dpi: float, lines: Sequence[_Baseline], x_
 def _above(mask: NDArray[np.bool_], pixel: float, line: _Baseline, x_height: float) -> tuple[Array, Array]:
     """x and height over the baseline, mm, of the ink of a line, from its feet to its ascenders."""
     x0, x1 = max(0, int(line.left / pixel)), min(mask.shape[1], int(line.right / pixel) + 1)
-    ends = line.baseline(np.array([line.left, (line.left + line.right) / 2, line.right]))
+    ends = line.baseline(np.linspace(line.left, line.right, 3))
     y0 = max(0, int((ends.min() - 2.2 * x_height) / pixel))
     y1 = min(mask.shape[0], int((ends.max() + 0.3 * x_height) / pixel) + 1)
     y, x = np.nonzero(mask[y0:y1, x0:x1])
-    place = (x + x0 + 0.5) * pixel
+    place = np.asarray((x + x0 + 0.5) * pixel, dtype=np.float64)
     height = line.baseline(place) - (y + y0 + 0.5) * pixel
     own = (height > -0.2 * x_height) & (height < 2.0 * x_height)
     # pixels stand in columns: spread over their width, or an upright page would look the evenest

@@ -25,12 +25,15 @@ def scribble(seed: int, x0: float, x1: float, baseline: float, height: float) ->
     return strokes
 
 
-def lines_of(count: int, width: float, pitch: float = 9.0, height: float = 2.4, fall: float = 0.0) -> list[NDArray[np.float64]]:
+def lines_of(
+    count: int, width: float, pitch: float = 9.0, height: float = 2.4, fall: float = 0.0
+) -> list[NDArray[np.float64]]:
     """Strokes of a page of so many lines, mm; the first baseline lies at 12 mm."""
     strokes = []
     for k in range(count):
         for stroke in scribble(k, 8.0, width - 8.0, 12.0 + k * pitch, height):
-            strokes.append(stroke + np.stack([0 * stroke[:, 0], fall * (stroke[:, 0] - width / 2)], axis=1))
+            x, y = stroke.T
+            strokes += [np.stack([x, y + fall * (x - width / 2)], axis=1)]
     return strokes
 
 
@@ -42,7 +45,7 @@ def coverage(
     scale = dpi / 25.4 * times
     big = np.zeros((round(height * dpi / 25.4) * times, round(width * dpi / 25.4) * times), dtype=np.uint8)
     for stroke in strokes:
-        points = np.rint(stroke * scale * 16).astype(np.int32)
+        points = np.rint((stroke * scale - 0.5) * 16).astype(np.int32)  # 0 is the middle of a pixel there
         cv2.polylines(big, [points], False, 255, max(1, round(pen * scale)), cv2.LINE_AA, 4)
     small = cv2.resize(big, None, fx=1 / times, fy=1 / times, interpolation=cv2.INTER_AREA)
     return cv2.GaussianBlur(small, (0, 0), 0.6 * dpi / 300).astype(np.float32) / 255

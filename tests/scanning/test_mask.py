@@ -171,4 +171,6 @@ def test_a_straight_line_stays_as_it_is():
 def test_signed_distance():
     bar = np.zeros((30, 30), dtype=bool)
     bar[10:20] = True
-    assert signed_distance(bar)[8:22, 5] == pytest.approx([1.5, 0.5, -0.5, -1.5, -2.5, -3.5, -4.5] + [-4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5], abs=0.05)
+    assert signed_distance(bar)[8:22, 5] == pytest.approx(
+        [1.5, 0.5, -0.5, -1.5, -2.5, -3.5, -4.5, -4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5], abs=0.05
+    )

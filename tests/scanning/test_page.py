@@ -39,7 +39,7 @@ def test_no_plausible_resolution_is_a_question(tmp_path, options):
 
 
 def test_the_question_guesses_a_sheet(tmp_path):
-    with pytest.raises(InputError, match="A4.*--dpi 200"):
+    with pytest.raises(InputError, match=r"A4.*--dpi 200"):
         read_scan(saved(tmp_path, Image.new("L", (1654, 2339), 255), "a.png"))
 
 
@@ -83,7 +83,7 @@ def test_sixteen_bit_colour_tiff(tmp_path, planes, packing):
 def test_several_pages(tmp_path):
     pages = [Image.new("L", (80, 60), level) for level in (10, 20, 30)]
     path = saved(tmp_path, pages[0], "a.tif", save_all=True, append_images=pages[1:], dpi=(300, 300))
-    with pytest.raises(InputError, match="3 pages.*--page 1"):
+    with pytest.raises(InputError, match=r"3 pages.*--page 1"):
         read_scan(path)
     assert (read_scan(path, page=2).rgb == 20).all()
     with pytest.raises(InputError, match="1–3"):

@@ -27,7 +27,7 @@ def test_a_page_is_read(tmp_path):
 def test_the_files_resolution_is_doubted(tmp_path):
     path = tmp_path / "page.png"
     Image.fromarray(page(4).rgb).save(path, dpi=(1200, 1200))
-    with pytest.raises(InputError, match="not the size of handwriting.*--dpi"):
+    with pytest.raises(InputError, match=r"not the size of handwriting.*--dpi"):
         read_page(path)
 
 
