@@ -98,8 +98,8 @@ def crop(scan: Scan) -> Scan:
     plain = cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel).astype(np.float32) / 255
     colour = np.median(plain[plain.shape[0] // 4 : -(plain.shape[0] // 4) or None].reshape(-1, 3), axis=0)
     other = np.abs(plain - colour).max(axis=2) > _OTHER
-    top, bottom = _edges(other.mean(axis=1) > 0.5, dpi)
-    left, right = _edges(other[top:bottom].mean(axis=0) > 0.5, dpi)
+    top, bottom = _edges(other.mean(axis=1) > 0.5)
+    left, right = _edges(other[top:bottom].mean(axis=0) > 0.5)
     scale = scan.shape[0] / small.shape[0], scan.shape[1] / small.shape[1]
     y0, y1 = round(top * scale[0]), round(bottom * scale[0])
     x0, x1 = round(left * scale[1]), round(right * scale[1])
@@ -109,14 +109,13 @@ def crop(scan: Scan) -> Scan:
     return Scan(np.ascontiguousarray(scan.rgb[y0:y1, x0:x1]), scan.dpi, scan.source, scan.told, origin)
 
 
-def _edges(other: NDArray[np.bool_], dpi: float) -> tuple[int, int]:
+def _edges(other: NDArray[np.bool_]) -> tuple[int, int]:
     """First and last (exclusive) of the rows or columns that are paper."""
     count = len(other)
     reach = int(_BORDER * count)
-    margin = max(1, round(dpi / 25.4))  # a shadow fades out over a millimetre
     low, high = np.flatnonzero(other[:reach]), np.flatnonzero(other[count - reach :])
-    first = int(low[-1]) + 1 + margin if len(low) else 0
-    last = count - reach + int(high[0]) - margin if len(high) else count
+    first = int(low[-1]) + 1 if len(low) else 0
+    last = count - reach + int(high[0]) if len(high) else count
     return first, last
 
 
