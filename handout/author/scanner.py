@@ -67,11 +67,11 @@ class Scanner:
     border: float = 0.0
     lid: float = 0.9
     shadow: float = 0.3
-    blur: float = 0.035
-    noise: float = 0.004
+    blur: float = 0.042
+    noise: float = 0.003
     misregistration: tuple[tuple[float, float], tuple[float, float]] = ((-0.002, 0.008), (0.001, -0.004))
     black: float = 0.0
-    white: float = 0.975
+    white: float = 0.955
     gamma: float = 1.0
     unevenness: float = 0.004
     dust: float = 1.5
