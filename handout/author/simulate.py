@@ -121,7 +121,7 @@ def scan(
     ground = beds.seen(bed, _sheet(paper, manuscript, dpi, making), scanner)
     image, clean, alpha = _scanned(ground, light, specks(bed, scanner, glass), dpi, scanner, sensor, bits)
     del light, ground
-    truth = _truth(manuscript, drawing, hand, bed, (density, alpha, clean), _usual(pen, paper, scanner))
+    truth = _truth(manuscript, drawing, hand, bed, (density, alpha, clean), _usual(pen, paper, scanner), pen.width)
     return Simulated(image, dpi, truth, manuscript, drawing)
 
 
@@ -204,6 +204,7 @@ def _truth(
     bed: beds.Bed,
     pixels: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[Any]],
     full: float,
+    line: float,
 ) -> Truth:
     density, alpha, clean = pixels
     paths = owning.paths(drawing, written(manuscript, hand), bed)
@@ -222,5 +223,6 @@ def _truth(
         pixel=unit,
         rule=owning.rule(manuscript) / unit,
         x_height=manuscript.x_height / unit,
+        line=line / unit,
         to_pixels=bed.to_pixels,
     )
