@@ -22,7 +22,7 @@ _ZERO = 0.30  # the share of ink that counts as none, on plain paper
 _ABOVE = 0.03  # how far over the ruling zero ink lies
 _HIGHEST = 0.65  # a higher zero would cost letters
 _APART = np.cos(np.radians(28))  # of the directions of two inks
-_SHARE = 0.012  # of the strokes, for an ink to count
+_SHARE = 0.004  # of the strokes, for an ink to count
 _AS_DARK = 0.6  # of the commonest ink's contrast, for another to count: a paler one is what shines through
 _STIFF = 2e-3  # variance of colour that every axis has to bear
 _STRETCH = 0.05  # level of ruling that a unit of the axis' length costs
@@ -188,12 +188,14 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
     inks, grain = [], []
     for k in np.argsort(-share):
         own = colours[kind == k]
-        if share[k] < _SHARE or len(own) < _ENOUGH / 4:
+        if share[k] < _SHARE or len(own) < _ENOUGH / 2:
             continue
         colour = np.median(own, axis=0)
         if inks and np.linalg.norm(colour - paper) < _AS_DARK * np.linalg.norm(inks[0].colour - paper):
             continue
         axis, level = _axis(colour, paper, noise, ruled)
+        if inks and level > _HIGHEST:
+            continue  # it cannot be told from the ruling
         zero = float(np.clip(level + _ABOVE, _ZERO, _HIGHEST))
         inks.append(Ink(colour, axis, zero, float(share[k]), level))
         grain.append(float(np.std((own - paper) @ axis)))

@@ -14,7 +14,7 @@ from handout.scanning.page import Scan
 from handout.scanning.skeleton import fill_holes, skeleton_graph
 from handout.values import Array, Indices, LineGraph
 
-_PULL, _TIMES = 0.1, 20  # of the smoothing: more draws loops in
+_PULL, _TIMES, _LAST = 0.1, 20, 5  # of the smoothing, before and after centring: more draws loops in
 _ROUNDS, _STEP = 3, 0.5  # of the way back to the middle, pixels
 _FINE = 0.5  # pixels between samples across the line
 # a disc of radius 1 in 19 points of equal area, for the mean over it
@@ -39,7 +39,9 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     xy, edges = skeleton_graph(ink, inside)
     before, after = _along(edges, len(xy))
     xy = smoothed(xy, before, after)
-    xy = _centred(xy, before, after, np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32), inside)
+    free = (before >= 0) & ~_at_junction(xy, edges, inside)
+    weight = np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32)
+    xy = smoothed(_centred(xy, free, before, after, weight, inside), before, after, _LAST)
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
     thick = _mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner
@@ -47,12 +49,23 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     return LineGraph(place, radius * scan.pixel, np.clip(thick, 0, 2), xy, edges)
 
 
-def smoothed(xy: Array, before: Indices, after: Indices) -> Array:
+def _at_junction(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Vertices (n,) so near a junction that the ink across them is partly another stroke's."""
+    from scipy.spatial import cKDTree
+
+    junctions = xy[np.bincount(edges.ravel(), minlength=len(xy)) > 2]
+    if not len(junctions):
+        return np.zeros(len(xy), dtype=bool)
+    away, _ = cKDTree(junctions).query(xy, distance_upper_bound=30.0)
+    return np.asarray(away < sampled(inside, xy) + 1.0)
+
+
+def smoothed(xy: Array, before: Indices, after: Indices, times: int = _TIMES) -> Array:
     """Vertices drawn towards the middle of their neighbours, ends and junctions pinned."""
     xy = xy.copy()
     inner = before >= 0
     b, a = before[inner], after[inner]
-    for _ in range(_TIMES):
+    for _ in range(times):
         xy[inner] += _PULL * (xy[b] + xy[a] - 2 * xy[inner])
     return xy
 
@@ -85,11 +98,16 @@ def _along(edges: Indices, count: int) -> tuple[Indices, Indices]:
 
 
 def _centred(
-    xy: Array, before: Indices, after: Indices, weight: NDArray[np.float32], inside: NDArray[np.float32]
+    xy: Array,
+    free: NDArray[np.bool_],
+    before: Indices,
+    after: Indices,
+    weight: NDArray[np.float32],
+    inside: NDArray[np.float32],
 ) -> Array:
-    """Vertices moved across the line to the middle of its ink, at most half a pixel a round."""
+    """The vertices that are `free` moved across the line to the middle of its ink, at most half a pixel a round."""
     xy = xy.copy()
-    inner = np.flatnonzero(before >= 0)
+    inner = np.flatnonzero(free)
     if not len(inner):
         return xy
     reach = sampled(inside, xy[inner]) + 1.5
