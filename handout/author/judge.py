@@ -27,8 +27,8 @@ _LIGHTER = 2 / 255
 class PathScore:
     """How well the pen's way was found, as far as it left visible ink.
 
-    A stretch is *clear* where no other part of the way is nearer than the width of a line: elsewhere two lines have
-    run into one, whose middle is neither's.
+    A stretch is *clear* where no other part of the way is nearer than the width of a line, and the line turns no
+    tighter than about its own edge: elsewhere lines have run into one, whose middle is neither's.
 
     met : share of the clear true way that has a found path within `NEAR`; anywhere : the same of all of it.
     true : share of the found way, near clear stretches, that has the true one within `NEAR`.
@@ -130,29 +130,40 @@ def _along(xy: Array) -> Array:
 
 
 def _clear(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
-    """(n,) for the places of all ways: whether no other part of the pen's way is within `line` pixels.
+    """(n,) for the places of all ways: whether the line, `line` pixels wide, runs alone there."""
+    return np.concatenate([~_tight(way, line) for way in ways]) & ~_doubled(ways, line)
 
-    A part is another where the way between is half as long again, or it is another stroke.
-    """
+
+def _tight(way: Array, line: float) -> NDArray[np.bool_]:
+    """(n,) whether the way turns about a point within its line: a half circle of the line's width spans just that."""
+    half = max(1, round(np.pi / 4 * line / _STEP))
+    tight = np.zeros(len(way), dtype=bool)
+    if len(way) > 2 * half:
+        tight[half:-half] = np.linalg.norm(way[2 * half :] - way[: -2 * half], axis=1) < line
+        # what lies within the turn, too
+        tight = np.convolve(tight, np.ones(2 * half + 1), mode="same") > 0
+    return tight
+
+
+def _doubled(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
+    """(n,) whether another part of the way is within `line` pixels: of another stroke, or half as far again along it."""
     from scipy.spatial import cKDTree
 
     places = np.concatenate(ways)
-    apart = max(1, round(line / 4 / _STEP))
     own = 1.5 * line
     number = np.repeat(np.arange(len(ways)), [len(way) for way in ways])
-    # a stroke's places are a step apart; strokes are further from one another than any of them is long
     far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))]) + number * 4 * own
-    some = np.arange(0, len(places), apart)
+    some = np.arange(0, len(places), max(1, round(line / 4 / _STEP)))
     tree = cKDTree(places[some])
-    clear = np.empty(len(places), dtype=bool)
+    doubled = np.empty(len(places), dtype=bool)
     for start in range(0, len(places), 1 << 16):
         part = slice(start, start + (1 << 16))
-        # a dozen of the nearest may be its own neighbours, but not two dozen
+        # of the nearest a dozen may be neighbours along the way, but not two dozen
         away, index = tree.query(places[part], k=min(24, len(some)), distance_upper_bound=line)
         away, index = away.reshape(len(away), -1), index.reshape(len(index), -1)
         between = np.abs(np.r_[far[some], np.nan][index] - far[part, None])
-        clear[part] = ~((between > own) & np.isfinite(away)).any(axis=1)
-    return clear
+        doubled[part] = ((between > own) & np.isfinite(away)).any(axis=1)
+    return doubled
 
 
 def _within(places: Array, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
