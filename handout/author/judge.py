@@ -20,7 +20,7 @@ NEAR = 0.06  # mm between a true and a found path that count as one
 _STEP = 0.5  # pixels between the places at which paths are compared
 _LOST = 0.25  # rule heights beyond which a split is another one
 _OTHER_PAPERS = ((0.05, 0.25, 0.1), (0.95, 0.85, 0.2))  # dark green, yellow
-_LIGHTER = 2 / 255
+_LIGHTER, _DARKER = 0.02, 0.15  # what counts as lightening it, and how much darker the usual ink has to be
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,8 @@ def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Pat
     ours, clear = _way(truth)
     theirs = _drawn(np.asarray(places, dtype=np.float64), np.asarray(edges, dtype=np.intp))
     if not len(ours) or not len(theirs):
-        return PathScore(*[float(len(ours) == len(theirs))] * 3, float(clear.mean()) if len(clear) else 1.0, 0.0)
+        both = float(len(ours) == len(theirs))
+        return PathScore(both, both, both, float(clear.mean()) if len(clear) else 1.0, 0.0)
     away = _distance(ours, theirs)[0] * truth.pixel
     back, nearest = _distance(theirs, ours)
     known = clear[nearest] & (back < truth.line)
@@ -146,7 +147,7 @@ def _tight(way: Array, line: float) -> NDArray[np.bool_]:
 
 
 def _doubled(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
-    """(n,) whether another part of the way is within `line` pixels: of another stroke, or half as far again along it."""
+    """(n,) whether another part of the way is within `line` pixels: another stroke, or half as far again along it."""
     from scipy.spatial import cKDTree
 
     places = np.concatenate(ways)
@@ -265,6 +266,6 @@ def matte(image: NDArray[Any], truth: Truth, ink: NDArray[Any], alpha: NDArray[A
 def _halo(colour: NDArray[np.float32], cover: NDArray[np.float32], paper: NDArray[np.float32]) -> float:
     """Share of pixels (n, 3) that lighten the paper (3,) in a channel in which the page's usual ink darkens it."""
     sure = cover[:, 0] >= np.median(cover)
-    darkens = np.median(colour[sure], axis=0) < paper - _LIGHTER
+    darkens = np.median(colour[sure], axis=0) < paper - _DARKER
     lighter = cover * colour + (1 - cover) * paper > paper + _LIGHTER
     return float((lighter & darkens).any(axis=1).mean())

@@ -93,7 +93,8 @@ def trace(
 def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
     """What every sample of `trace` writes: for each of its strokes (n,) int, index of the grapheme in the text.
 
-    Between the last point of a letter and the first of the next, joined to it, the samples change hands half way.
+    Between the last point of a letter and the first of the next, joined to it, the samples change hands half way in
+    motor time.  That is where they do with optimal control; Sigma-Lognormal pulses reach a point sooner or later.
     """
     steps = (STEPS if len(c.points) > 1 else 2 for c in _components(manuscript, hand))
     return tuple(np.repeat(c.of, n) for c, n in zip(_components(manuscript, hand), steps, strict=True))
