@@ -288,11 +288,21 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A written line: its text, its glyphs, and the height of its baseline at the left margin, mm."""
+    """A written line: its text, its glyphs, and the height of its baseline at the left margin, mm.
+
+    rise : (slope, sag, middle, half): how the line leaves the level, see `height_at`.
+    """
 
     text: str
     placed: tuple[Placed, ...]
     baseline: float
+    rise: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    def height_at(self, x: Array) -> Array:
+        """(n,) mm from the top of the page: where the line's words stand at places `x` (n,) mm."""
+        slope, sag, middle, half = self.rise
+        u = x - middle
+        return np.asarray(self.baseline - (slope * u + sag * ((u / half) ** 2 - 0.33)))
 
 
 @dataclass(frozen=True, eq=False)

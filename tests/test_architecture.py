@@ -17,6 +17,7 @@ MAY = {
     "writing": {"hand"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion"},
+    "author": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},

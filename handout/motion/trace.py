@@ -13,6 +13,7 @@ from functools import partial
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
@@ -38,9 +39,10 @@ _LANDED, _LEFT = 0.55, 0.12
 
 @dataclass(frozen=True, eq=False)
 class _Component:
-    """The points of one pen-down movement, and the word and line it belongs to."""
+    """The points of one pen-down movement, for each the index of its letter in the text, and the word and line."""
 
     points: Array
+    of: NDArray[np.intp]
     word: int
     line: int
 
@@ -88,6 +90,16 @@ def trace(
     return Drawing(tuple(strokes), manuscript.page, about)
 
 
+def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
+    """What every sample of `trace` writes: for each of its strokes (n,) int, index of the grapheme in the text.
+
+    Between the last point of a letter and the first of the next, joined to it, the samples change hands half way in
+    motor time.  That is where they do with optimal control; Sigma-Lognormal pulses reach a point sooner or later.
+    """
+    steps = (STEPS if len(c.points) > 1 else 2 for c in _components(manuscript, hand))
+    return tuple(np.repeat(c.of, n) for c, n in zip(_components(manuscript, hand), steps, strict=True))
+
+
 def _engine(name: str, hand: Hand) -> Engine:
     if name == "optimal-control":
         from handout.motion import optimal_control
@@ -107,25 +119,34 @@ def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
             units = list(placed)
             parts = [units] if hand.late_after == "word" else [[unit] for unit in units]
             for part in parts:
-                yield from (_Component(points, word, number) for points in _strokes(part))
+                yield from (_Component(points, of, word, number) for points, of in _strokes(part))
 
 
-def _strokes(placed: Sequence[Placed]) -> Iterator[Array]:
-    """The movements of some neighbouring glyphs: joined ones as one, then what is written late."""
+def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]]]:
+    """The movements of some neighbouring glyphs: joined ones as one, then what is written late.
+
+    With each the index in the text of the letter that every point belongs to.
+    """
     current: list[Array] = []
-    late: list[Array] = []
+    of: list[int] = []
+    late: list[tuple[Array, int]] = []
     for unit in placed:
         main = [s for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if not is_late]
-        late += [s for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if is_late]
+        late += [(s, unit.at) for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if is_late]
         if unit.joined and current:
             current.append(main.pop(0))
+            of.append(unit.at)
         for stroke in main:
             if current:
-                yield np.vstack(current)
-            current = [stroke]
+                yield _joined(current, of)
+            current, of = [stroke], [unit.at]
     if current:
-        yield np.vstack(current)
-    yield from late
+        yield _joined(current, of)
+    yield from (_joined([stroke], [at]) for stroke, at in late)
+
+
+def _joined(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray[np.intp]]:
+    return np.vstack(strokes), np.repeat(np.asarray(of, dtype=np.intp), [len(stroke) for stroke in strokes])
 
 
 def _in_the_air(before: _Component | None, after: _Component, x_height: float) -> float:

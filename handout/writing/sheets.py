@@ -68,12 +68,13 @@ def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gener
             continue
         x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)
         placed: list[Placed] = []
+        rise = _curve(tilt, bend, layout)
         for unit, gap in zip(row.units, row.gaps, strict=True):
             x += gap * scale
-            placed.extend(_place(unit.word, x, baseline, _curve(tilt, bend, layout), scale, words))
+            placed.extend(_place(unit.word, x, baseline, rise, scale, words))
             x += unit.word.advance * scale
             words += 1
-        lines.append(Line(_text(row), tuple(placed), baseline))
+        lines.append(Line(_text(row), tuple(placed), baseline, rise))
     ruling = {"baseline": round(layout.margin[0] + ASCENT * scale, 3), "line_spacing": round(pitch, 3)}
     return Manuscript(tuple(lines), layout.page, scale, {"hand": hand.name, **ruling})
 

@@ -97,4 +97,4 @@ def _lowered(line: Line, dy: float, words: int) -> Line:
         Placed(p.glyph, tuple(s + np.array([0.0, dy]) for s in p.strokes), p.joined, p.word + 1000 * words, p.at)
         for p in line.placed
     )
-    return Line(line.text, placed, line.baseline + dy)
+    return Line(line.text, placed, line.baseline + dy, line.rise)
