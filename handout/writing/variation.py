@@ -38,14 +38,15 @@ class Variation:
     pitch : of the distance of lines.
     pace : relative, of the time a stroke takes.
     tremor : of the pen about its intended path, each axis; below `TREMOR` Hz it is as strong at every frequency.
-        With it 2 % of the power of the pen's velocity lies at 8–12 Hz and 0.8 % at 12–16 Hz; in people's words
-        recorded at 200 Hz (thirteen writers) 3–10 % and 0.5–2 %; without it 1 % and 0.1 %.
+        With it 1–2 % of the power of the pen's velocity lies at 8–12 Hz and 0.2 % at 12–16 Hz; in people's words
+        recorded at 200 Hz (thirteen writers) 3–10 % and 0.5–2 %, part of which is quicker writing.  More of it looks
+        like an unsteady hand.
     """
 
     slant: float = 0.04
     size: float = 0.066
     slow_slant: float = 0.04
-    slow_breadth: float = 0.06
+    slow_breadth: float = 0.08
     word_rise: float = 0.085
     rise: float = 0.075
     gap: float = 0.03
@@ -54,17 +55,17 @@ class Variation:
     shear: float = 0.022
     warp: float = 0.036
     warp_fine: float = 0.015
-    slur: float = 0.1
+    slur: float = 0.07
     late_x: float = 0.04
     late_y: float = 0.03
     late_right: float = 0.025
-    word_gap: float = 0.33
+    word_gap: float = 0.36
     edge: float = 0.18
     tilt: float = 0.0035
     bend: float = 0.28
     pitch: float = 0.05
     pace: float = 0.06
-    tremor: float = 0.025
+    tremor: float = 0.018
 
     def scaled(self, jitter: float) -> Variation:
         """Every standard deviation times `jitter`."""

@@ -97,7 +97,7 @@ class Writer:
     def _slurs(self, n: int) -> Array:
         """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
         settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.minimum(np.abs(walk(self._rng, n, self._vary.slur)) * settled, _MOST_SLURRED)
+        return np.asarray(np.minimum(np.abs(walk(self._rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
 
     def _shapes(self, n: int) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
