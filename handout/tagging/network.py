@@ -6,6 +6,7 @@ import io
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -191,10 +192,16 @@ def load(path: Path) -> Network:
             biases = tuple(arrays[f"bias{i}"] for i in range(_LAYERS))
             rest = [arrays[name] for name in ("log_prior", "widths")]
             mean, spread = arrays["mean"], arrays["spread"]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} cannot be read as a network of the tagger: {error}.") from error
     if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:
         raise InputError(
             f"{path} was trained for other letters or features: train it anew with python -m handout.tagging.training."
         )
     return Network(mean, spread, weights, biases, *rest)
+
+
+@lru_cache(maxsize=1)
+def shipped() -> tuple[Network, ...]:
+    """The networks that handout comes with."""
+    return tuple(load(path) for path in sorted((Path(__file__).resolve().parent / "networks").glob("*.npz")))

@@ -5,8 +5,8 @@ Source: seed 000, §5.1.3 for the task; the method is this project's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
@@ -22,23 +22,6 @@ _WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letter
 _DOUBT = 0.5  # of a letter's tolerance: a difference that halves confidence
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Where the letters of a line are, and how sure that is.
-
-    left, right : (m,) float, pixels of the line's image.
-    present : (m,) bool, False for a letter that the page seems not to have.
-    confidence : (m,) float, 0–1.
-    score : what the decoder made of it, a column.
-    """
-
-    left: Array
-    right: Array
-    present: Array
-    confidence: Array
-    score: float
-
-
 def page_scale(images: Sequence[Image], lines: Sequence[Written], widths: Array) -> float:
     """How broad this page's letters are against the usual ones: median over the lines."""
     usual = dict(zip(LETTERS, widths, strict=True))
@@ -52,12 +35,6 @@ def page_scale(images: Sequence[Image], lines: Sequence[Written], widths: Array)
     return float(np.median(found)) if found else 1.0
 
 
-def usual_widths(networks: Sequence[Network], scale: float) -> dict[str, float]:
-    """Letter → usual width on a page of this scale, pixels of line space."""
-    mean = np.mean([one.widths for one in networks], axis=0) * scale * X_HEIGHT
-    return dict(zip(LETTERS, np.maximum(mean, 3.0).tolist(), strict=True))
-
-
 class Page:
     """The lines of a page while they are aligned: features are worked out once."""
 
@@ -68,10 +45,23 @@ class Page:
         self._terms = terms
         self._prior = np.mean([one.log_prior for one in networks], axis=0)
 
+    def part(self, lines: Sequence[int]) -> Page:
+        """Some of the lines."""
+        some = copy(self)
+        some.images = tuple(self.images[i] for i in lines)
+        some.features = [self.features[i] for i in lines]
+        return some
+
     def reading(self, line: int, networks: Sequence[Network] | None = None) -> Reading:
         """What the networks read on a line."""
         posterior = averaged(networks or self.networks, self.features[line])
         return read(self.images[line], posterior, self._prior, self._terms)
+
+    def widths(self, lines: Sequence[Written]) -> dict[str, float]:
+        """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
+        mean = np.mean([one.widths for one in self.networks], axis=0).astype(np.float64)
+        usual = np.maximum(mean * page_scale(self.images, lines, mean) * X_HEIGHT, 3.0)
+        return dict(zip(LETTERS, usual.tolist(), strict=True))
 
 
 def spans(line: Written, found: Decoded) -> list[tuple[str, float, float]]:
@@ -87,7 +77,7 @@ def by_line(
     page: Page, lines: Sequence[Written], rng: np.random.Generator, *, adapting: bool = True
 ) -> list[list[Decoded]]:
     """For every line its decodings: the last is the best, the others are by other networks, for comparison."""
-    widths = usual_widths(page.networks, page_scale(page.images, lines, _mean_widths(page.networks)))
+    widths = page.widths(lines)
     first = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
     if not adapting or len(lines) < adapt.FOLDS:
         return [[one] for one in first]
@@ -102,10 +92,6 @@ def by_line(
             each = [[one] for one in networks] if len(networks) > 1 else []
             done[i] += [decode(page.reading(i, one), lines[i].letters, widths) for one in [*each, networks]]
     return done
-
-
-def _mean_widths(networks: Sequence[Network]) -> Array:
-    return np.asarray(np.mean([one.widths for one in networks], axis=0), dtype=np.float64)
 
 
 def confidence(decodings: Sequence[Decoded]) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from handout.errors import InputError
 from handout.tagging.alphabet import JUNK, SPACE, fold, graphemes, struck_out
@@ -39,12 +40,13 @@ def read_transcript(text: str) -> list[Written]:
     InputError
         Nothing is written in it.
     """
-    lines, at = [], 0
-    for line in text.split("\n"):
-        written = _read_line(line.replace("\r", ""), at)
-        at += len(graphemes(line)) + 1
-        if written.letters:
-            lines.append(written)
+    lines: list[Written] = []
+    units = graphemes(text)
+    ends = [i for i, unit in enumerate(units) if unit in ("\n", "\r\n", "\r")]
+    for start, stop in pairwise([-1, *ends, len(units)]):
+        line = _read_line("".join(units[start + 1 : stop]), start + 1)
+        if line.letters:
+            lines.append(line)
     if not lines:
         raise InputError("The transcript is empty: give what is written on the page, line by line.")
     return lines
