@@ -35,6 +35,28 @@ def readonly(values: ArrayLike, *shape: int | None) -> Array:
     return array
 
 
+Indices = NDArray[np.intp]
+
+
+def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
+    """A read-only copy of `values` as whole numbers, of the given shape (None: any length).
+
+    Raises
+    ------
+    ValueError
+        Wrong shape, or numbers that are not whole.
+    """
+    given = np.asarray(values)
+    array = given.astype(np.intp)
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    if given.size and not np.array_equal(given, array):
+        raise ValueError("expected whole numbers")
+    array.flags.writeable = False
+    return array
+
+
 @dataclass(frozen=True)
 class Page:
     """A sheet: width and height in mm, and the name it is sold under."""
@@ -285,3 +307,95 @@ class Manuscript:
     page: Page
     x_height: float
     about: Mapping[str, Any] = field(default_factory=dict)
+
+@dataclass(frozen=True)
+class Tag:
+    """What is known of one place of a LineGraph.
+
+    kind : "label" (the vertex belongs to the letter `text`), "split" (letter and ligature part at the vertex) or
+        "link" (the line of the vertex and the line of vertex `to` are one letter).
+    at : index of the vertex.
+    """
+
+    kind: str
+    at: int
+    text: str = ""
+    to: int = -1
+
+
+@dataclass(frozen=True, eq=False)
+class LineGraph:
+    """The line that a pen left, as a graph: a vertex about every pixel, a junction where the line meets itself.
+
+    xy : (n, 2) float: places, in the frame of whoever holds the graph (mm on a page, y down; letter space).
+    radius : (n,) float, half the width of the line, in the unit of `xy`.
+    density : (n,) float, 0–2: how much ink there is; 1 is the usual ink of the page.
+    uv : (n, 2) float, pixels of the scan: where the vertex lies in the picture, 0 the middle of the first pixel.
+    edges : (m, 2) int, pairs of vertices, each pair once.
+    tags : see Tag.
+    """
+
+    xy: Array
+    radius: Array
+    density: Array
+    uv: Array
+    edges: Indices
+    tags: tuple[Tag, ...] = ()
+
+    def __post_init__(self) -> None:
+        xy = readonly(self.xy, None, 2)
+        object.__setattr__(self, "xy", xy)
+        object.__setattr__(self, "radius", readonly(self.radius, len(xy)))
+        object.__setattr__(self, "density", readonly(self.density, len(xy)))
+        object.__setattr__(self, "uv", readonly(self.uv, len(xy), 2))
+        edges = readonly_indices(self.edges, None, 2)
+        if edges.size and not (0 <= edges.min() and edges.max() < len(xy)):
+            raise ValueError(f"an edge names a vertex outside 0–{len(xy) - 1}")
+        object.__setattr__(self, "edges", edges)
+
+    def __len__(self) -> int:
+        return len(self.xy)
+
+    @cached_property
+    def degree(self) -> Indices:
+        """(n,) int: edges at every vertex: 0 a dot, 1 an end, 2 on the way, 3 and more a junction."""
+        return np.bincount(self.edges.ravel(), minlength=len(self))
+
+    @cached_property
+    def lengths(self) -> Array:
+        """(m,) float: length of every edge, in the unit of `xy`."""
+        return np.asarray(np.linalg.norm(self.xy[self.edges[:, 0]] - self.xy[self.edges[:, 1]], axis=1))
+
+    @cached_property
+    def components(self) -> Indices:
+        """(n,) int: number of the connected piece of every vertex, from 0."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        a, b = self.edges.T
+        joined = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(self), len(self)))
+        return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+
+    @cached_property
+    def branches(self) -> tuple[Indices, ...]:
+        """Paths between junctions and ends: vertices in order, both ends included.
+
+        A closed loop without a junction begins and ends with the same vertex; a dot is a path of one vertex.
+        """
+        from handout.branching import branches
+
+        return branches(self.edges, len(self))
+
+    def take(self, keep: ArrayLike) -> LineGraph:
+        """The part of the graph on the vertices `keep` ((n,) bool or indices): edges and tags within it."""
+        where = np.zeros(len(self), dtype=bool)
+        where[np.asarray(keep)] = True
+        number = np.cumsum(where) - 1
+        inside = where[self.edges].all(axis=1)
+        tags = tuple(
+            Tag(tag.kind, int(number[tag.at]), tag.text, int(number[tag.to]) if tag.to >= 0 else -1)
+            for tag in self.tags
+            if where[tag.at] and (tag.to < 0 or where[tag.to])
+        )
+        edges = number[self.edges[inside]]
+        return LineGraph(self.xy[where], self.radius[where], self.density[where], self.uv[where], edges, tags)

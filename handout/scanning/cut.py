@@ -1,0 +1,152 @@
+"""The cheapest way to part pixels into ink and paper: minimum cut on the grid of four neighbours.
+
+Pixels that cannot be ink are no part of the graph, and pieces that do not touch are cut apart from each other, several
+to a call.
+
+Source: seed 000, Appendix A; capacities are whole numbers of 1/256.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Array, Indices
+
+_FINE = 256
+_TOGETHER = 150_000  # pixels a call
+_LARGEST = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Costs of the random field.
+
+    paper : cost of ink where there is no density.
+    ink : gain of ink a unit of density (at most 1 counts).
+    edge : cost of an edge between ink and paper of the same colour.
+    half : square of the difference in colour (0–255) at which an edge costs half.
+    """
+
+    paper: float
+    ink: float
+    edge: float
+    half: float
+
+
+def unary(density: NDArray[np.float32], weights: Weights) -> NDArray[np.float32]:
+    """Cost of calling a pixel ink rather than paper."""
+    return np.where(density > 0, -weights.ink * np.minimum(density, 1), np.float32(weights.paper))
+
+
+def pairwise(one: NDArray[np.uint8], other: NDArray[np.uint8], weights: Weights) -> Array:
+    """Cost (n,) of parting neighbours of the colours (n, 3): γλ / (λ + ‖Δc‖²), Δc in 0–255.
+
+    As printed in the paper (the distance itself, of colours in 0–1) the term is so dear that no thin line survives.
+    """
+    square = ((one.astype(np.float32) - other.astype(np.float32)) ** 2).sum(axis=1)
+    return np.asarray(weights.edge * weights.half / (weights.half + square), dtype=np.float64)
+
+
+def least_cut(
+    rgb: NDArray[np.uint8],
+    density: NDArray[np.float32],
+    domain: NDArray[np.bool_],
+    weights: Weights,
+    paint: NDArray[np.int8] | None = None,
+) -> NDArray[np.bool_]:
+    """Ink mask (h, w) of least cost; outside `domain` all is paper.
+
+    Parameters
+    ----------
+    rgb : (h, w, 3) uint8
+    density : (h, w) float32
+    domain : (h, w) bool: where ink is looked for.
+    weights : Weights
+    paint : (h, w) int8, optional: 1 where the user says ink (only within the domain), −1 paper, 0 nothing.
+    """
+    from scipy.ndimage import label
+
+    height, width = domain.shape
+    pieces, count = label(domain)
+    inside = np.flatnonzero(domain)
+    piece = pieces.ravel()[inside]
+    inside = inside[np.argsort(piece, kind="stable")]
+    ends = np.cumsum(np.bincount(piece, minlength=count + 1)[1:])
+    del pieces, piece
+    number = np.full(height * width, -1, dtype=np.int32)
+    mask = np.zeros(height * width, dtype=bool)
+    start = 0
+    while start < len(inside):
+        stop = max(int(ends[np.searchsorted(ends, start, side="right")]), start)
+        more = int(np.searchsorted(ends, start + _TOGETHER, side="right"))
+        stop = max(stop, int(ends[more - 1]) if more else 0)
+        own = np.sort(inside[start:stop])
+        mask[own] = _cut_pieces(rgb, density, own, number, weights, paint)
+        start = stop
+    return mask.reshape(height, width)
+
+
+def _cut_pieces(
+    rgb: NDArray[np.uint8],
+    density: NDArray[np.float32],
+    own: Indices,
+    number: NDArray[np.int32],
+    weights: Weights,
+    paint: NDArray[np.int8] | None,
+) -> NDArray[np.bool_]:
+    """Ink (n,) among the pixels `own`, which no other pixel of the domain touches."""
+    width = density.shape[1]
+    cost = unary(density.ravel()[own], weights).astype(np.float64)
+    number[own] = np.arange(len(own))
+    flat = rgb.reshape(-1, rgb.shape[2])
+    ends: list[tuple[Indices, Indices, Array]] = []
+    for step, last in ((1, own % width == width - 1), (width, own >= density.size - width)):
+        for sign, edge in ((1, last), (-1, own % width == 0 if step == 1 else own < width)):
+            has = ~edge
+            other = own[has] + sign * step
+            price = pairwise(flat[own[has]], flat[other], weights)
+            to = number[other]
+            out = to < 0
+            cost[np.flatnonzero(has)[out]] += price[out]  # its neighbour is paper for certain
+            if sign == 1:
+                ends.append((np.flatnonzero(has)[~out], to[~out].astype(np.intp), price[~out]))
+    number[own] = -1
+    if paint is not None:
+        sure = 4 * weights.edge + weights.paper + weights.ink + 1
+        cost = np.where(paint.ravel()[own] > 0, -sure, np.where(paint.ravel()[own] < 0, sure, cost))
+    a, b, price = (np.concatenate(part) for part in zip(*ends, strict=True))
+    return minimum_cut(cost, a, b, price)
+
+
+def minimum_cut(cost: Array, a: Indices, b: Indices, price: Array) -> NDArray[np.bool_]:
+    """The labels (n,) bool that minimise Σ cost[i]·label[i] + Σ price[e]·(label[a] ≠ label[b]), exactly.
+
+    Parameters
+    ----------
+    cost : (n,) float: what True costs more than False.
+    a, b : (m,) int: pairs of nodes, each once.
+    price : (m,) float, not negative.
+    """
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
+    count = len(cost)
+    fine = min(float(_FINE), _LARGEST / 2 / max(float(np.abs(cost).sum()), 1.0))
+    whole, walls = np.rint(cost * fine).astype(np.int32), np.rint(price * fine).astype(np.int32)
+    gain, loss = np.flatnonzero(whole < 0), np.flatnonzero(whole > 0)
+    if not len(gain):
+        return np.zeros(count, dtype=bool)
+    source, sink = count, count + 1
+    rows = np.concatenate([a, b, np.full(len(gain), source), loss])
+    columns = np.concatenate([b, a, gain, np.full(len(loss), sink)])
+    capacity = np.concatenate([walls, walls, -whole[gain], whole[loss]])
+    graph = csr_matrix((capacity, (rows, columns)), shape=(count + 2, count + 2))
+    left = graph - maximum_flow(graph, source, sink).flow
+    left.data = np.maximum(left.data, 0)
+    left.eliminate_zeros()
+    reached = np.zeros(count + 2, dtype=bool)
+    reached[breadth_first_order(left, source, return_predecessors=False)] = True
+    return reached[:count]

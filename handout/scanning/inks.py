@@ -1,0 +1,249 @@
+"""The colours of a page: its paper, its inks, and the axes along which ink is told from paper and from ruling.
+
+Source: seed 000, §5.1.1; handwriting specification §2 (core colour of ink, several inks, ruled paper).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.scanning.page import Scan
+from handout.scanning.ruling import find_ruling
+from handout.values import Array
+
+_BINS = 32
+_KERNEL = 0.05  # of the mean shift, in colour
+_CONTRAST = 0.12  # least distance of ink from paper
+_ZERO = 0.30  # the share of ink that counts as none, on plain paper
+_ABOVE = 0.03  # how far over the ruling zero ink lies
+_HIGHEST = 0.65  # a higher zero would cost letters
+_APART = np.cos(np.radians(28))  # of the directions of two inks
+_SHARE = 0.004  # of the strokes, for an ink to count
+_AS_DARK = 0.6  # of the commonest ink's contrast, for another to count: a paler one is what shines through
+_STIFF = 2e-3  # variance of colour that every axis has to bear
+_STRETCH = 0.05  # level of ruling that a unit of the axis' length costs
+_ENOUGH = 200  # pixels of strokes
+
+
+@dataclass(frozen=True, eq=False)
+class Ink:
+    """One ink of a page.
+
+    colour : (3,) float, 0–1: the usual colour in the middle of strokes.
+    axis : (3,) float: (c − paper)·axis is the share s of ink in a colour c: 0 for paper, 1 for `colour`.
+    zero : s up to which there is no ink.
+    share : its part of the strokes of the page.
+    ruled : s that 99 % of the ruling stays under, 0 on plain paper.
+    """
+
+    colour: Array
+    axis: Array
+    zero: float
+    share: float = 1.0
+    ruled: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Inks:
+    """The paper and the inks of a page, the commonest first.
+
+    paper : (3,) float, 0–1.
+    grain : how much the middle of strokes varies: standard deviation of the share of ink along them.
+    ruling : (h, w) bool or None: where printed lines are.
+    """
+
+    paper: Array
+    inks: tuple[Ink, ...]
+    grain: float
+    ruling: NDArray[np.bool_] | None = None
+
+    def levels(self, rgb: Array) -> Array:
+        """(…, k) float: the level q = (s − zero)/(1 − zero) of every ink for colours (…, 3) in 0–1."""
+        away = np.asarray(rgb) - self.paper
+        q = [(away @ ink.axis - ink.zero) / (1 - ink.zero) for ink in self.inks]
+        return np.stack(q, axis=-1)
+
+
+def find_inks(scan: Scan) -> Inks:
+    """The colours of a page whose light has been evened out.
+
+    Raises
+    ------
+    InputError
+        Nothing but paper.
+
+    Source: seed 000, §5.1.1; the colour of ink is that of the middle of strokes, not the second mode.
+    """
+    paper = paper_mode(scan)
+    away = _away(scan, paper)
+    core, threshold = _cores(away)
+    if int(core.sum()) < _ENOUGH or threshold < 0.4 * _CONTRAST:
+        raise _nothing(scan)
+    contrast = float(np.median(away[core]))
+    ruling = find_ruling(scan, paper.astype(np.float32), contrast)
+    if ruling is not None:
+        core = core & ~_wider(ruling, scan.pixels(0.13))
+        ruled = _usual(scan.rgb[ruling & ~_wider(core, scan.pixels(0.5))][::5] / 255.0)
+    else:
+        ruled = np.zeros((0, 3))
+    colours = scan.rgb[core] / 255.0
+    if len(colours) < _ENOUGH or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _CONTRAST:
+        raise _nothing(scan)
+    noise = _noise(scan, away, paper)
+    inks, grain = _told_apart(colours, paper, noise, ruled)
+    return Inks(paper, inks, grain, ruling)
+
+
+def paper_mode(scan: Scan) -> Array:
+    """(3,) float: the commonest colour, by mean shift.
+
+    Source: seed 000, §5.1.1: Gaussian kernel, here on a histogram of 32³ colours of every fourth pixel.
+    """
+    colours, counts = _histogram(scan.rgb[::2, ::2])
+    mode = colours[np.argmax(counts)]
+    for _ in range(100):
+        weight = counts * np.exp(-((colours - mode) ** 2).sum(axis=1) / (2 * _KERNEL**2))
+        step = weight @ colours / weight.sum() - mode
+        mode = mode + step
+        if np.abs(step).max() < 1e-4:
+            break
+    return np.asarray(mode)
+
+
+def _histogram(rgb: NDArray[np.uint8]) -> tuple[Array, Array]:
+    """Mean colour and count of the occupied cells of 32³."""
+    flat = rgb.reshape(-1, 3)
+    cell = (flat >> 3).astype(np.int32) @ np.array([_BINS * _BINS, _BINS, 1], dtype=np.int32)
+    counts = np.bincount(cell, minlength=_BINS**3).astype(np.float64)
+    sums = [np.bincount(cell, flat[:, k], minlength=_BINS**3) for k in range(3)]
+    occupied = counts > 0
+    colours = np.stack(sums, axis=1)[occupied] / counts[occupied, None] / 255
+    return np.asarray(colours), counts[occupied]
+
+
+def _away(scan: Scan, paper: Array) -> NDArray[np.float32]:
+    """(h, w) float32: distance from the paper's colour, a little blurred."""
+    import cv2
+
+    away = np.empty(scan.shape, dtype=np.float32)
+    ground = paper.astype(np.float32) * 255
+    for start in range(0, scan.shape[0], 512):
+        part = scan.rgb[start : start + 512].astype(np.float32) - ground
+        away[start : start + 512] = np.linalg.norm(part, axis=2) / 255
+    return np.asarray(cv2.GaussianBlur(away, (0, 0), 1.0, dst=away))
+
+
+def _cores(away: NDArray[np.float32]) -> tuple[NDArray[np.bool_], float]:
+    """The middles of strokes: above Otsu's threshold and greatest across or down the page."""
+    from skimage.filters import threshold_otsu
+
+    dark = away[away > 0.08]
+    if len(dark) < _ENOUGH:
+        return np.zeros(away.shape, dtype=bool), 0.0
+    threshold = float(threshold_otsu(dark, nbins=128))
+    core = away > threshold
+    core[:, 1:-1] &= (away[:, 1:-1] >= np.maximum(away[:, :-2], away[:, 2:])) | _greatest_down(away)[:, 1:-1]
+    return core, threshold
+
+
+def _greatest_down(away: NDArray[np.float32]) -> NDArray[np.bool_]:
+    greatest = np.zeros(away.shape, dtype=bool)
+    greatest[1:-1] = away[1:-1] >= np.maximum(away[:-2], away[2:])
+    return greatest
+
+
+def _wider(mask: NDArray[np.bool_], by: float) -> NDArray[np.bool_]:
+    """The mask grown by so many pixels to every side."""
+    import cv2
+
+    size = 2 * max(1, round(by)) + 1
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)).astype(bool))
+
+
+def _usual(ruled: Array) -> Array:
+    """The colours of the ruling itself: where writing or an underline lies on it they are others."""
+    off = np.abs(ruled - np.median(ruled, axis=0))
+    off = (off / np.maximum(np.median(off, axis=0), 1 / 255)).max(axis=1)
+    return ruled[off <= 5.0]
+
+
+def _noise(scan: Scan, away: NDArray[np.float32], paper: Array) -> Array:
+    """(3, 3) covariance of the paper's colour."""
+    plain = away[::4, ::4] < 0.08
+    rest = scan.rgb[::4, ::4][plain] / 255.0 - paper
+    return np.asarray(rest.T @ rest / max(1, len(rest)) + 1e-4 * np.eye(3))
+
+
+def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tuple[tuple[Ink, ...], float]:
+    """The inks of a page from the colours of its strokes, and their grain."""
+    colours = colours[:: max(1, len(colours) // 40_000)]
+    away = colours - paper
+    size = np.linalg.norm(away, axis=1)
+    kind = _kinds(away / np.maximum(size, 1e-9)[:, None])
+    share = np.bincount(kind) / len(kind)
+    inks, grain = [], []
+    for k in np.argsort(-share):
+        own = colours[kind == k]
+        if share[k] < _SHARE or len(own) < _ENOUGH / 2:
+            continue
+        colour = np.median(own, axis=0)
+        if inks and np.linalg.norm(colour - paper) < _AS_DARK * np.linalg.norm(inks[0].colour - paper):
+            continue
+        axis, level = _axis(colour, paper, noise, ruled)
+        if inks and level > _HIGHEST:
+            continue  # it cannot be told from the ruling
+        zero = float(np.clip(level + _ABOVE, _ZERO, _HIGHEST))
+        inks.append(Ink(colour, axis, zero, float(share[k]), level))
+        grain.append(float(np.std((own - paper) @ axis)))
+    return tuple(inks), grain[0]
+
+
+def _kinds(directions: Array) -> NDArray[np.intp]:
+    """Number of the ink of every direction (n, 3) in which a colour lies from the paper."""
+    centres: list[Array] = []
+    rest = np.ones(len(directions), dtype=bool)
+    while len(centres) < 4 and rest.sum() > _SHARE * len(directions):
+        centre = np.median(directions[rest], axis=0)
+        for _ in range(10):
+            centre = centre / np.linalg.norm(centre)
+            near = rest & (directions @ centre > _APART)
+            if not near.any():
+                # the middle of two inks is neither: begin at one of them
+                centre = directions[rest][0]
+                near = rest & (directions @ centre > _APART)
+            centre = np.mean(directions[near], axis=0)
+        centres.append(centre / np.linalg.norm(centre))
+        rest &= directions @ centres[-1] <= _APART
+    return np.argmax(directions @ np.stack(centres, axis=1), axis=1)
+
+
+def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Array, float]:
+    """The axis on which this ink stands out, and the level of the ruling on it.
+
+    On plain paper the straight line from paper to ink.  On ruled paper the one of five on which the ruling reaches
+    least: that line, the channels, and the one that makes noise and ruling together least for an ink of 1.  A long
+    axis stretches small differences of colour, and a scanner's colour is coarser than its light: it must be worth it.
+    """
+    away = colour - paper
+    straight = away / (away @ away)
+    if not len(ruled):
+        return straight, 0.0
+    rules = ruled - paper
+    calm = np.linalg.solve(noise + rules.T @ rules / len(rules) + _STIFF * np.eye(3), away)
+    candidates = [straight, calm / (away @ calm)]
+    candidates += [np.eye(3)[k] / away[k] for k in range(3) if abs(away[k]) > 0.5 * np.abs(away).max()]
+    levels = [float(np.percentile(rules @ axis, 99)) for axis in candidates]
+    costs = [level + _STRETCH * float(np.linalg.norm(axis)) for level, axis in zip(levels, candidates, strict=True)]
+    best = int(np.argmin(costs))
+    return candidates[best], levels[best]
+
+
+def _nothing(scan: Scan) -> InputError:
+    return InputError(
+        f"{scan.source} holds nothing but paper: no strokes stand out from it. "
+        "Was the right side scanned? A faint pencil needs a darker scan."
+    )

@@ -1,0 +1,142 @@
+"""The paper under the writing: what of the scan is paper, how light falls on it, and its stains.
+
+The estimate is coarse on purpose: a letter is narrower than the closing that hides it, a shadow or a stain is not.
+
+Source: handwriting specification §2 (historic or uneven paper); method: grey closing, then a wide median.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.scanning.page import Scan
+
+_COARSE = 50.0  # dpi of the estimate
+_STROKE = 2.4  # mm: nothing written is wider in both directions
+_WIDE = 25.0  # mm: what stays dark over that is no stain but a picture or a filled area
+_DEEPEST = 0.6  # a stain is at least this part of the paper around it
+_EVEN = 0.02  # paper that varies less is left as it is
+_BORDER = 0.12  # of the page's side: how far in its edge may lie
+_OTHER = 0.13  # how far a border's colour is from the paper's
+
+
+@dataclass(frozen=True, eq=False)
+class Paper:
+    """What the sheet would look like without ink, in coarse.
+
+    coarse : (h', w', 3) float32, 0–1.
+    shape : height and width of the scan, pixels.
+    colour : (3,) float32: the paper's usual colour.
+    even : whether light and paper are so even that nothing needs to be evened out.
+    """
+
+    coarse: NDArray[np.float32]
+    shape: tuple[int, int]
+    colour: NDArray[np.float32]
+    even: bool
+
+    def rows(self, start: int, stop: int) -> NDArray[np.float32]:
+        """(stop − start, w, 3) float32: the paper under these rows of the scan."""
+        import cv2
+
+        height, width = self.shape
+        scale = self.coarse.shape[0] / height, self.coarse.shape[1] / width
+        y = ((np.arange(start, stop) + 0.5) * scale[0] - 0.5).astype(np.float32)
+        x = ((np.arange(width) + 0.5) * scale[1] - 0.5).astype(np.float32)
+        at_x, at_y = np.meshgrid(x, y)
+        return np.asarray(cv2.remap(self.coarse, at_x, at_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+
+
+def find_paper(scan: Scan) -> Paper:
+    """The paper of a scan, ink taken off.
+
+    Source: handwriting specification §2.
+    """
+    import cv2
+
+    small, dpi = _small(scan)
+    size = _odd(_STROKE * dpi / 25.4)
+    closed = cv2.morphologyEx(small, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_RECT, (size, size)))
+    wide = _wide_median(closed, dpi)
+    calm = cv2.medianBlur(closed, min(_odd(3.5 * _STROKE * dpi / 25.4), 255))
+    calm = np.maximum(calm, (wide * _DEEPEST).astype(np.uint8))
+    smooth = cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size)
+    colour = np.median(smooth.reshape(-1, 3), axis=0).astype(np.float32)
+    spread = np.percentile(smooth.reshape(-1, 3), [1, 99], axis=0)
+    return Paper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _EVEN))
+
+
+def flatten(scan: Scan, paper: Paper) -> Scan:
+    """The scan as it would be on paper of one colour under even light.
+
+    What the paper transmits is divided out, so that ink keeps its share of the light: c · colour / paper.
+    """
+    if paper.even:
+        return scan
+    rgb = np.empty_like(scan.rgb)
+    for start in range(0, rgb.shape[0], 256):
+        rows = slice(start, min(start + 256, rgb.shape[0]))
+        under = np.maximum(paper.rows(rows.start, rows.stop), 1 / 255)
+        rgb[rows] = np.clip(scan.rgb[rows] * (paper.colour / under) + 0.5, 0, 255)
+    return Scan(rgb, scan.dpi, scan.source, scan.told, scan.origin)
+
+
+def crop(scan: Scan) -> Scan:
+    """The scan without the borders that are not paper: a scanner's lid, a neighbouring page, the shadow of a fold.
+
+    A side is cut where, in its outer part, most of a row or column (thin lines do not count) has another colour than
+    the paper.  Nothing is cut where the paper reaches the edge.
+    """
+    import cv2
+
+    small, dpi = _small(scan)
+    size = _odd(1.2 * dpi / 25.4)
+    kernel = np.ones((size, size), dtype=np.uint8)
+    plain = cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel).astype(np.float32) / 255
+    colour = np.median(plain[plain.shape[0] // 4 : -(plain.shape[0] // 4) or None].reshape(-1, 3), axis=0)
+    other = np.abs(plain - colour).max(axis=2) > _OTHER
+    top, bottom = _edges(other.mean(axis=1) > 0.5)
+    left, right = _edges(other[top:bottom].mean(axis=0) > 0.5)
+    scale = scan.shape[0] / small.shape[0], scan.shape[1] / small.shape[1]
+    y0, y1 = round(top * scale[0]), round(bottom * scale[0])
+    x0, x1 = round(left * scale[1]), round(right * scale[1])
+    if (y0, x0, y1, x1) == (0, 0, *scan.shape):
+        return scan
+    origin = (scan.origin[0] + x0, scan.origin[1] + y0)
+    return Scan(np.ascontiguousarray(scan.rgb[y0:y1, x0:x1]), scan.dpi, scan.source, scan.told, origin)
+
+
+def _edges(other: NDArray[np.bool_]) -> tuple[int, int]:
+    """First and last (exclusive) of the rows or columns that are paper."""
+    count = len(other)
+    reach = int(_BORDER * count)
+    low, high = np.flatnonzero(other[:reach]), np.flatnonzero(other[count - reach :])
+    first = int(low[-1]) + 1 if len(low) else 0
+    last = count - reach + int(high[0]) if len(high) else count
+    return first, last
+
+
+def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:
+    """The scan at about 50 dpi, and its resolution there."""
+    import cv2
+
+    factor = max(1.0, scan.dpi / _COARSE)
+    size = (max(1, round(scan.shape[1] / factor)), max(1, round(scan.shape[0] / factor)))
+    return np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA)), scan.dpi / factor
+
+
+def _wide_median(image: NDArray[np.uint8], dpi: float) -> NDArray[np.float32]:
+    """Median over `_WIDE` mm, taken at a fifth of the size."""
+    import cv2
+
+    height, width = image.shape[:2]
+    tiny = cv2.resize(image, (max(1, width // 5), max(1, height // 5)), interpolation=cv2.INTER_AREA)
+    tiny = cv2.medianBlur(tiny, min(_odd(_WIDE * dpi / 25.4 / 5), 255))
+    return np.asarray(cv2.resize(tiny, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+
+
+def _odd(length: float) -> int:
+    return max(3, 2 * round(length / 2) + 1)
