@@ -37,7 +37,9 @@ def rehearsal(text: Sequence[str], rng: np.random.Generator, lines: int = _REHEA
     """Renders of the lines of a transcript, by all kinds of writers, with other words among them."""
     plain = ["".join(c for c in line if c in LETTERS and c != JUNK).strip() for line in text]
     hands = [library.load(name) for name in library.names() if name.startswith("house-")]
-    return joined([examples(made, rng) for made in written(hands, [line for line in plain if line] or ["a"], lines, rng)])
+    return joined(
+        [examples(made, rng) for made in written(hands, [line for line in plain if line] or ["a"], lines, rng)]
+    )
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
@@ -52,7 +54,9 @@ def own(images: Sequence[Image], spans: Sequence[Spans], rng: np.random.Generato
         for _ in range(_COPIES):
             bent, scale = _bent(image, rng)
             features = describe(bent)
-            parts.append(Examples(features, column_states([(c, a * scale, b * scale) for c, a, b in found], len(features))))
+            parts.append(
+                Examples(features, column_states([(c, a * scale, b * scale) for c, a, b in found], len(features)))
+            )
     return joined(parts)
 
 
@@ -76,8 +80,6 @@ def adapted(
     share[: len(page.states)] = _OWN
     share /= share.mean()
     return tuple(
-        network.trained(
-            one, both.features, both.states, epochs=_EPOCHS, rate=_RATE, rng=rng, importance=share
-        )
+        network.trained(one, both.features, both.states, epochs=_EPOCHS, rate=_RATE, rng=rng, importance=share)
         for one in networks
     )

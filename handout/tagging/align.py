@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,7 @@ from handout.tagging.decoder import Decoded, decode
 from handout.tagging.linespace import Frame, Strip, strips
 from handout.tagging.network import Network
 from handout.tagging.segments import Page, by_line, confidence
-from handout.tagging.transcript import Written, read_transcript
+from handout.tagging.transcript import Written, in_one, read_transcript
 
 if TYPE_CHECKING:
     from handout.scanning.reading import Page as Scanned
@@ -110,11 +111,9 @@ def _placed(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> t
 
 def _dealt(lines: Sequence[Written], count: int) -> list[Written]:
     """The text cut into as many pieces as there are lines, all of about one length: enough to guess a scale from."""
-    from handout.tagging.transcript import in_one
-
     text = in_one(lines)
     cuts = np.linspace(0, len(text.letters), count + 1).astype(int)
-    return [text.part(int(a), int(b)) for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [text.part(a, b) for a, b in pairwise(cuts.tolist())]
 
 
 def _fits(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> list[float]:

@@ -26,7 +26,7 @@ _NO_BASE = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "D", "ð": "d", "Ð": "D", "�
 
 def graphemes(text: str) -> list[str]:
     """The characters of a text as people count them."""
-    return _GRAPHEME.findall(text)
+    return [str(unit) for unit in _GRAPHEME.findall(text)]
 
 
 def fold(grapheme: str) -> str:

@@ -2,7 +2,7 @@
 
 A semi-Markov chain: every letter is a segment whose thirds are read each as what they are, whose length follows the
 letter's usual width, and whose ends would rather not cut ink.  Between letters of a word a gap is possible, between
-words it is the rule, at both ends of a line it is free.  The best segmentation is found by dynamic programming, exactly.
+words it is the rule, at both ends of a line it is free.  The best segmentation is found exactly.
 
 Source: seed 000, §5.1.3 and Appendix D (a chain over the transcript); segments, thirds and gaps are this project's.
 """
@@ -10,7 +10,7 @@ Source: seed 000, §5.1.3 and Appendix D (a chain over the transcript); segments
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -94,7 +94,9 @@ class Decoded:
     found: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
-def read(image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS) -> Reading:
+def read(
+    image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
+) -> Reading:
     """The reading of one line from its image and the networks' probabilities of every described column."""
     each = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
     ink = image > INKY
@@ -138,8 +140,8 @@ def in_a_row(readings: Sequence[Reading]) -> Reading:
         space.append(np.diff(one.space))
         gap.append(np.diff(one.gap))
         border.append(one.border)
-    sums = (_summed(np.concatenate(parts)) for parts in (letters, space, gap))
-    return Reading(*sums, np.concatenate(border), tuple(lines), terms)
+    sums = [_summed(np.concatenate(parts)) for parts in (letters, space, gap)]
+    return Reading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
 
 
 def decode(reading: Reading, letters: Sequence[str], widths: Mapping[str, float]) -> Decoded:
@@ -252,4 +254,5 @@ def _traced(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[
         if kinds[row] not in ("gap", "edge"):
             spans.append((start, end))
         end = start
-    return tuple(np.array(side, dtype=np.float64) for side in zip(*reversed(spans), strict=True))  # type: ignore[return-value]
+    both = np.array(spans[::-1], dtype=np.float64).reshape(-1, 2)
+    return both[:, 0], both[:, 1]

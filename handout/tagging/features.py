@@ -32,7 +32,8 @@ def thinned(image: Image) -> NDArray[np.float32]:
     """(HEIGHT, w) float32, 1 on the middle of every stroke, 0 elsewhere."""
     from skimage.morphology import skeletonize
 
-    return skeletonize(image > INKY).astype(np.float32)
+    middle: NDArray[np.bool_] = skeletonize(image > INKY)  # type: ignore[no-untyped-call]
+    return middle.astype(np.float32)
 
 
 def directions(line: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -48,7 +49,8 @@ def directions(line: NDArray[np.float32]) -> NDArray[np.float32]:
     )
     double = np.arctan2(2 * xy, xx - yy)  # twice the angle of the normal
     bins = [np.maximum(np.cos(double - k * np.pi / 2), 0) ** 2 * line for k in range(DIRECTIONS)]
-    return np.stack([cv2.GaussianBlur(part, (0, 0), _BLUR) for part in bins]) * _GAIN
+    blurred = np.stack([cv2.GaussianBlur(part, (0, 0), _BLUR) for part in bins])
+    return np.asarray(blurred * np.float32(_GAIN), dtype=np.float32)
 
 
 def describe(image: Image) -> Image:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image
 from handout.values import Array
@@ -25,27 +25,34 @@ _SLANTS = np.arange(-0.3, 1.21, 0.05)
 class Frame:
     """Where a line of writing lies on its page, pixels.
 
-    baseline : coefficients of its height, y = c₀ + c₁·x + c₂·x² …
+    baseline : coefficients of its height, y = c₀ + c₁·d + c₂·d² …, d = x − middle.
     x_height : of its small letters.
     slant : tangent, dx for one up.
     left : x on the baseline where u = 0.
+    middle, reach : beyond `reach` from the middle the baseline runs on straight.
     """
 
     baseline: tuple[float, ...]
     x_height: float
     slant: float = 0.0
     left: float = 0.0
+    middle: float = 0.0
+    reach: float = np.inf
 
     @property
     def scale(self) -> float:
         """Pixels of line space a pixel of the page."""
         return X_HEIGHT / self.x_height
 
-    def base(self, x: Array) -> Array:
+    def base(self, x: ArrayLike) -> Array:
         """y of the baseline at x."""
-        return np.asarray(np.polynomial.polynomial.polyval(x, self.baseline))
+        away = np.asarray(x, dtype=np.float64) - self.middle
+        held = np.clip(away, -self.reach, self.reach)
+        slope = np.polynomial.polynomial.polyder(self.baseline)
+        run_on = (away - held) * np.polynomial.polynomial.polyval(held, slope)
+        return np.asarray(np.polynomial.polynomial.polyval(held, self.baseline) + run_on)
 
-    def to_page(self, u: Array, up: Array | float = 0.0) -> Array:
+    def to_page(self, u: ArrayLike, up: ArrayLike = 0.0) -> Array:
         """(n, 2): page pixels of places u along the line and `up` pixels of line space over its baseline."""
         height = np.broadcast_to(np.asarray(up, dtype=np.float64), np.shape(u)) / self.scale
         x = self.left + np.asarray(u) / self.scale + self.slant * height
@@ -112,7 +119,8 @@ def _shared(
         core = np.abs(over) < _BAND
         seeds[y[core], x[core]] = number + 1
     # on a level floor the flood from the bodies meets half way along the strokes
-    return (watershed(np.zeros(piece.shape, np.uint8), seeds, mask=piece) - 1).astype(np.int16)
+    flooded = watershed(np.zeros(piece.shape, np.uint8), seeds, mask=piece)  # type: ignore[no-untyped-call]
+    return np.asarray(flooded - 1, dtype=np.int16)
 
 
 def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None = None) -> list[Strip]:
@@ -160,7 +168,7 @@ def straightened(ink: NDArray[np.bool_], frame: Frame) -> Strip:
     top, bottom = int(y.min()), int(y.max()) + 1
     grey = ink[top:bottom].astype(np.uint8) * 255
     if scale < 1:
-        grey = cv2.GaussianBlur(grey, (0, 0), 0.45 / scale)
+        grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), 0.45 / scale), dtype=np.uint8)
     u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(HEIGHT))
     places = placed.to_page(u, ABOVE - v).astype(np.float32)
     image = cv2.remap(grey, places[..., 0], places[..., 1] - np.float32(top), cv2.INTER_LINEAR)

@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -44,10 +45,10 @@ class Network:
 
     def log_posterior(self, features: NDArray[np.uint8]) -> Floats:
         """(n, states) float32 for features (n, COUNT)."""
-        x = (features.astype(np.float32) - self.mean) / self.spread
+        x: Floats = (features.astype(np.float32) - self.mean) / self.spread
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            x = np.maximum(x @ weight + bias, 0)
-        return _log_softmax(x @ self.weights[-1] + self.biases[-1])
+            x = np.asarray(np.maximum(x @ weight + bias, 0), dtype=np.float32)
+        return _log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
 
 
 def averaged(networks: Sequence[Network], features: NDArray[np.uint8]) -> Floats:
@@ -69,7 +70,7 @@ def fresh(
     sizes = (COUNT, hidden, hidden, count)
     weights = tuple(
         (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
-        for a, b in zip(sizes, sizes[1:], strict=False)
+        for a, b in pairwise(sizes)
     )
     seen = features[:: max(1, len(features) // 40_000)].astype(np.float32)
     often = np.bincount(states, minlength=count) + 20.0
@@ -172,7 +173,7 @@ def save(network: Network, path: Path) -> None:
     arrays |= {name: getattr(network, name) for name in ("mean", "spread", "log_prior", "widths")}
     buffer = io.BytesIO()
     halves = {name: array.astype(np.float16) for name, array in arrays.items()}
-    np.savez_compressed(buffer, letters=np.array(LETTERS), **halves)
+    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
     atomic.write(path, buffer.getvalue())
 
 

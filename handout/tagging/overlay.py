@@ -30,8 +30,8 @@ def overlay(rgb: NDArray[np.uint8], alignment: Alignment, zoom: float = 1.0) -> 
     """
     import cv2
 
-    picture = cv2.resize(rgb, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
-    picture = (255 - _PALE * (255 - picture.astype(np.float32))).astype(np.uint8)
+    large = np.asarray(cv2.resize(rgb, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC))
+    picture = np.asarray(255 - _PALE * (255 - large.astype(np.float32)), dtype=np.uint8)
     for line in alignment.lines:
         for number, letter in enumerate(line.letters):
             if letter.present:
@@ -43,9 +43,7 @@ def _colour(letter: Letter, number: int) -> tuple[int, int, int]:
     return _DOUBTED if letter.confidence < DOUBTFUL else _COLOURS[number % 2]
 
 
-def _draw(
-    picture: NDArray[np.uint8], line: AlignedLine, letter: Letter, colour: Sequence[int], zoom: float
-) -> None:
+def _draw(picture: NDArray[np.uint8], line: AlignedLine, letter: Letter, colour: Sequence[int], zoom: float) -> None:
     import cv2
 
     frame = line.frame

@@ -101,7 +101,7 @@ class _Loose:
         self, unit: Placed, shift: float, habits: Habits, at: tuple[bool, bool], rng: np.random.Generator
     ) -> Placed:
         """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
-        strokes = [self.upright(stroke) + (shift, 0.0) for stroke in unit.strokes]
+        strokes = [self.upright(stroke) + np.array([shift, 0.0]) for stroke in unit.strokes]
         left, scale = _origin(unit, strokes)
         box = (left - _BEFORE, left + scale * unit.glyph.width - _BEFORE)
         self.boxes.append((fold(unit.glyph.letter), unit.word, *box))

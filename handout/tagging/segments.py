@@ -1,4 +1,4 @@
-"""The method "segments": networks trained on the built-in hands, a segment decoder, one round on the page's own writing.
+"""The method "segments": networks trained on the built-in hands, segments, one round on the page's own writing.
 
 Source: seed 000, §5.1.3 for the task; the method is this project's.
 """
@@ -11,8 +11,8 @@ from copy import copy
 import numpy as np
 
 from handout.tagging import adapt
-from handout.tagging.alphabet import JUNK, LETTERS, SPACE
-from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, in_a_row, read
+from handout.tagging.alphabet import LETTERS, SPACE
+from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, read
 from handout.tagging.features import INKY, X_HEIGHT, Image, describe
 from handout.tagging.network import Network, averaged
 from handout.tagging.transcript import Written
@@ -85,10 +85,10 @@ def by_line(
     rehearsed = adapt.rehearsal([line.text for line in lines], rng)
     done: list[list[Decoded]] = [[one] for one in first]
     for half in range(adapt.FOLDS):
-        others = np.flatnonzero(fold != half)
+        others = np.flatnonzero(fold != half).tolist()
         learned = adapt.own([page.images[i] for i in others], [spans(lines[i], first[i]) for i in others], rng)
         networks = adapt.adapted(page.networks, learned, rehearsed, rng)
-        for i in np.flatnonzero(fold == half):
+        for i in np.flatnonzero(fold == half).tolist():
             each = [[one] for one in networks] if len(networks) > 1 else []
             done[i] += [decode(page.reading(i, one), lines[i].letters, widths) for one in [*each, networks]]
     return done

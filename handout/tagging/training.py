@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.errors import InputError
 from handout.hand import library
 from handout.tagging import network
-from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, THIRDS, state
+from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
 from handout.tagging.features import COUNT, STEP, X_HEIGHT, describe
 from handout.tagging.renders import Render, render
 from handout.tagging.writers import habits, writer
@@ -44,6 +45,23 @@ class Examples:
 
     features: NDArray[np.uint8]
     states: NDArray[np.intp]
+
+
+def corpus(path: Path = _CORPUS) -> list[str]:
+    """Sentences to write, one a line of the file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is empty.
+    """
+    try:
+        sentences = [line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read the sentences in {path}: {error}.") from error
+    if not sentences:
+        raise InputError(f"{path} holds no sentences: give one a line.")
+    return sentences
 
 
 def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
@@ -82,7 +100,9 @@ def _dressed(word: str, rng: np.random.Generator) -> str:
     return word + (str(rng.choice(list(",.;:!?-"))) if chance < 0.35 else "")
 
 
-def examples(made: Render, rng: np.random.Generator, kept: float = _KEPT, kept_of_space: float = _KEPT_OF_SPACE) -> Examples:
+def examples(
+    made: Render, rng: np.random.Generator, kept: float = _KEPT, kept_of_space: float = _KEPT_OF_SPACE
+) -> Examples:
     """Some of the columns of a rendered line, with their states."""
     features = describe(made.image)
     states = column_states([(s.letter, s.left, s.right) for s in made.spans], len(features))
@@ -173,7 +193,9 @@ def _say(line: str) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Train one network and write it."""
-    parser = argparse.ArgumentParser(prog="python -m handout.tagging.training", description=(__doc__ or "").split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m handout.tagging.training", description=(__doc__ or "").split("\n")[0]
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
     parser.add_argument("--corpus", type=Path, default=_CORPUS, help="sentences, one a line")
     parser.add_argument("--lines", type=int, default=2500)
@@ -182,7 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--hands", nargs="+", default=[name for name in library.names() if name.startswith("house-")])
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args(arguments)
-    sentences = [line.strip() for line in chosen.corpus.read_text(encoding="utf-8").splitlines() if line.strip()]
+    sentences = corpus(chosen.corpus)
     hands = [library.load(name) for name in chosen.hands]
     rng = np.random.default_rng(chosen.seed)
     made = train(hands, sentences, rng, lines=chosen.lines, epochs=chosen.epochs, hidden=chosen.hidden)

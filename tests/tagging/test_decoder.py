@@ -12,7 +12,7 @@ from handout.tagging.decoder import BAR, TERMS, Reading, decode, in_a_row, read
 from handout.tagging.features import ABOVE, HEIGHT, STEP
 
 STATES = len(LETTERS) * THIRDS
-WIDTHS = {letter: 8.0 for letter in LETTERS}
+WIDTHS = dict.fromkeys(LETTERS, 8.0)
 
 
 def noise_reading(rng: np.random.Generator, columns: int) -> Reading:
@@ -57,11 +57,9 @@ def best_by_trying(reading: Reading, letters: str) -> float:
     for cuts in combinations_with_replacement(range(reading.columns + 1), len(kinds) - 1):
         ends = (0, *cuts, reading.columns)
         total = 0.0
-        for (kind, letter), a, b in zip(kinds, ends, ends[1:]):
+        for (kind, letter), a, b in zip(kinds, ends[:-1], ends[1:], strict=True):
             total += segment_score(reading, kind, letter, a, b)
-        total += sum(
-            reading.border[ends[k + 1]] for k, (kind, _) in enumerate(kinds[:-1]) if kind != "gap"
-        )
+        total += sum(reading.border[ends[k + 1]] for k, (kind, _) in enumerate(kinds[:-1]) if kind != "gap")
         best = max(best, total)
     return best
 
@@ -109,7 +107,7 @@ def reading_of(columns: list[str]) -> Reading:
     return read(picture(columns), posterior(columns), np.zeros(STATES, np.float32))
 
 
-SURE = {letter: 24.0 for letter in LETTERS}
+SURE = dict.fromkeys(LETTERS, 24.0)
 
 
 def test_a_clear_line_is_cut_where_its_letters_meet():

@@ -85,7 +85,7 @@ def test_it_is_read_as_it_was_written(learned, tmp_path):
 def test_what_is_no_network_is_refused(tmp_path, data):
     path = tmp_path / "net.npz"
     path.write_bytes(data)
-    with pytest.raises(InputError, match="net.npz"):
+    with pytest.raises(InputError, match=r"net\.npz"):
         network.load(path)
 
 
@@ -101,7 +101,7 @@ def test_a_network_for_other_letters_is_refused(learned, tmp_path, monkeypatch):
 def test_nothing_pickled_is_read(tmp_path):
     path = tmp_path / "net.npz"
     np.savez(path, letters=np.array([object()], dtype=object))
-    with pytest.raises(InputError, match="net.npz"):
+    with pytest.raises(InputError, match=r"net\.npz"):
         network.load(path)
 
 

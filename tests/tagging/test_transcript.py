@@ -1,5 +1,7 @@
 """A transcript becomes letters that know where in the text they stand."""
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +17,17 @@ def test_the_alphabet_has_no_letter_twice():
 
 @pytest.mark.parametrize(
     ("grapheme", "letter"),
-    [("é", "e"), ("e\u0301", "e"), ("Ü", "U"), ("”", '"'), ("’", "'"), ("—", "–"), ("ł", "l"), ("ß", "ß"), ("字", JUNK)],
+    [
+        ("é", "e"),
+        ("e\u0301", "e"),
+        ("Ü", "U"),
+        ("”", '"'),
+        ("’", "'"),
+        ("—", "–"),
+        ("ł", "l"),
+        ("ß", "ß"),
+        ("字", JUNK),
+    ],
 )
 def test_look_alikes_are_one_letter(grapheme, letter):
     assert fold(grapheme) == letter
@@ -31,7 +43,8 @@ def test_every_grapheme_but_space_is_kept_in_its_place(text):
         return
     if "~~" in text:
         return
-    got = [(at, spelt) for line in lines for at, spelt, letter in zip(line.at, line.spelt, line.letters) if letter != SPACE]
+    every = [each for line in lines for each in zip(line.at, line.spelt, line.letters, strict=True)]
+    got = [(at, spelt) for at, spelt, letter in every if letter != SPACE]
     assert got == [(i, unit) for i, unit in enumerate(units) if fold(unit) != SPACE]
 
 
@@ -42,7 +55,7 @@ def test_lines_have_no_space_at_their_ends_nor_two_in_a_row(rows):
         return
     for line in [*read_transcript(text), in_one(read_transcript(text))]:
         assert line.letters[0] != SPACE != line.letters[-1]
-        assert (SPACE, SPACE) not in set(zip(line.letters, line.letters[1:]))
+        assert (SPACE, SPACE) not in set(pairwise(line.letters))
 
 
 def test_what_was_struck_out_is_one_letter():
