@@ -45,7 +45,7 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
     thick = _mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner
-    place = (xy + 0.5 + np.asarray(scan.origin)) * scan.pixel
+    place = (xy + 0.5) * scan.pixel
     return LineGraph(place, radius * scan.pixel, np.clip(thick, 0, 2), xy, edges)
 
 

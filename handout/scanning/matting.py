@@ -1,0 +1,127 @@
+"""Ink on nothing: the scan with its paper taken away, to be laid on any other paper.
+
+The paper under the ink is filled in from around it; of all mixtures of ink and paper that give the scanned colour, the
+one with the least ink opacity is taken.  Filled paper is never darker than the scan (never lighter under light ink):
+otherwise paper that is a little lighter than its filling becomes opaque white ink, a halo on any other paper.
+
+Source: seed 000, Appendix C, eq. 15–17; handwriting specification §6 (halo rule, rounding).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.scanning.inks import Inks
+from handout.scanning.mask import Mask
+from handout.scanning.page import Scan
+from handout.values import Array
+
+_GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
+_MARGIN = 0.5  # mm of paper around a window that is filled in
+_WINDOW = 400  # pixels: side of the windows of a ruled page
+_RADIUS = 3.0  # pixels, of Telea's method
+
+
+@dataclass(frozen=True, eq=False)
+class Matte:
+    """Ink and the paper under it.
+
+    rgba : (h, w, 4) uint8, straight alpha; 0 where there is no ink.
+    paper : (h, w, 3) uint8: the page without ink.
+    """
+
+    rgba: NDArray[np.uint8]
+    paper: NDArray[np.uint8]
+
+    def over(self, colour: Array) -> NDArray[np.uint8]:
+        """(h, w, 3) uint8: the ink on paper of a colour (3,) or (h, w, 3), 0–255."""
+        alpha = self.rgba[:, :, 3:].astype(np.float32) / 255
+        mixed = self.rgba[:, :, :3] * alpha + np.asarray(colour, dtype=np.float32) * (1 - alpha)
+        return np.asarray(np.rint(mixed), dtype=np.uint8)
+
+
+def find_matte(scan: Scan, mask: Mask, inks: Inks) -> Matte:
+    """The matte of a scan (as scanned, not evened out)."""
+    import cv2
+
+    size = 2 * max(1, round(scan.pixels(_GROW))) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    around = cv2.dilate(mask.ink.astype(np.uint8), kernel)
+    if inks.ruling is None:
+        paper = fill_smooth(scan.rgb, around)
+    else:
+        paper = fill_textured(scan.rgb, around, max(8, round(scan.pixels(_MARGIN))))
+    inside = around > 0
+    light = float(inks.inks[0].colour.sum()) > float(inks.paper.sum())
+    limit = np.minimum if light else np.maximum
+    paper[inside] = limit(paper[inside], scan.rgb[inside])
+    rgba = np.zeros((*scan.shape, 4), dtype=np.uint8)
+    rgba[inside] = least_opaque(scan.rgb[inside], paper[inside])
+    return Matte(rgba, paper)
+
+
+def least_opaque(colour: NDArray[np.uint8], paper: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(n, 4) uint8: ink colour and alpha of pixels (n, 3) on paper (n, 3).
+
+    Alpha is rounded up, so that the ink's colour stays within bounds and the mixture within half a step of the scan.
+
+    Source: seed 000, Appendix C, eq. 17.
+    """
+    c, p = colour.astype(np.float32), paper.astype(np.float32)
+    fall = np.where(c < p, (p - c) / np.maximum(p, 1), 0)
+    rise = np.where(c > p, (c - p) / np.maximum(255 - p, 1), 0)
+    alpha = np.ceil(np.maximum(fall, rise).max(axis=1) * 255 - 1e-3).clip(0, 255)
+    part = np.maximum(alpha, 1)[:, None] / 255
+    ink = np.clip(np.rint((c - (1 - part) * p) / part), 0, 255)
+    ink[alpha == 0] = 0
+    return np.concatenate([ink, alpha[:, None]], axis=1).astype(np.uint8)
+
+
+def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The picture with its holes filled from around them, smoothly: known pixels averaged over ever wider cells.
+
+    For paper without a pattern; the time does not depend on the size of the holes.
+    """
+    import cv2
+
+    levels = [(rgb.astype(np.float32), 1 - hole.astype(np.float32))]
+    levels[0][0][hole > 0] = 0
+    while min(levels[-1][1].shape) > 2 and levels[-1][1].min() == 0:
+        sums, weight = levels[-1]
+        size = ((weight.shape[1] + 1) // 2, (weight.shape[0] + 1) // 2)
+        small = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        colour = cv2.resize(sums, size, interpolation=cv2.INTER_AREA) / np.maximum(small, 1e-6)[:, :, None]
+        known = (small > 0).astype(np.float32)
+        levels.append((colour * known[:, :, None], known))
+    filled, known = levels.pop()
+    if not known.all():
+        mean = filled[known > 0].mean(axis=0) if known.any() else np.full(3, 255, dtype=np.float32)
+        filled[known == 0] = mean
+    while levels:
+        own, known = levels.pop()
+        wide = cv2.resize(filled, known.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        own[known == 0] = wide[known == 0]
+        filled = own
+    return np.asarray(np.rint(filled), dtype=np.uint8)
+
+
+def fill_textured(rgb: NDArray[np.uint8], hole: NDArray[np.uint8], margin: int) -> NDArray[np.uint8]:
+    """The picture with its holes filled so that lines go on through them (Telea, 2004), window by window."""
+    import cv2
+
+    paper = rgb.copy()
+    height, width = hole.shape
+    for top in range(0, height, _WINDOW):
+        for left in range(0, width, _WINDOW):
+            inner = slice(top, min(top + _WINDOW, height)), slice(left, min(left + _WINDOW, width))
+            if not hole[inner].any():
+                continue
+            outer = tuple(slice(max(0, s.start - margin), s.stop + margin) for s in inner)
+            filled = cv2.inpaint(rgb[outer], hole[outer], _RADIUS, cv2.INPAINT_TELEA)
+            y, x = (s.start - o.start for s, o in zip(inner, outer, strict=True))
+            own = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
+            paper[inner][hole[inner] > 0] = own[hole[inner] > 0]
+    return paper
