@@ -14,6 +14,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 
 from handout.hand.library import load
 from handout.inking import pens
-from handout.inking.pen import usual
+from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
 from handout.score.crowd import Distance, Style, distance, own_nearest, style
 from handout.score.lines import find_lines
@@ -46,10 +47,15 @@ Mask = NDArray[np.bool_]
 Inker = Callable[[Drawing], Grey]
 
 
-def ballpoint(drawing: Drawing) -> Grey:
-    """A ballpoint pen on plain white paper at 300 dpi, crisp, (h, w) uint8."""
-    grey = pens.image(drawing, 300, usual("ballpoint"), pens.noise(drawing.about)).mean(axis=2)
+def inked(drawing: Drawing, pen: str) -> Grey:
+    """A pen on plain white paper at 300 dpi, crisp, (h, w) uint8."""
+    grey = pens.image(drawing, 300, usual(pen), pens.noise(drawing.about)).mean(axis=2)
     return np.asarray(grey, dtype=np.uint8)
+
+
+def ballpoint(drawing: Drawing) -> Grey:
+    """`inked` with the pen that the real pages were written with."""
+    return inked(drawing, "ballpoint")
 
 
 def house_page(name: str, seed: int, inker: Inker = ballpoint) -> Grey:
@@ -148,6 +154,7 @@ def main() -> None:
     hands, real = measure(ballpoint, Path(given) if given else None)
     _print_distances(hands, real)
     _print_between(hands)
+    _print_pens()
     _print_statistics(hands, real)
 
 
@@ -181,6 +188,13 @@ def _print_between(hands: dict[str, dict[str, Any]]) -> None:
         for other in names[:i]:
             apart = distance(hands[one]["whole"][0], hands[other]["whole"][0])
             print(f"  {other} to {one}: hinge {apart.hinge:.3f}, run lengths {apart.runs:.3f}")
+
+
+def _print_pens() -> None:
+    print("\nrepetition with each pen, one page:")
+    for pen in PENS:
+        own = [repetition(house_page(name, SEEDS[0], partial(inked, pen=pen))) for name in HANDS]
+        _row(f"  {pen}", own, [value <= REPETITION for value in own], "", f"≤ {REPETITION}")
 
 
 def _print_statistics(hands: dict[str, dict[str, Any]], real: dict[str, Any] | None) -> None:

@@ -13,6 +13,7 @@ import click
 
 from handout import __version__, units
 from handout.errors import InputError
+from handout.inking.pen import PENS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,8 +55,8 @@ _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
         "--pen",
-        type=click.Choice(["plain", "ballpoint", "fineliner", "fountain", "pencil"]),
-        default="plain",
+        type=click.Choice(PENS),
+        default="ballpoint",
         show_default=True,
         help="What the ink looks like, in PNG files and prints.",
     ),

@@ -58,7 +58,7 @@ class Chooser:
     def word(self, letters: Sequence[Letter]) -> list[Glyph]:
         """The glyphs for the letters of one word (with its punctuation)."""
         options = self._options(letters)
-        costs = [self._unary(candidates) for candidates in options]
+        costs = [self._unary(candidates, place) for place, candidates in enumerate(options)]
         best = costs[0] + np.where(options[0].entries == _ENTRIES["high"], 5.0, 0.0)
         back: list[NDArray[np.intp]] = []
         for left, right, cost in zip(options, options[1:], costs[1:], strict=False):
@@ -87,11 +87,12 @@ class Chooser:
             self._cache[key] = _gather(_possible(self._hand.glyphs[letter], letter, place, before, after))
         return self._cache[key]
 
-    def _unary(self, candidates: _Candidates) -> Array:
+    def _unary(self, candidates: _Candidates, place: int) -> Array:
         if not self._variation:
             return -candidates.favour
         noise = np.log(-np.log(self._rng.uniform(1e-12, 1.0, len(candidates.glyphs))))
-        since = [self._written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
+        written = self._written + place
+        since = [written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
         reuse = _REUSE * 0.5 ** (np.array(since) / _MEMORY)
         return np.asarray(self._variation * noise + reuse - candidates.favour)
 

@@ -224,7 +224,9 @@ def test_pens_and_papers(call):
     call("write", "ink", "--pen", "ballpoint", "--paper", "ruled", *given, "a.png")
     call("write", "ink", "--pen", "ballpoint", "--paper", "ruled", *given, "b.png")
     call("write", "ink", "--pen", "pencil", "--transparent", *given, "c.png")
-    call("write", "ink", *given, "d.png")
+    call("write", "ink", "--pen", "plain", *given, "d.png")
+    call("write", "ink", "--paper", "ruled", *given, "e.png")
+    assert Path("e.png").read_bytes() == Path("a.png").read_bytes()
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
     assert [Image.open(name).mode for name in ("a.png", "c.png", "d.png")] == ["RGB", "RGBA", "P"]
     corner = Image.open("a.png").getpixel((350, 100))

@@ -1,0 +1,161 @@
+"""One file that holds tables, arrays and pictures, and that can be trusted when it is read back.
+
+It is a zip archive of JSON, ``.npy`` arrays and PNG pictures, so that its contents can be looked at with other tools.
+Nothing in it is code and nothing is unpacked to disk.  Whoever reads says what must be there and what it must look
+like; a file that is cut off, damaged, or made to do harm is refused with a sentence.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import atomic
+from handout.errors import InputError
+
+_MOST_MEMBERS = 10_000
+_MOST_BYTES = 1 << 30  # of one member, unpacked
+_MOST_PIXELS = 400_000_000
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # no clock in the file: the same hand, the same bytes
+_KEPT = (".png",)  # packed already
+
+Json = TypeVar("Json")
+Content = bytes | NDArray[Any] | msgspec.Struct
+
+
+def pack(members: Mapping[str, Content]) -> bytes:
+    """The bytes of an archive: arrays by names that end in ``.npy``, structs in ``.json``, bytes as they are."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, content in members.items():
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, _bytes(content))
+    return stream.getvalue()
+
+
+def write(path: Path, members: Mapping[str, Content]) -> None:
+    """Pack `members` into the file `path`, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    atomic.write(path, pack(members))
+
+
+def _bytes(content: Content) -> bytes:
+    if isinstance(content, bytes):
+        return content
+    if isinstance(content, np.ndarray):
+        stream = io.BytesIO()
+        np.lib.format.write_array(stream, np.ascontiguousarray(content), allow_pickle=False)
+        return stream.getvalue()
+    return msgspec.json.format(msgspec.json.encode(content), indent=1)
+
+
+class Archive:
+    """An archive that is being read; each method checks what it gives.
+
+    Raises
+    ------
+    InputError
+        From every method: the file cannot be opened, is damaged, or does not hold what it must.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with self._refusing():
+            self._zip = zipfile.ZipFile(path)
+            infos = self._zip.infolist()
+        if len(infos) > _MOST_MEMBERS:
+            raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
+        self._sizes = {info.filename: info.file_size for info in infos}
+        if len(self._sizes) < len(infos):
+            raise self._error("it holds two parts of one name")
+
+    def __enter__(self) -> Archive:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._zip.close()
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._sizes
+
+    def read(self, name: str) -> bytes:
+        """The bytes of a part."""
+        if name not in self._sizes:
+            raise self._error(f"{name} is missing")
+        if self._sizes[name] > _MOST_BYTES:
+            raise self._error(f"{name} unpacks to {self._sizes[name] >> 20} MB, more than {_MOST_BYTES >> 20}")
+        with self._refusing(), self._zip.open(name) as stream:
+            # never more than the directory says: what is packed may unpack to more
+            data = stream.read(self._sizes[name] + 1)
+        if len(data) != self._sizes[name]:
+            raise self._error(f"{name} has another length than it says")
+        return data
+
+    def json(self, name: str, kind: type[Json]) -> Json:
+        """A part as a msgspec struct of type `kind`."""
+        try:
+            return msgspec.json.decode(self.read(name), type=kind)
+        except msgspec.MsgspecError as error:
+            raise self._error(f"{name}: {error}") from error
+
+    def array(self, name: str, dtype: str, *shape: int | None) -> NDArray[Any]:
+        """A part as an array of `dtype` and `shape` (None: any length), all of its numbers finite."""
+        data = self.read(name)
+        try:
+            # headers of arrays that numpy itself wrote are a few dozen bytes
+            array = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False, max_header_size=1000)
+        except (ValueError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError) as error:
+            raise self._error(f"{name} is not an array") from error
+        fits = array.ndim == len(shape) and all(w in (None, n) for n, w in zip(array.shape, shape, strict=True))
+        if array.dtype != np.dtype(dtype) or not fits:
+            wanted = ", ".join("any" if n is None else str(n) for n in shape)
+            raise self._error(f"{name} is {array.dtype} of {array.shape}, not {np.dtype(dtype)} of ({wanted})")
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise self._error(f"{name} holds numbers that are not finite")
+        return array
+
+    def picture(self, name: str, mode: str) -> NDArray[np.uint8]:
+        """A part as a picture (h, w[, channels]) uint8 of a Pillow `mode` such as ``"RGBA"``."""
+        from PIL import Image, UnidentifiedImageError
+
+        data = self.read(name)
+        try:
+            with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+                if picture.width * picture.height > _MOST_PIXELS:
+                    raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
+                if picture.mode != mode:
+                    raise self._error(f"{name} is a picture in {picture.mode}, not {mode}")
+                return np.asarray(picture)
+        except (OSError, UnidentifiedImageError, SyntaxError, ValueError, struct.error, zlib.error) as error:
+            raise self._error(f"{name} is not a picture") from error
+
+    def _error(self, why: str) -> InputError:
+        return InputError(f"{self._path} cannot be used: {why}; make it again, or take a copy that is whole.")
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise InputError(f"{self._path} cannot be read: {error.strerror or error}.") from error
+        except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError) as error:
+            raise self._error("it is cut off or damaged") from error
+        except (NotImplementedError, RuntimeError) as error:
+            raise self._error("it is packed in a way that this program does not use") from error
