@@ -20,6 +20,8 @@ MAY = {
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
     "score": set(),
+    "scanning": set(),
+    "tagging": {"hand", "writing", "motion", "scanning"},
     "cli": {"hand", "writing", "motion", "inking", "sinks", "printing", "plotting", "score", "colour"},
     "__main__": {"cli"},
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -19,16 +20,16 @@ from handout.tagging.segments import Page, by_line, confidence
 from handout.tagging.transcript import Written, in_one, read_transcript
 
 if TYPE_CHECKING:
-    from handout.scanning.reading import Page as Scanned
+    from handout.scanning.reading import WrittenPage
 
-METHODS = ("segments", "haines_2016")
+METHODS = ("segments", "segments-once", "haines_2016")
 _MOST_POOR = 1  # lines that may fit poorly before other line breaks are tried
 
 Decodings = Callable[[Page, Sequence[Written], np.random.Generator], list[list[Decoded]]]
 
 
 def align(
-    page: Scanned,
+    page: WrittenPage,
     transcript: str,
     *,
     method: str = "segments",
@@ -39,13 +40,14 @@ def align(
 
     Parameters
     ----------
-    page : scanning.reading.Page
+    page : scanning.reading.WrittenPage
         With its mask of ink and the rules of its lines.
     transcript : str
         What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
         Line breaks that differ from the page's are found.
-    method : {"segments", "haines_2016"}
-        "haines_2016" is the chain of seed 000; it is there for comparison.
+    method : {"segments", "segments-once", "haines_2016"}
+        "segments-once" learns nothing from the page, which is quicker and finds fewer; "haines_2016" is the chain of
+        seed 000, for comparison.
     rng : numpy.random.Generator
         Drives the training on the page; the same generator gives the same alignment.
     networks : sequence of Network, optional
@@ -56,7 +58,8 @@ def align(
     InputError
         An empty transcript, a page without lines, an unknown method, or the transcript of another page.
     """
-    return align_strips(strips(*_ink_and_frames(page)), transcript, method=method, rng=rng, networks=networks)
+    straight = strips(page.mask.ink, frames(page)) if page.rules.lines else []
+    return align_strips(straight, transcript, method=method, rng=rng, networks=networks)
 
 
 def align_strips(
@@ -86,6 +89,8 @@ def align_strips(
 def _decodings(method: str) -> Decodings:
     if method == "segments":
         return by_line
+    if method == "segments-once":
+        return partial(by_line, adapting=False)
     if method == "haines_2016":
         from handout.tagging.chain import haines_2016
 
@@ -136,5 +141,16 @@ def _letters(frame: Frame, text: Written, decodings: Sequence[Decoded]) -> tuple
     )
 
 
-def _ink_and_frames(page: Scanned) -> tuple[np.ndarray, list[Frame]]:  # type: ignore[type-arg]
-    raise NotImplementedError
+def frames(page: WrittenPage) -> list[Frame]:
+    """The lines of a page in its own pixels, 0 the middle of the first one."""
+    pixel = page.scan.pixel
+    return [
+        Frame(
+            baseline=(rule.curve[0] / pixel - 0.5, rule.curve[1], rule.curve[2] * pixel),
+            x_height=page.rules.x_height / pixel,
+            slant=page.rules.slant,
+            middle=rule.middle / pixel - 0.5,
+            reach=(rule.right - rule.left) / 2 / pixel,
+        )
+        for rule in page.rules.lines
+    ]

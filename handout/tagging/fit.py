@@ -31,7 +31,9 @@ def chance(reading: Reading, line: Written, widths: Mapping[str, float], rng: np
     return float(np.mean(scores))
 
 
-def fit(reading: Reading, line: Written, found: Decoded, widths: Mapping[str, float], rng: np.random.Generator) -> float:
+def fit(
+    reading: Reading, line: Written, found: Decoded, widths: Mapping[str, float], rng: np.random.Generator
+) -> float:
     """How far the line's text comes from chance, 0, to what would suit every column best, 1."""
     least = chance(reading, line, widths, rng)
     most = np.maximum(np.diff(reading.letters, axis=0).max(axis=1), np.diff(reading.space)).sum()
