@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 
 # room → rooms it may import, besides itself and the ground floor
-GROUND = {"", "values", "units", "errors", "atomic", "shipped", "profiles"}
+GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles"}
 MAY = {
     "hand": set(),
     "writing": {"hand"},
@@ -21,8 +21,20 @@ MAY = {
     "plotting": {"motion", "sinks"},
     "score": set(),
     "scanning": set(),
-    "tagging": {"hand", "writing", "motion", "scanning"},
-    "cli": {"hand", "writing", "motion", "inking", "sinks", "printing", "plotting", "score", "colour"},
+    "prompting": {"writing"},
+    "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
+    "cli": {
+        "hand",
+        "writing",
+        "motion",
+        "inking",
+        "sinks",
+        "printing",
+        "plotting",
+        "score",
+        "prompting",
+        "colour",
+    },
     "__main__": {"cli"},
 }
 HEAVY = {

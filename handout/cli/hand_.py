@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, results
+from handout.cli import options, prompt_, results
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
@@ -31,7 +31,10 @@ _WIDTH = 420.0  # mm
 
 @click.group("hand")
 def command() -> None:
-    """List and show hands."""
+    """List and show hands, and make sheets to write one on."""
+
+
+command.add_command(prompt_.command)
 
 
 @command.command("list")

@@ -58,11 +58,12 @@ def train(rng: np.random.Generator, lines: int = _LINES) -> RandomForestClassifi
     from sklearn.ensemble import RandomForestClassifier
 
     from handout.hand import library
-    from handout.tagging.training import column_states, corpus, written
+    from handout.prompting import corpus
+    from handout.tagging.training import column_states, written
 
     hands = [library.load(name) for name in library.names() if name.startswith("house-")]
     features, letters = [], []
-    for made in written(hands, corpus(), lines, rng):
+    for made in written(hands, corpus.shipped(), lines, rng):
         columns = column_features(made.image)
         states = column_states([(s.letter, s.left, s.right) for s in made.spans], len(columns)) // THIRDS
         inky = columns.any(axis=1)

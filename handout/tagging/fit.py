@@ -13,8 +13,8 @@ from handout.tagging.features import STEP
 from handout.tagging.transcript import Written, in_one
 
 _SHUFFLES = 3
-# Measured on 79 lines of seven real pages: right texts 0.41 to 0.88; texts of other lines or pages, broken as suits them
-# best, −0.08 to 0.27
+# Measured on 79 lines of seven real pages: right texts 0.41 to 0.88; texts of other lines or pages, broken as suits
+# them best, −0.08 to 0.27
 POOR = 0.3  # fit of a line under which its text is reported
 REFUSED = 0.25  # median fit of a page under which the transcript is refused
 
@@ -65,7 +65,7 @@ def check(fits: Sequence[float], counts: Sequence[int]) -> None:
     typical = float(np.median(fits)) if len(fits) else 0.0
     if typical < REFUSED:
         raise InputError(
-            f"The transcript does not seem to be this page's: its lines fit by {typical:.0%}, where right ones have 40 % "
-            f"or more and another page's about 5 %. Check that it belongs to this scan; the page has {counts[0]} lines "
-            f"of writing, the transcript {counts[1]}."
+            f"The transcript does not seem to be this page's: its lines fit by {typical:.0%}, where right ones have "
+            f"40 % or more and another page's about 5 %. Check that it belongs to this scan; the page has {counts[0]} "
+            f"lines of writing, the transcript {counts[1]}."
         )

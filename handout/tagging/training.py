@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand import library
+from handout.prompting import corpus
 from handout.tagging import network
 from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
 from handout.tagging.features import COUNT, STEP, X_HEIGHT, describe
@@ -25,7 +26,6 @@ from handout.tagging.renders import Render, render
 from handout.tagging.writers import habits, writer
 from handout.values import Hand
 
-_CORPUS = Path(__file__).resolve().parents[1] / "prompting" / "corpus.txt"
 _SENTENCES = 2  # a text, and so a writer
 _WORDS = 24
 _GROUPED = 0.3  # how many of the words are groups of characters
@@ -47,14 +47,16 @@ class Examples:
     states: NDArray[np.intp]
 
 
-def corpus(path: Path = _CORPUS) -> list[str]:
-    """Sentences to write, one a line of the file.
+def sentences_of(path: Path | None) -> list[str]:
+    """Sentences to write: the lines of a file, or those that handout comes with.
 
     Raises
     ------
     InputError
         The file cannot be read or is empty.
     """
+    if path is None:
+        return list(corpus.shipped())
     try:
         sentences = [line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError) as error:
@@ -197,14 +199,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         prog="python -m handout.tagging.training", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .npz to write")
-    parser.add_argument("--corpus", type=Path, default=_CORPUS, help="sentences, one a line")
+    parser.add_argument("--corpus", type=Path, help="sentences, one a line (default: the prompts')")
     parser.add_argument("--lines", type=int, default=2500)
     parser.add_argument("--epochs", type=int, default=5)
     parser.add_argument("--hidden", type=int, default=256)
     parser.add_argument("--hands", nargs="+", default=[name for name in library.names() if name.startswith("house-")])
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args(arguments)
-    sentences = corpus(chosen.corpus)
+    sentences = sentences_of(chosen.corpus)
     hands = [library.load(name) for name in chosen.hands]
     rng = np.random.default_rng(chosen.seed)
     made = train(hands, sentences, rng, lines=chosen.lines, epochs=chosen.epochs, hidden=chosen.hidden)

@@ -1,0 +1,128 @@
+"""Sentences to choose from: the shipped ones, or those of any text."""
+
+from __future__ import annotations
+
+import string
+import unicodedata
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+
+import regex
+
+from handout.errors import InputError
+
+PRINTABLE = string.ascii_letters + string.digits + string.punctuation
+_SHIPPED = Path(__file__).resolve().parent / "corpus.txt"
+_MOST = 20_000_000  # bytes
+_LONGEST = 40  # words; more is surely not one sentence, and no fun to copy
+
+# how these are typed where there is no key for them; written by hand they look the same
+_TYPED = str.maketrans(
+    dict.fromkeys("‘’‚ʼ′´", "'")
+    | dict.fromkeys("“”„″«»", '"')
+    | dict.fromkeys("‐‑‒–—―−", "-")
+    | {"…": "...", "\u00ad": "", "\u200b": "", "\ufeff": "", "ﬁ": "fi", "ﬂ": "fl", "ﬀ": "ff"}
+)
+# letters that are no base letter with a mark
+_PLAIN = str.maketrans(
+    {"ß": "ss", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "ø": "o", "Ø": "O", "ł": "l", "Ł": "L", "đ": "d"}
+    | {"Đ": "D", "ð": "d", "Ð": "D", "þ": "th", "Þ": "Th", "ı": "i", "º": "o", "ª": "a"}
+)
+# what may end a sentence: stops, closing marks, a space, and then a capital or a number, perhaps after opening marks
+_END = regex.compile(r"(\S*?)([.!?]+['\")\]]*+) (?=['\"(\[]*+([\p{Lu}\p{N}]))")
+# a full stop after these, or after a single capital, ends no sentence; after the second kind, none before a number
+_SHORT = regex.compile(r"(?:Mrs?|[MD]rs?|Ms|Fr|St|Prof|Rev|[SJ]r|Hon|Capt|Col|Gen|Lt|vs|viz|cf|e\.g|i\.e|\p{Lu})")
+_NUMBERED = regex.compile(r"(?:[Nn][or]|pp?|vol|ch|fig)")
+_BLANK = regex.compile(r"\n\s*\n")
+
+
+def typed(text: str) -> str:
+    """`text` in NFC, with quotation marks, dashes and dots as one types them on a plain keyboard."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFC", text).translate(_TYPED))
+
+
+def plain(sentence: str, allowed: frozenset[str]) -> str | None:
+    """The sentence in `allowed` characters, accents left off where these are not among them; None if it has others.
+
+    Accents are optional in this way: Zoë is asked of an author who wants ë, Zoe of all others.
+    """
+    if allowed.issuperset(sentence):
+        return sentence
+    written = "".join(char if char in allowed else _bare(char) for char in sentence)
+    return written if allowed.issuperset(written) else None
+
+
+def _bare(char: str) -> str:
+    decomposed = unicodedata.normalize("NFD", char.translate(_PLAIN))
+    return "".join(c for c in decomposed if not unicodedata.combining(c))
+
+
+def sentences(text: str) -> list[str]:
+    """Split a text into its sentences, each once, in the order of their first appearance.
+
+    Lines that are broken within a paragraph are joined; a heading or an entry of a list, which has no full stop,
+    ends at an empty line. What is longer than 40 words is left out.
+    """
+    found: dict[str, None] = {}
+    for paragraph in _BLANK.split(_unbroken(text.replace("\r\n", "\n").replace("\r", "\n"))):
+        flat = " ".join(paragraph.split())
+        for part in _split(flat):
+            if part and len(part.split()) <= _LONGEST:
+                found.setdefault(part)
+    return list(found)
+
+
+def _split(paragraph: str) -> Iterator[str]:
+    begin = 0
+    for match in _END.finditer(paragraph):
+        word, stop, following = match.groups()
+        word = word.lstrip("'\"([")
+        short = _SHORT.fullmatch(word) or (_NUMBERED.fullmatch(word) and following.isdecimal())
+        if stop == "." and short:
+            continue
+        yield paragraph[begin : match.end(2)]
+        begin = match.end()
+    yield paragraph[begin:]
+
+
+def _unbroken(text: str) -> str:
+    """The text with an empty line after each line, where its lines look like a list of sentences and not wrapped."""
+    lines = [line.strip() for line in text.split("\n") if line.strip()]
+    ended = sum(line[-1] in ".!?\"')]" for line in lines)
+    return "\n\n".join(lines) if ended >= 0.9 * len(lines) else text
+
+
+@cache
+def shipped() -> tuple[str, ...]:
+    """The sentences that come with the program, one a line of its file."""
+    return tuple(_SHIPPED.read_text(encoding="utf-8").splitlines())
+
+
+def read(path: Path) -> str:
+    """A text file, as it is typed (see `typed`).
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is longer than 20 MB, is not UTF-8, or holds no letters.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    if len(data) > _MOST:
+        raise InputError(f"{path} is longer than {_MOST} bytes: a part of it will do as well.")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8.") from error
+    if not any(char.isalpha() for char in text):
+        raise InputError(f"{path} holds no letters: give a file of text.")
+    return typed(text)
+
+
+def usable(texts: Iterable[str], allowed: frozenset[str]) -> list[str]:
+    """The sentences that can be asked for when only `allowed` characters may be, each once, two words or more."""
+    fitting = (plain(sentence, allowed) for sentence in texts)
+    return list(dict.fromkeys(sentence for sentence in fitting if sentence and len(sentence.split()) > 1))

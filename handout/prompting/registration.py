@@ -1,0 +1,222 @@
+"""From the marks at a sheet's corners to where every millimetre of it lies in a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.prompting import fiducials
+from handout.values import Array, Page, readonly
+
+_LARGE = 2400  # pixels; marks are looked for in a picture reduced to this long side, then in larger ones
+_WORST = 0.6  # mm root mean square; more is a crumpled sheet or a mark where none should be
+# mm and pixels, where marks are missing: only the shape of the others tells whether the sheet lay flat, and a view that
+# is 1 % narrower at one end, which changes it by 0.06 mm, moves the far corner by 2 mm
+_FLAT = (0.03, 0.4)
+_OPPOSITE = ({0, 2}, {1, 3})
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """Where a sheet lies in a picture.
+
+    page : its paper.
+    to_pixels : (3, 3) float: homogeneous mm on the page to pixels, (x, y); pixel (0, 0) has its middle at 0, 0.
+    marks : which corners were found, 0 top left and on clockwise.
+    residual : mm, root mean square distance of the marks' corners from where they should be.
+    """
+
+    page: Page
+    to_pixels: Array
+    marks: tuple[int, ...]
+    residual: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "to_pixels", readonly(self.to_pixels, 3, 3))
+
+    def pixels(self, mm: Array) -> Array:
+        """(n, 2) pixels of points (n, 2) on the page in mm."""
+        return apply(self.to_pixels, mm)
+
+    def mm(self, pixels: Array) -> Array:
+        """(n, 2) mm on the page of points (n, 2) in pixels."""
+        return apply(inverse(self.to_pixels), pixels)
+
+    @property
+    def dpi(self) -> float:
+        """Pixels an inch of the sheet as it was meant to be printed, in its middle."""
+        along, down = self._axes()
+        return float(math.sqrt(abs(along[0] * down[1] - along[1] * down[0])) * 25.4)
+
+    @property
+    def turn(self) -> float:
+        """rad from the picture's x axis to the page's, towards y: 0 upright, π/2 when turned clockwise."""
+        along, _ = self._axes()
+        return math.atan2(along[1], along[0])
+
+    def _axes(self) -> tuple[Array, Array]:
+        """Pixels a mm along and down the page, in its middle."""
+        middle = np.array([self.page.width / 2, self.page.height / 2])
+        a, b, c, d = self.pixels(middle + np.array([(-0.5, 0), (0.5, 0), (0, -0.5), (0, 0.5)], dtype=np.float64))
+        return b - a, d - c
+
+
+def apply(matrix: Array, points: Array) -> Array:
+    """Points (n, 2) under a homography (3, 3)."""
+    whole = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(whole[:, :2] / whole[:, 2:])
+
+
+def inverse(matrix: Array) -> Array:
+    """The homography (3, 3) back."""
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+
+
+def register(image: NDArray[np.uint8]) -> Registration | None:
+    """Find a sheet's marks in a picture.
+
+    With all four the sheet may lie at any angle, with perspective, as on a photograph. With three, or with two
+    opposite ones, it must lie flat, as on a scanner; with two, what the printer or scanner stretches by half a percent
+    is off by up to 0.8 mm.
+
+    Parameters
+    ----------
+    image : (h, w) or (h, w, 3) uint8
+
+    Returns
+    -------
+    Registration or None
+        None where there is no mark at all.
+
+    Raises
+    ------
+    InputError
+        Too few marks, marks of several sheets, or marks that do not lie as on a sheet.
+    """
+    grey = in_grey(image)
+    page, found = _sheet(_marks(grey))
+    if page is None:
+        return None
+    corners = tuple(sorted(found))
+    if len(corners) < 3 and set(corners) not in _OPPOSITE:
+        seen = " and ".join(fiducials.CORNERS[corner] for corner in corners)
+        raise InputError(
+            f"Only the marks at the {seen} of the sheet can be seen: all four are needed for a photograph, "
+            "and two opposite ones for a scan. Scan the whole sheet, with nothing over its marks."
+        )
+    at = fiducials.squares(page)[list(corners)].reshape(-1, 2)
+    seen_at = _refined(grey, np.concatenate([found[corner] for corner in corners]))
+    matrix = _fit(at, seen_at, len(corners))
+    off = apply(inverse(matrix), seen_at) - at
+    residual = float(np.sqrt(np.square(off).sum(axis=1).mean()))
+    found_at = Registration(page, matrix, corners, residual)
+    _check(found_at)
+    return found_at
+
+
+def _check(found: Registration) -> None:
+    worst = _WORST if len(found.marks) == 4 else _FLAT[0] + _FLAT[1] * 25.4 / found.dpi
+    if found.residual < worst:
+        return
+    if len(found.marks) == 4:
+        raise InputError(
+            f"The marks of the sheet lie {found.residual:.1f} mm from where they should be (at most {worst:.1f} mm): "
+            "is it crumpled or bent? Lay it flat and scan it."
+        )
+    missing = " and ".join(name for corner, name in enumerate(fiducials.CORNERS) if corner not in found.marks)
+    raise InputError(
+        f"The mark at the {missing} of the sheet cannot be seen, and the others are not those of a sheet that lies "
+        f"flat on a scanner (off by {found.residual:.2f} mm, at most {worst:.2f} mm): scan the whole sheet."
+    )
+
+
+def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The picture in shades of grey.
+
+    Raises
+    ------
+    InputError
+        It is not (h, w) or (h, w, 3) of uint8, or it is empty.
+    """
+    import cv2
+
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,)) or not image.size:
+        raise InputError(
+            f"A picture is (h, w) or (h, w, 3) of uint8, and this is {image.shape} of {image.dtype}: convert it."
+        )
+    return np.asarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
+def _marks(grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
+    """Number and corners (4, 2) in pixels of every mark, found in the picture reduced as far as is good enough."""
+    import cv2
+
+    detector = cv2.aruco.ArucoDetector(fiducials.dictionary(), cv2.aruco.DetectorParameters())
+    best: list[tuple[int, Array]] = []
+    scale = min(1.0, _LARGE / max(grey.shape))
+    while True:
+        small = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        corners, numbers, _ = detector.detectMarkers(small)
+        # the middle of pixel 0 is at 0, in the small picture as in the large
+        found = [
+            (int(number), (np.asarray(corner, dtype=np.float64).reshape(4, 2) + 0.5) / scale - 0.5)
+            for number, corner in zip(np.ravel(numbers) if numbers is not None else (), corners, strict=True)
+        ]
+        found = [mark for mark in found if fiducials.identify(mark[0])]
+        best = max(best, found, key=len)
+        if len(best) >= 4 or scale == 1.0:
+            return best
+        scale = min(1.0, 2 * scale)
+
+
+def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Array]]:
+    """The paper, and the corners found."""
+    page: Page | None = None
+    found: dict[int, Array] = {}
+    for number, corners in marks:
+        paper, corner = fiducials.identify(number) or (page, -1)
+        if corner in found or (page is not None and paper != page):
+            raise InputError("The picture shows the marks of more than one sheet: scan one sheet at a time.")
+        page, found[corner] = paper, corners
+    return page, found
+
+
+def _refined(grey: NDArray[np.uint8], corners: Array) -> Array:
+    """Corners (n, 2) to a fraction of a pixel, in the picture in full."""
+    import cv2
+
+    cell = float(np.linalg.norm(corners[1] - corners[0])) / fiducials.CELLS
+    half = max(2, round(0.45 * cell))
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
+    start = corners.astype(np.float32).reshape(-1, 1, 2)
+    moved = cv2.cornerSubPix(grey, start.copy(), (half, half), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
+    strayed = np.linalg.norm(moved - corners, axis=1) > cell
+    return np.where(strayed[:, None], corners, moved)
+
+
+def _fit(mm: Array, pixels: Array, marks: int) -> Array:
+    """The homography, affinity or similarity (four, three, two marks) that takes mm to pixels best."""
+    import cv2
+
+    if marks == 4:
+        # least squares in pixels; the middle of the points as origin keeps it well conditioned
+        matrix, _ = cv2.findHomography(mm, pixels, 0)
+        if matrix is None:
+            raise InputError("The marks of the sheet do not lie in a plane: lay it flat and scan it.")
+        return np.asarray(matrix, dtype=np.float64)
+    rows = []
+    for x, y in mm:
+        if marks == 3:
+            rows += [[x, y, 1, 0, 0, 0], [0, 0, 0, x, y, 1]]
+        else:
+            rows += [[x, -y, 1, 0], [y, x, 0, 1]]
+    answer = np.linalg.lstsq(np.array(rows), pixels.reshape(-1), rcond=None)[0]
+    if marks == 3:
+        return np.vstack([answer.reshape(2, 3), [0, 0, 1]])
+    a, b, tx, ty = answer
+    return np.array([[a, -b, tx], [b, a, ty], [0, 0, 1]])
