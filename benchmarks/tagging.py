@@ -25,7 +25,7 @@ from handout.tagging.alignment import AlignedLine, Alignment
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}
 GOAL_SECONDS = 20
 _DPI = 300
-_HALF = 0.5  # x-heights over the baseline, where ends are compared: slants read by eye and found here differ a little
+_HALF = 0.5  # x-heights over the baseline, where ends are compared
 _MARKS = ".,:;'\""
 
 
@@ -39,20 +39,24 @@ def transcript(folder: Path, page: str) -> list[str]:
 def right(line: AlignedLine, true: Mapping[str, Any], slant: float, x_height: float) -> Iterator[bool]:
     """For every letter of a line whether it was found."""
     frame, unit = line.frame, x_height / 20
+    a, b = true["baseline_y"]
     words = "".join(" " if letter == " " else "x" for letter in true["text"])
     at = [i for i, letter in enumerate(words) if letter != " "]
     for place, letter, (name, left, end) in zip(at, line.letters, true["letters"], strict=True):
-        found = [x + frame.slant * _HALF * frame.x_height for x in (letter.left, letter.right)]
         want = [x + slant * _HALF * x_height for x in (left, end)]
+        # both slants and both baselines differ a little: compared at the same height of the page
+        level = [a + b * x - _HALF * x_height for x in (left, end)]
+        height = [float(frame.base(x)) - y for x, y in zip(want, level, strict=True)]
+        found = [x + frame.slant * h for x, h in zip((letter.left, letter.right), height, strict=True)]
         width = want[1] - want[0]
         usual = max(width / 3, 3 * unit)
         allowed = []
         for beside in (place - 1, place + 1):
             outer = not 0 <= beside < len(words) or words[beside] == " "
             allowed.append(max(8 * unit, usual) if name in _MARKS else max(0.6 * width, usual) if outer else usual)
-        off = [abs(a - b) for a, b in zip(found, want, strict=True)]
+        off = [abs(x - y) for x, y in zip(found, want, strict=True)]
         middle = sum(found) / 2
-        yield all(o <= a for o, a in zip(off, allowed, strict=True)) and (
+        yield all(o <= most for o, most in zip(off, allowed, strict=True)) and (
             want[0] - 2 * unit <= middle <= want[1] + 2 * unit
         )
 
