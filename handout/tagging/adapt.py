@@ -33,12 +33,12 @@ def folds(count: int) -> NDArray[np.intp]:
     return np.arange(count) % FOLDS
 
 
-def rehearsal(text: Sequence[str], rng: np.random.Generator, lines: int = _REHEARSED) -> Examples:
+def rehearsal(text: Sequence[str], rng: np.random.Generator) -> Examples:
     """Renders of the lines of a transcript, by all kinds of writers, with other words among them."""
     plain = ["".join(c for c in line if c in LETTERS and c != JUNK).strip() for line in text]
     hands = [library.load(name) for name in library.names() if name.startswith("house-")]
     return joined(
-        [examples(made, rng) for made in written(hands, [line for line in plain if line] or ["a"], lines, rng)]
+        [examples(made, rng) for made in written(hands, [line for line in plain if line] or ["a"], _REHEARSED, rng)]
     )
 
 

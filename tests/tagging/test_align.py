@@ -8,7 +8,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.tagging import fit, network
+from handout.tagging import adapt, fit, network
 from handout.tagging.align import align_strips
 from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
@@ -61,7 +61,10 @@ def right(alignment, spans) -> float:
 @pytest.fixture(scope="module")
 def aligned():
     strips, texts, _ = page()
-    return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1))
+    with pytest.MonkeyPatch.context() as less:  # of what takes time
+        less.setattr(adapt, "_REHEARSED", 12)
+        less.setattr(adapt, "_COPIES", 2)
+        return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1))
 
 
 def test_nearly_every_letter_is_found(aligned):
@@ -84,7 +87,9 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
     assert doubt == sorted(doubt) and len(doubt) < 0.2 * len(sure)
 
 
-def test_the_same_generator_gives_the_same_alignment():
+def test_the_same_generator_gives_the_same_alignment(monkeypatch):
+    monkeypatch.setattr(adapt, "_REHEARSED", 3)
+    monkeypatch.setattr(adapt, "_COPIES", 1)
     strips, texts, _ = page()
     some = (strips[:2], "\n".join(texts[:2]))
     first, second = (align_strips(*some, rng=np.random.default_rng(5)) for _ in range(2))
@@ -110,7 +115,7 @@ def test_the_transcript_of_another_page_is_refused():
 def test_a_line_of_wrong_text_is_named():
     strips, texts, _ = page()
     wrong = [*texts[:1], "quite other words stand here, surely", *texts[2:]]
-    found = align_strips(strips, "\n".join(wrong), rng=np.random.default_rng(1))
+    found = align_strips(strips, "\n".join(wrong), method="segments-once", rng=np.random.default_rng(1))
     assert found.poor == (1,)
 
 
