@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from handout.hand import library
 from handout.tagging import network
-from handout.tagging.alphabet import JUNK, LETTERS
+from handout.tagging.alphabet import JUNK, fold, graphemes
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image, describe
 from handout.tagging.network import Network
 from handout.tagging.training import Examples, column_states, examples, written
@@ -35,7 +35,7 @@ def folds(count: int) -> NDArray[np.intp]:
 
 def rehearsal(text: Sequence[str], rng: np.random.Generator) -> Examples:
     """Renders of the lines of a transcript, by all kinds of writers, with other words among them."""
-    plain = ["".join(c for c in line if c in LETTERS and c != JUNK).strip() for line in text]
+    plain = ["".join(fold(unit) for unit in graphemes(line)).replace(JUNK, "").strip() for line in text]
     hands = [library.load(name) for name in library.names() if name.startswith("house-")]
     return joined(
         [examples(made, rng) for made in written(hands, [line for line in plain if line] or ["a"], _REHEARSED, rng)]
