@@ -308,6 +308,7 @@ class Manuscript:
     x_height: float
     about: Mapping[str, Any] = field(default_factory=dict)
 
+
 @dataclass(frozen=True)
 class Tag:
     """What is known of one place of a LineGraph.
@@ -349,7 +350,7 @@ class LineGraph:
         object.__setattr__(self, "density", readonly(self.density, len(xy)))
         object.__setattr__(self, "uv", readonly(self.uv, len(xy), 2))
         edges = readonly_indices(self.edges, None, 2)
-        if edges.size and not (0 <= edges.min() and edges.max() < len(xy)):
+        if edges.size and (edges.min() < 0 or edges.max() >= len(xy)):
             raise ValueError(f"an edge names a vertex outside 0–{len(xy) - 1}")
         object.__setattr__(self, "edges", edges)
 

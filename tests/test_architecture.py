@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 # room → rooms it may import, besides itself and the ground floor
 GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles"}
 MAY = {
+    "scanning": set(),
     "hand": set(),
     "writing": {"hand"},
     "motion": {"hand", "writing"},

@@ -105,7 +105,8 @@ def find_density(scan: Scan, inks: Inks, scale: Scale | None = None) -> Density:
 def baked(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """(33, 33, 33) float32: density at colours on a lattice over 0–255, by a thin-plate spline through samples.
 
-    The spline is cut off where there is no ink: its ripple would make paper of almost no density, which is not none.
+    It is worked out where the page has colours; elsewhere the table holds what the spline was fitted to.  And it is cut
+    off where there is no ink: its ripple would make paper of almost no density, which is not none.
 
     Source: seed 000, §5.1.1 (thin plate spline from RGB to density).
     """
@@ -117,9 +118,10 @@ def baked(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float3
     axis = np.linspace(0, 1, _CELLS + 1)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     level = inks.levels(lattice).max(axis=-1)
-    table = np.clip(level, -1, 0)
-    table[level > 0] = np.clip(spline(lattice[level > 0]), 0, MOST)
-    return table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1).astype(np.float32)
+    table = np.where(level > 0, scale.density(np.clip(level, 0, None)), np.clip(level, -1, 0))
+    used = (level > 0) & _corners_used(rgb)
+    table[used] = np.clip(spline(lattice[used]), 0, MOST)
+    return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
 
 def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:
@@ -132,6 +134,16 @@ def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:
     level = inks.levels(own).max(axis=-1)
     own = own[level > -0.3][np.argsort(level[level > -0.3])]
     return np.asarray(np.unique(np.concatenate([lattice, own[:: max(1, len(own) // _OWN)]]), axis=0))
+
+
+def _corners_used(rgb: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(33³,) bool: corners of the cells in which the page has colours."""
+    from scipy.ndimage import maximum_filter
+
+    low = np.minimum(rgb[::3, ::3].astype(np.uint16) * _CELLS // 255, _CELLS - 1)
+    used = np.zeros((_CELLS + 1,) * 3, dtype=bool)
+    used[low[..., 0], low[..., 1], low[..., 2]] = True
+    return np.asarray(maximum_filter(used, size=2, origin=(0, 0, 0))).ravel()
 
 
 def look_up(table: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.float32]:

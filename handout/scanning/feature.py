@@ -43,12 +43,12 @@ def line_features(graph: LineGraph, step: float = STEP) -> NDArray[np.float32]:
     """
     steps = even_steps(graph, step)
     own = walk_features(steps.xy, steps.density, steps.edges, steps.step)
-    part = steps.part.astype(np.float32)[:, None]
-    return own[steps.low] * (1 - part) + own[steps.high] * part
+    part = steps.part[:, None]
+    return np.asarray(own[steps.low] * (1 - part) + own[steps.high] * part, dtype=np.float32)
 
 
-def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> NDArray[np.float32]:
-    """(n, 216) float32: the feature of every vertex of a graph, each edge counted as `step` mm of travel.
+def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> Array:
+    """(n, 216) float: the feature of every vertex of a graph, each edge counted as `step` mm of travel.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> NDA
     step : mm.
     """
     walk = _walk(edges, len(xy))
-    result = np.zeros((len(xy), SIZE), dtype=np.float32)
+    result = np.zeros((len(xy), SIZE))
     for start in range(0, len(xy), _TOGETHER):
         starts = np.arange(start, min(start + _TOGETHER, len(xy)))
         result[starts] = _from(starts, xy, density, walk, step)
@@ -116,10 +116,10 @@ def _from(starts: Indices, xy: Array, density: Array, walk: _Walk, step: float) 
             total[:, bin_] += weights[bin_] * seen
     feature = np.zeros((len(starts), _TRAVEL, 27))
     np.add.at(feature, owner, total)
-    feature = feature.reshape(len(starts), SIZE)
-    whole = feature.sum(axis=1)
-    feature[whole == 0, 13] = 1.0  # a dot goes nowhere
-    return feature / np.where(whole == 0, 1.0, whole)[:, None]
+    flat = feature.reshape(len(starts), SIZE)
+    whole = flat.sum(axis=1)
+    flat[whole == 0, 13] = 1.0  # a dot goes nowhere
+    return flat / np.where(whole == 0, 1.0, whole)[:, None]
 
 
 def _launched(starts: Indices, xy: Array, walk: _Walk, step: float) -> tuple[list[Indices], Array, Indices, Array]:
@@ -174,8 +174,8 @@ def _seen(
     x = away[:, 0] * forward + away[:, 1] * aside
     y = away[:, 1] * forward - away[:, 0] * aside
     change, across, down = (_three_bins(value) for value in (density[at] - seed[row], x, y))
-    cells = (across[:, :, None] * down[:, None, :]).reshape(-1, 1, 9)
-    cells = (change[:, :, None] * cells).reshape(-1, 27)
+    plane = (across[:, :, None] * down[:, None, :]).reshape(-1, 1, 9)
+    cells = (change[:, :, None] * plane).reshape(-1, 27)
     gather = csr_matrix((on.data, np.arange(len(row)), on.indptr), shape=(on.shape[0], len(row)))
     return np.asarray(gather @ cells)
 

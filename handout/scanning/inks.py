@@ -144,7 +144,7 @@ def _cores(away: NDArray[np.float32]) -> tuple[NDArray[np.bool_], float]:
     dark = away[away > 0.08]
     if len(dark) < _ENOUGH:
         return np.zeros(away.shape, dtype=bool), 0.0
-    threshold = float(threshold_otsu(dark, nbins=128))
+    threshold = float(threshold_otsu(dark, nbins=128))  # type: ignore[no-untyped-call]
     core = away > threshold
     core[:, 1:-1] &= (away[:, 1:-1] >= np.maximum(away[:, :-2], away[:, 2:])) | _greatest_down(away)[:, 1:-1]
     return core, threshold
@@ -168,7 +168,7 @@ def _usual(ruled: Array) -> Array:
     """The colours of the ruling itself: where writing or an underline lies on it they are others."""
     off = np.abs(ruled - np.median(ruled, axis=0))
     off = (off / np.maximum(np.median(off, axis=0), 1 / 255)).max(axis=1)
-    return ruled[off <= 5.0]
+    return np.asarray(ruled[off <= 5.0])
 
 
 def _noise(scan: Scan, away: NDArray[np.float32], paper: Array) -> Array:
@@ -185,7 +185,8 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
     size = np.linalg.norm(away, axis=1)
     kind = _kinds(away / np.maximum(size, 1e-9)[:, None])
     share = np.bincount(kind) / len(kind)
-    inks, grain = [], []
+    inks: list[Ink] = []
+    grain: list[float] = []
     for k in np.argsort(-share):
         own = colours[kind == k]
         if share[k] < _SHARE or len(own) < _ENOUGH / 2:
@@ -218,7 +219,7 @@ def _kinds(directions: Array) -> NDArray[np.intp]:
             centre = np.mean(directions[near], axis=0)
         centres.append(centre / np.linalg.norm(centre))
         rest &= directions @ centres[-1] <= _APART
-    return np.argmax(directions @ np.stack(centres, axis=1), axis=1)
+    return np.asarray(np.argmax(directions @ np.stack(centres, axis=1), axis=1), dtype=np.intp)
 
 
 def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Array, float]:

@@ -35,7 +35,8 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     import cv2
 
     ink = fill_holes(mask.ink, scan.dpi)
-    inside = np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    away = cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    inside = np.asarray(away, dtype=np.float32)
     xy, edges = skeleton_graph(ink, inside)
     before, after = _along(edges, len(xy))
     xy = smoothed(xy, before, after)

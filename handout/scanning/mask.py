@@ -102,14 +102,15 @@ def hysteresis(values: NDArray[np.float32], density: Density) -> NDArray[np.bool
     """(h, w) bool: pieces of possible ink that hold sure ink."""
     from skimage.filters import apply_hysteresis_threshold
 
-    return np.asarray(apply_hysteresis_threshold(values, density.perhaps, density.sure))
+    found = apply_hysteresis_threshold(values, density.perhaps, density.sure)  # type: ignore[no-untyped-call]
+    return np.asarray(found)
 
 
 def stroke_width(ink: NDArray[np.bool_]) -> float:
     """Usual width of strokes, pixels: twice the median distance of their middles from the edge; 0 without ink."""
     import cv2
 
-    inside = cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5)
+    inside = np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     core = inside[1:-1, 1:-1] > 0
     for ahead, behind in ((inside[2:, 1:-1], inside[:-2, 1:-1]), (inside[1:-1, 2:], inside[1:-1, :-2])):
         core &= (inside[1:-1, 1:-1] >= ahead) & (inside[1:-1, 1:-1] >= behind)
@@ -119,7 +120,7 @@ def stroke_width(ink: NDArray[np.bool_]) -> float:
 
 def _middle_half(values: NDArray[np.float32]) -> NDArray[np.bool_]:
     low, high = np.percentile(values, [25, 75])
-    return (values >= low) & (values <= high)
+    return np.asarray((values >= low) & (values <= high))
 
 
 def without_specks(
@@ -150,7 +151,7 @@ def _softened(values: NDArray[np.float32], radius: int) -> NDArray[np.float32]:
     if radius <= 0:
         return values
     levels = np.rint(values * 127).astype(np.uint8)
-    return np.asarray(cv2.medianBlur(levels, 2 * radius + 1)).astype(np.float32) / 127
+    return np.asarray(cv2.medianBlur(levels, 2 * radius + 1), dtype=np.float32) / np.float32(127)
 
 
 def _domain(values: NDArray[np.float32], paint: NDArray[np.int8] | None) -> NDArray[np.bool_]:

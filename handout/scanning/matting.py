@@ -49,7 +49,7 @@ def find_matte(scan: Scan, mask: Mask, inks: Inks) -> Matte:
 
     size = 2 * max(1, round(scan.pixels(_GROW))) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    around = cv2.dilate(mask.ink.astype(np.uint8), kernel)
+    around = np.asarray(cv2.dilate(mask.ink.astype(np.uint8), kernel), dtype=np.uint8)
     if inks.ruling is None:
         paper = fill_smooth(scan.rgb, around)
     else:
@@ -95,7 +95,7 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
         small = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
         colour = cv2.resize(sums, size, interpolation=cv2.INTER_AREA) / np.maximum(small, 1e-6)[:, :, None]
         known = (small > 0).astype(np.float32)
-        levels.append((colour * known[:, :, None], known))
+        levels.append((np.asarray(colour * known[:, :, None], dtype=np.float32), known))
     filled, known = levels.pop()
     if not known.all():
         mean = filled[known > 0].mean(axis=0) if known.any() else np.full(3, 255, dtype=np.float32)

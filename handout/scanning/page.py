@@ -86,7 +86,10 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
     """
     path = Path(path)
     if dpi is not None and not LEAST_DPI <= dpi <= MOST_DPI:
-        raise InputError(f"--dpi {dpi:g} is outside {LEAST_DPI:g}–{MOST_DPI:g}: handwriting needs a scan of 300 or more.")
+        raise InputError(
+            f"--dpi {dpi:g} is outside {LEAST_DPI:g}–{MOST_DPI:g}: handwriting needs a scan of 300 or more."
+        )
+    own: float | None
     if path.suffix.lower() == ".pdf":
         from handout.scanning.pdf import page_of_pdf
 
@@ -189,7 +192,9 @@ def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
         grey = np.rint(values * 255).astype(np.uint8)
     else:
         if values.min() < 0 or values.max() > 65535:
-            raise InputError(f"{path} holds numbers of more than 16 bits: save it as an ordinary image of 8 or 16 bits.")
+            raise InputError(
+                f"{path} holds numbers of more than 16 bits: save it as an ordinary image of 8 or 16 bits."
+            )
         grey = (values.astype(np.uint16) >> 8).astype(np.uint8)
     return np.repeat(grey[:, :, None], 3, axis=2)
 
@@ -206,7 +211,7 @@ def _read_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float |
             assert isinstance(one, tifffile.TiffPage)
             refuse_large(one.imagewidth, one.imagelength, path)
             values = one.asarray()
-            photometric, planes = one.photometric.name, one.planarconfig
+            photometric, planes = tifffile.PHOTOMETRIC(one.photometric).name, one.planarconfig
             own = one.get_resolution(2)[0] if one.resolutionunit in (2, 3) else None
     except InputError:
         raise
@@ -229,7 +234,9 @@ def _tiff_rgb(values: NDArray[Any], photometric: str, path: Path) -> NDArray[np.
     rgb = np.empty((*values.shape[:2], 3), dtype=np.uint8)
     for k in range(3):  # a plane at a time: memory
         plane = values[:, :, min(k, colours - 1)]
-        rgb[:, :, k] = (plane >> 8) if full == 65535 else (plane if full == 255 else np.rint(np.clip(plane, 0, 1) * 255))
+        rgb[:, :, k] = (
+            (plane >> 8) if full == 65535 else (plane if full == 255 else np.rint(np.clip(plane, 0, 1) * 255))
+        )
     return 255 - rgb if photometric == "MINISWHITE" else rgb
 
 

@@ -59,11 +59,11 @@ def find_paper(scan: Scan) -> Paper:
 
     small, dpi = _small(scan)
     size = _odd(_STROKE * dpi / 25.4)
-    closed = cv2.morphologyEx(small, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_RECT, (size, size)))
+    closed = np.asarray(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)), dtype=np.uint8)
     wide = _wide_median(closed, dpi)
     calm = cv2.medianBlur(closed, min(_odd(3.5 * _STROKE * dpi / 25.4), 255))
     calm = np.maximum(calm, (wide * _DEEPEST).astype(np.uint8))
-    smooth = cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size)
+    smooth = np.asarray(cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size), dtype=np.float32)
     colour = np.median(smooth.reshape(-1, 3), axis=0).astype(np.float32)
     spread = np.percentile(smooth.reshape(-1, 3), [1, 99], axis=0)
     return Paper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _EVEN))

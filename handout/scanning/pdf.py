@@ -26,7 +26,7 @@ def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float]
         The library is missing; no such page; not a PDF, damaged, or locked by a password; too large.
     """
     try:
-        import pypdfium2
+        import pypdfium2  # type: ignore[import-not-found, unused-ignore]
     except ImportError as error:
         raise InputError(
             f"Reading {path} needs the library pypdfium2: pip install 'handout-driver[pdf]', "
@@ -56,7 +56,7 @@ def _drawn(document: Any, index: int, path: Path) -> tuple[NDArray[np.uint8], fl
 
 def _native(sheet: Any) -> float | None:
     """Pixels per inch of the largest picture on the page."""
-    import pypdfium2.raw
+    import pypdfium2.raw  # type: ignore[import-not-found, unused-ignore]
 
     best, answer = 0.0, None
     for item in sheet.get_objects(filter=[pypdfium2.raw.FPDF_PAGEOBJ_IMAGE]):

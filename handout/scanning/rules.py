@@ -14,45 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.strokes import Marks, find_marks, slant_of
+from handout.scanning.rule import LEAST, Rule, mode, on_baselines
+from handout.scanning.strokes import find_marks, slant_of
 from handout.values import Array
 
 _SLOPES = np.arange(-0.10, 0.1001, 0.004)  # of a whole page
 _BIN = 0.1  # mm of a profile
 _PITCH = (3.0, 28.0)  # mm
-_LEAST = 25  # left edges of a line
 _UNEVEN = 1.0  # what a gap e times the pitch costs, in peaks
 _FREE = 0.06  # how far a line's slope may lie from the page's
-
-
-@dataclass(frozen=True, eq=False)
-class Rule:
-    """The baseline of one line, mm on the page, y down.
-
-    curve : (c0, c1, c2): y = c0 + c1 u + c2 u², u = x − middle.
-    left, right : x of the first and the last ink of the line.
-    """
-
-    curve: tuple[float, float, float]
-    left: float
-    right: float
-
-    @property
-    def middle(self) -> float:
-        """x of the middle, mm."""
-        return (self.left + self.right) / 2
-
-    def baseline(self, x: Array | float) -> Array:
-        """y of the baseline, mm, at x, mm; beyond the ends it runs on straight."""
-        u = np.asarray(x, dtype=np.float64) - self.middle
-        held = np.clip(u, self.left - self.middle, self.right - self.middle)
-        c0, c1, c2 = self.curve
-        return np.asarray(c0 + held * (c1 + held * c2) + (u - held) * (c1 + 2 * c2 * held))
-
-    def slope(self, x: Array | float) -> Array:
-        """dy/dx of the baseline at x: positive where the line falls."""
-        u = np.clip(np.asarray(x, dtype=np.float64), self.left, self.right) - self.middle
-        return np.asarray(self.curve[1] + 2 * self.curve[2] * u)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +68,7 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     Source: alignment specification, recipe 2.
     """
     marks = find_marks(mask, dpi)
-    if len(marks.left) < _LEAST:
+    if len(marks.left) < LEAST:
         return Rules((), 0.0, 0.0, 0.0)
     slope = _page_slope(marks.left)
     centre = float(marks.left[:, 0].mean())
@@ -107,7 +77,7 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     if count and len(middles) != count:
         middles, pitch = _counted(levels, count)
     traces = _traces(marks.left, levels, slope, centre, middles, pitch)
-    lines = _on_baselines(marks, traces, centre, pitch)
+    lines = on_baselines(marks, traces, centre, pitch)
     if not count:
         lines = _apart(lines, pitch)
     if not lines:
@@ -115,7 +85,7 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     if len(lines) > 1:
         x = float(np.median([line.middle for line in lines]))
         pitch = float(np.median(np.diff([float(line.baseline(x)) for line in lines])))
-    x_height = _x_height(lines, marks.top, pitch)
+    x_height = _x_height(lines, marks.top[marks.over > 0.25 * pitch], pitch)
     return Rules(tuple(lines), x_height, slant_of(mask, dpi, lines, x_height), pitch)
 
 
@@ -254,66 +224,6 @@ def _trace(
     return answer
 
 
-def _on_baselines(marks: Marks, traces: list[tuple[float, float]], centre: float, pitch: float) -> list[Rule]:
-    """The lines moved from the middles of their small letters down to their feet, each with its own bend."""
-    u = marks.left[:, 0] - centre
-    off = np.abs(np.stack([marks.left[:, 1] - level - slope * u for level, slope in traces]))
-    nearest, close = np.argmin(off, axis=0), off.min(axis=0) < 0.25 * pitch
-    lines = []
-    for i, trace in enumerate(traces):
-        x = marks.left[close & (nearest == i), 0]
-        if len(x) >= _LEAST // 2:
-            lines.append(_on_baseline(trace, marks.foot, _together(x, 2.5 * pitch), centre, pitch))
-    return sorted(lines, key=lambda line: line.curve[0])
-
-
-def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: float, pitch: float) -> Rule:
-    level, slope = trace
-    left, right = float(x[0]), float(x[-1])
-    middle = (left + right) / 2
-    fall = feet[:, 1] - level - slope * (feet[:, 0] - centre)
-    at = (feet[:, 0] > left - 0.5 * pitch) & (feet[:, 0] < right + 0.5 * pitch)
-    at &= (fall > -0.1 * pitch) & (fall < 0.55 * pitch)
-    foot = _mode(fall[at], 0.04 * pitch) if at.any() else 0.2 * pitch
-    near = at & (np.abs(fall - foot) < 0.3 * pitch)
-    u, y = feet[near, 0] - middle, fall[near] - foot
-    long, some = right - left > 8 * pitch and int(near.sum()) > _LEAST, right - left > 2.5 * pitch
-    c0, c1, c2 = _robust(u, y, 2 if long else (1 if some else 0), 0.12 * pitch)
-    return Rule((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
-
-
-def _together(x: Array, gap: float) -> Array:
-    """Sorted, without the few that stand apart: strays from a neighbouring line that a short one would claim."""
-    x = np.sort(x)
-    groups = np.split(x, np.flatnonzero(np.diff(x) > gap) + 1)
-    most = max(len(group) for group in groups)
-    return np.concatenate([group for group in groups if len(group) > 0.12 * most])
-
-
-def _robust(u: Array, y: Array, degree: int, scale: float) -> tuple[float, float, float]:
-    """Polynomial through the densest part of the points: Tukey's weights, the scale drawn in step by step."""
-    curve = np.zeros(3)
-    if len(u) <= degree + 2:
-        return 0.0, 0.0, 0.0
-    unit = max(float(np.abs(u).max()), 1.0)
-    powers = np.stack([(u / unit) ** k for k in range(degree + 1)], axis=1)
-    for width in (2.0, 1.5, 1.0, 0.8, 0.8, 0.8):
-        rest = (y - powers @ curve[: degree + 1]) / (width * scale)
-        weight = np.where(np.abs(rest) < 1, (1 - rest**2) ** 2, 0.0)
-        if (weight > 0).sum() <= degree + 2:
-            break
-        root = np.sqrt(weight)[:, None]
-        curve[: degree + 1] = np.linalg.lstsq(powers * root, y * root[:, 0], rcond=None)[0]
-    return float(curve[0]), float(curve[1] / unit), float(curve[2] / unit**2)
-
-
-def _mode(values: Array, sigma: float) -> float:
-    """The densest value, by a Gaussian kernel."""
-    grid = np.linspace(values.min(), values.max(), 200)
-    held = np.exp(-0.5 * ((grid[:, None] - values) / sigma) ** 2).sum(axis=1)
-    return float(grid[int(np.argmax(held))])
-
-
 def _apart(lines: list[Rule], pitch: float) -> list[Rule]:
     """Of two lines in one place the longer."""
     kept: list[Rule] = []
@@ -328,11 +238,16 @@ def _apart(lines: list[Rule], pitch: float) -> list[Rule]:
 
 
 def _x_height(lines: list[Rule], tops: Array, pitch: float) -> float:
-    """The height above the baseline at which most strokes have their top, mm."""
+    """The height above the baseline at which strokes usually have their top, mm: the median around the mode."""
     heights = []
     for line in lines:
         own = tops[(tops[:, 0] > line.left) & (tops[:, 0] < line.right)]
         heights.append(line.baseline(own[:, 0]) - own[:, 1])
     above = np.concatenate(heights)
     above = above[(above > 0.12 * pitch) & (above < 0.7 * pitch)]
-    return _mode(above, 0.03 * pitch) if len(above) >= _LEAST else 0.3 * pitch
+    if len(above) < LEAST:
+        return 0.3 * pitch
+    height = mode(above, 0.03 * pitch)
+    for _ in range(2):
+        height = float(np.median(above[(above > 0.6 * height) & (above < 1.6 * height)]))
+    return height

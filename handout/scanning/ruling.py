@@ -37,7 +37,7 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
     found = np.zeros_like(marked)
     for shape in ((run, 1), (1, run)):
         kernel = np.ones(shape[::-1], dtype=np.uint8)
-        lines = cv2.morphologyEx(marked, cv2.MORPH_OPEN, kernel)
+        lines = np.asarray(cv2.morphologyEx(marked, cv2.MORPH_OPEN, kernel), dtype=np.uint8)
         if _spread(lines, axis=1 if shape[0] > 1 else 0):
             found |= lines
     return found.astype(bool) if found.any() else None

@@ -41,7 +41,7 @@ def skeleton_graph(ink: NDArray[np.bool_], inside: NDArray[np.float32]) -> tuple
     """
     from skimage.morphology import skeletonize
 
-    y, x = np.nonzero(skeletonize(ink))
+    y, x = np.nonzero(skeletonize(ink))  # type: ignore[no-untyped-call]
     xy = np.stack([x, y], axis=1).astype(np.float64)
     xy, edges = _merge_junctions(xy, _neighbours(y, x, ink.shape))
     for _ in range(_ROUNDS):

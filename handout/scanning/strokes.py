@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 _SLANTS = np.arange(-0.5, 1.5001, 0.05)
+_USUAL, _UNUSUAL = 0.2, 1.2  # slants of people
 _ROWS = 0.1  # mm between rows of left edges: at 600 dpi every row would only cost time
 _UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 
@@ -19,8 +20,13 @@ _UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 class _Baseline(Protocol):
     """What is asked of a line here."""
 
-    left: float
-    right: float
+    @property
+    def left(self) -> float:
+        """x of its first ink, mm."""
+
+    @property
+    def right(self) -> float:
+        """x of its last ink, mm."""
 
     def baseline(self, x: Array | float) -> Array:
         """y at x, mm."""
@@ -28,11 +34,15 @@ class _Baseline(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Places (n, 2), mm: where runs of ink begin, strokes have no ink beneath, and none above."""
+    """Places (n, 2), mm: where runs of ink begin, strokes have no ink right beneath, and none right above.
+
+    over : (n,) mm: how far the next ink above each of `top` is.
+    """
 
     left: Array
     foot: Array
     top: Array
+    over: Array
 
 
 def find_marks(mask: NDArray[np.bool_], dpi: float) -> Marks:
@@ -45,7 +55,15 @@ def find_marks(mask: NDArray[np.bool_], dpi: float) -> Marks:
     left = np.stack([begin[own], row[own]], axis=1) * pixel
     foot = _ends(mask, row[short], begin[short], end[short], 1)
     top = _ends(mask, row[short], begin[short], end[short], -1)
-    return Marks(left, foot * pixel, top * pixel)
+    return Marks(left, foot * pixel, top * pixel, _free_above(mask, top) * pixel)
+
+
+def _free_above(mask: NDArray[np.bool_], top: Array) -> Array:
+    """(n,) pixels: from each place to the next ink above it, or to the edge."""
+    number = np.arange(1, mask.shape[0] + 1, dtype=np.int32)[:, None]
+    last = np.maximum.accumulate(np.where(mask, number, 0), axis=0)
+    y, x = top[:, 1].astype(np.intp), top[:, 0].astype(np.intp)
+    return np.asarray(np.where(y > 0, y - last[np.maximum(y - 1, 0), x], y), dtype=np.float64)
 
 
 def _runs(mask: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
@@ -73,46 +91,48 @@ def _ends(
 def slant_of(mask: NDArray[np.bool_], dpi: float, lines: Sequence[_Baseline], x_height: float) -> float:
     """dx/dy of the letters, upwards: the shear under which the columns of a line hold ink most unevenly.
 
-    The median over the lines, each weighted by its ink.
+    All lines vote together, each as much as the other, and for the whole letters and their ascenders alike: upstrokes
+    that join letters slant more than stems, and in a short line may be more.
 
     Source: alignment specification, recipe 4.
     """
     pixel = 25.4 / dpi
     coarse = max(x_height / 14, pixel)
-    votes, weights = [], []
+    votes = np.zeros(len(_SLANTS))
     for line in lines:
         x, height = _above(mask, pixel, line, x_height)
-        if len(x) < 100:
-            continue
-        held = [float(np.square(_columns(x - slant * height, coarse)).sum()) for slant in _SLANTS]
-        k = int(np.argmax(held))
-        votes.append(float(_SLANTS[k]) + 0.05 * _peak_offset(held, k))
-        weights.append(len(x))
-    if not votes:
+        for own in (height > -np.inf, height > 0.8 * x_height):
+            if own.sum() < 100:
+                continue
+            held = [float(np.square(_columns((x - s * height)[own], coarse)).sum()) for s in _SLANTS]
+            votes += np.array(held) / max(held)
+    if not votes.any():
         return 0.0
-    order = np.argsort(votes)
-    share = np.cumsum(np.array(weights, dtype=np.float64)[order])
-    return votes[int(order[np.searchsorted(share, share[-1] / 2)])]
+    votes *= np.exp(-0.5 * ((_SLANTS - _USUAL) / _UNUSUAL) ** 2)
+    k = int(np.argmax(votes))
+    return float(_SLANTS[k]) + 0.05 * _peak_offset(votes, k)
 
 
 def _above(mask: NDArray[np.bool_], pixel: float, line: _Baseline, x_height: float) -> tuple[Array, Array]:
     """x and height over the baseline, mm, of the ink of a line, from its feet to its ascenders."""
     x0, x1 = max(0, int(line.left / pixel)), min(mask.shape[1], int(line.right / pixel) + 1)
-    ends = line.baseline(np.array([line.left, (line.left + line.right) / 2, line.right]))
+    ends = line.baseline(np.linspace(line.left, line.right, 3))
     y0 = max(0, int((ends.min() - 2.2 * x_height) / pixel))
     y1 = min(mask.shape[0], int((ends.max() + 0.3 * x_height) / pixel) + 1)
     y, x = np.nonzero(mask[y0:y1, x0:x1])
-    place = (x + x0 + 0.5) * pixel
+    place = np.asarray((x + x0 + 0.5) * pixel, dtype=np.float64)
     height = line.baseline(place) - (y + y0 + 0.5) * pixel
     own = (height > -0.2 * x_height) & (height < 2.0 * x_height)
-    return place[own], height[own]
+    # pixels stand in columns: spread over their width, or an upright page would look the evenest
+    spread = (np.arange(len(place)) * 0.618034 % 1 - 0.5) * pixel
+    return (place + spread)[own], height[own]
 
 
 def _columns(x: Array, width: float) -> Array:
     return np.bincount(((x - x.min()) / width).astype(np.intp)).astype(np.float64)
 
 
-def _peak_offset(held: list[float], k: int) -> float:
+def _peak_offset(held: Array, k: int) -> float:
     """Where the parabola through a peak and its neighbours is highest, in steps from the peak."""
     if not 0 < k < len(held) - 1:
         return 0.0
