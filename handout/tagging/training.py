@@ -31,6 +31,7 @@ _WORDS = 24
 _GROUPED = 0.3  # how many of the words are groups of characters
 _RARE = "–£€ßæøœ…éèàüöäçñ"
 _KEPT, _KEPT_OF_SPACE = 0.75, 0.3  # how many columns are learned from
+_FRESH = 60  # lines to measure with
 _STRUCK = 0.25  # how many writers strike words out
 _WIDTHS = {JUNK: 1.6, SPACE: 1.0}
 
@@ -211,7 +212,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rng = np.random.default_rng(chosen.seed)
     made = train(hands, sentences, rng, lines=chosen.lines, epochs=chosen.epochs, hidden=chosen.hidden)
     network.save(made, chosen.output)
-    fresh = list(written(hands, sentences, 60, np.random.default_rng(chosen.seed + 1000)))
+    fresh = list(written(hands, sentences, _FRESH, np.random.default_rng(chosen.seed + 1000)))
     state_share, letter_share = accuracy(network.load(chosen.output), fresh)
     size = chosen.output.stat().st_size / 1e6
     _say(f"{chosen.output}: {size:.1f} MB; of fresh columns {state_share:.1%} right, letters {letter_share:.1%}")
