@@ -49,9 +49,9 @@ class Terms:
     clear: float = 0.6
     smudge: float = 0.6
     gap: float = 1.5
-    broken: float = 6.0
-    missing: float = 14.0
-    silent: float = 6.0
+    broken: float = 15.0
+    missing: float = 25.0
+    silent: float = 10.0
 
 
 TERMS = Terms()
