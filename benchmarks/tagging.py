@@ -11,8 +11,9 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,9 @@ import numpy as np
 
 from handout.scanning.reading import WrittenPage, read_page
 from handout.tagging.align import METHODS, align
-from handout.tagging.alignment import AlignedLine, Alignment
+from handout.tagging.alignment import AlignedLine, Alignment, Letter
+from handout.tagging.alphabet import SPACE
+from handout.tagging.transcript import read_transcript
 
 GOALS = {"0013_1": 96, "0012_1": 96, "w0122": 96, "w0180": 96, "w0238": 93}
 GOAL_SECONDS = 20
@@ -36,39 +39,44 @@ def transcript(folder: Path, page: str) -> list[str]:
     return [line.strip() for line in part.strip().splitlines() if line.strip()]
 
 
-def right(line: AlignedLine, true: Mapping[str, Any], slant: float, x_height: float) -> Iterator[bool]:
-    """For every letter of a line whether it was found."""
+def is_right(
+    line: AlignedLine, letter: Letter, true: Sequence[Any], page: Mapping[str, Any], outer: Sequence[bool]
+) -> bool:
+    """Whether a letter was found.
+
+    true : its name, and x of its ends on the baseline, pixels.
+    outer : whether nothing of its word is before it, and after it.
+    """
+    slant, x_height, (a, b) = page["slant_dx_per_up"], page["x_height_px"], page["baseline_y"]
     frame, unit = line.frame, x_height / 20
-    a, b = true["baseline_y"]
-    words = "".join(" " if letter == " " else "x" for letter in true["text"])
-    at = [i for i, letter in enumerate(words) if letter != " "]
-    for place, letter, (name, left, end) in zip(at, line.letters, true["letters"], strict=True):
-        want = [x + slant * _HALF * x_height for x in (left, end)]
-        # both slants and both baselines differ a little: compared at the same height of the page
-        level = [a + b * x - _HALF * x_height for x in (left, end)]
-        height = [float(frame.base(x)) - y for x, y in zip(want, level, strict=True)]
-        found = [x + frame.slant * h for x, h in zip((letter.left, letter.right), height, strict=True)]
-        width = want[1] - want[0]
-        usual = max(width / 3, 3 * unit)
-        allowed = []
-        for beside in (place - 1, place + 1):
-            outer = not 0 <= beside < len(words) or words[beside] == " "
-            allowed.append(max(8 * unit, usual) if name in _MARKS else max(0.6 * width, usual) if outer else usual)
-        off = [abs(x - y) for x, y in zip(found, want, strict=True)]
-        middle = sum(found) / 2
-        yield all(o <= most for o, most in zip(off, allowed, strict=True)) and (
-            want[0] - 2 * unit <= middle <= want[1] + 2 * unit
-        )
+    name, *ends = true
+    want = [x + slant * _HALF * x_height for x in ends]
+    # both slants and both baselines differ a little: compared at the same height of the page
+    height = [float(frame.base(x)) - (a + b * end - _HALF * x_height) for x, end in zip(want, ends, strict=True)]
+    found = [x + frame.slant * h for x, h in zip((letter.left, letter.right), height, strict=True)]
+    width = want[1] - want[0]
+    usual = max(width / 3, 3 * unit)
+    allowed = [max(8 * unit, usual) if name in _MARKS else max(0.6 * width, usual) if end else usual for end in outer]
+    near = all(abs(x - y) <= most for x, y, most in zip(found, want, allowed, strict=True))
+    return near and want[0] - 2 * unit <= sum(found) / 2 <= want[1] + 2 * unit
 
 
-def share(alignment: Alignment, truth: Mapping[str, Any]) -> float:
-    """Per cent of the letters of a page that were found."""
-    lines = {line.number: line for line in alignment.lines}
-    good = [
-        hit
-        for true in truth["lines"]
-        for hit in right(lines[true["line"] - 1], true, truth["slant_dx_per_up"], truth["x_height_px"])
-    ]
+def share(alignment: Alignment, lines: Sequence[str], truth: Mapping[str, Any]) -> float:
+    """Per cent of the letters of a page that were found; one on another line than its own was not."""
+    every = [(line, letter) for line in alignment.lines for letter in line.letters]
+    written = read_transcript("\n".join(lines))
+    counts = [sum(letter != SPACE for letter in line.letters) for line in written]
+    good = []
+    for true in truth["lines"]:
+        number, page = true["line"] - 1, {**truth, "baseline_y": true["baseline_y"]}
+        letters = [" ", *written[number].letters, " "]
+        outer = [
+            (a == SPACE, c == SPACE) for a, b, c in zip(letters, letters[1:], letters[2:], strict=False) if b != SPACE
+        ]
+        first = sum(counts[:number])
+        own = every[first : first + counts[number]]
+        for (line, letter), each, ends in zip(own, true["letters"], outer, strict=True):
+            good.append(line.number == number and is_right(line, letter, each, page, ends))
     return 100 * float(np.mean(good))
 
 
@@ -96,7 +104,8 @@ def main() -> None:
         lines = transcript(path.parent, path.stem + (".png" if path.parent.name == "cvl" else ""))
         read = read_page(path, _DPI, lines=len(lines))
         for variant, alignment, seconds in _variants(read, lines):
-            table.setdefault(variant, []).append((share(alignment, page), seconds))
+            table.setdefault(variant, []).append((share(alignment, lines, page), seconds))
+            print(f"{name}: {variant}: {table[variant][-1][0]:.1f} % in {seconds:.1f} s", file=sys.stderr, flush=True)
     print(
         f"{'letters right, %':<42}"
         + "".join(f"{Path(name).stem.split('_s0')[0]:>9}" for name in truth)
