@@ -1,0 +1,156 @@
+"""Where every letter of a scanned page is: the way from the page and its transcript to an `Alignment`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.tagging import fit, network
+from handout.tagging.alignment import AlignedLine, Alignment, Letter
+from handout.tagging.alphabet import SPACE
+from handout.tagging.decoder import Decoded, decode
+from handout.tagging.linespace import Frame, Strip, strips
+from handout.tagging.network import Network
+from handout.tagging.segments import Page, by_line, confidence
+from handout.tagging.transcript import Written, in_one, read_transcript
+
+if TYPE_CHECKING:
+    from handout.scanning.reading import WrittenPage
+
+METHODS = ("segments", "segments-once", "haines_2016")
+_MOST_POOR = 1  # lines that may fit poorly before other line breaks are tried
+
+Decodings = Callable[[Page, Sequence[Written], np.random.Generator], list[list[Decoded]]]
+
+
+def align(
+    page: WrittenPage,
+    transcript: str,
+    *,
+    method: str = "segments",
+    rng: np.random.Generator,
+    networks: Sequence[Network] | None = None,
+) -> Alignment:
+    """Find every letter of a page.
+
+    Parameters
+    ----------
+    page : scanning.reading.WrittenPage
+        With its mask of ink and the rules of its lines.
+    transcript : str
+        What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
+        Line breaks that differ from the page's are found.
+    method : {"segments", "segments-once", "haines_2016"}
+        "segments-once" learns nothing from the page, which is quicker and finds fewer; "haines_2016" is the chain of
+        seed 000, for comparison.
+    rng : numpy.random.Generator
+        Drives the training on the page; the same generator gives the same alignment.
+    networks : sequence of Network, optional
+        In place of the shipped ones.
+
+    Raises
+    ------
+    InputError
+        An empty transcript, a page without lines, an unknown method, or the transcript of another page.
+    """
+    straight = strips(page.mask.ink, frames(page)) if page.rules.lines else []
+    return align_strips(straight, transcript, method=method, rng=rng, networks=networks)
+
+
+def align_strips(
+    straight: Sequence[Strip],
+    transcript: str,
+    *,
+    method: str = "segments",
+    rng: np.random.Generator,
+    networks: Sequence[Network] | None = None,
+) -> Alignment:
+    """The same for lines that have been straightened."""
+    lines = read_transcript(transcript)
+    if not straight:
+        raise InputError("No lines of writing were found on the page: nothing can be aligned.")
+    page = Page([strip.image for strip in straight], networks or network.shipped())
+    parts, fits = _placed(page, lines, rng)
+    kept = [i for i, part in enumerate(parts) if part.letters]
+    used, texts = page.part(kept), [parts[i] for i in kept]
+    found = _decodings(method)(used, texts, rng)
+    aligned = tuple(
+        AlignedLine(i, straight[i].frame, _letters(straight[i].frame, text, each), float(fits[i]))
+        for i, text, each in zip(kept, texts, found, strict=True)
+    )
+    return Alignment(aligned, tuple(i for i in kept if fits[i] < fit.POOR), method)
+
+
+def _decodings(method: str) -> Decodings:
+    if method == "segments":
+        return by_line
+    if method == "segments-once":
+        return partial(by_line, adapting=False)
+    if method == "haines_2016":
+        from handout.tagging.chain import haines_2016
+
+        return haines_2016
+    raise InputError(f"method {method!r} is unknown; use {' or '.join(METHODS)}.")
+
+
+def _placed(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> tuple[list[Written], list[float]]:
+    """Which text is on which line of the page, and how well it fits there."""
+    count = len(page.images)
+    if len(lines) == count:
+        fits = _fits(page, lines, rng)
+        if sum(one < fit.POOR for one in fits) <= _MOST_POOR:
+            return list(lines), fits
+    readings = [page.reading(i) for i in range(count)]
+    parts = fit.broken_freely(readings, lines, page.widths(_dealt(lines, count)))
+    freely = _fits(page, parts, rng)
+    if len(lines) == count and float(np.median(fits)) > float(np.median(freely)):
+        parts, freely = list(lines), fits
+    fit.check([one for one, part in zip(freely, parts, strict=True) if part.letters], (count, len(lines)))
+    return parts, freely
+
+
+def _dealt(lines: Sequence[Written], count: int) -> list[Written]:
+    """The text cut into as many pieces as there are lines, all of about one length: enough to guess a scale from."""
+    text = in_one(lines)
+    cuts = np.linspace(0, len(text.letters), count + 1).astype(int)
+    return [text.part(a, b) for a, b in pairwise(cuts.tolist())]
+
+
+def _fits(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> list[float]:
+    widths = page.widths(lines)
+    fits = []
+    for i, line in enumerate(lines):
+        reading = page.reading(i)
+        found = decode(reading, line.letters, widths) if line.letters else None
+        fits.append(fit.fit(reading, line, found, widths, rng) if found else 0.0)
+    return fits
+
+
+def _letters(frame: Frame, text: Written, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:
+    best, sure = decodings[-1], confidence(decodings)
+    left, right = (frame.to_page(side)[:, 0].tolist() for side in (best.left, best.right))
+    return tuple(
+        Letter(text.at[i], text.spelt[i], left[i], right[i], float(sure[i]), bool(best.found[i]))
+        for i, letter in enumerate(text.letters)
+        if letter != SPACE
+    )
+
+
+def frames(page: WrittenPage) -> list[Frame]:
+    """The lines of a page in its own pixels, 0 the middle of the first one."""
+    pixel = page.scan.pixel
+    return [
+        Frame(
+            baseline=(rule.curve[0] / pixel - 0.5, rule.curve[1], rule.curve[2] * pixel),
+            x_height=page.rules.x_height / pixel,
+            slant=page.rules.slant,
+            middle=rule.middle / pixel - 0.5,
+            reach=(rule.right - rule.left) / 2 / pixel,
+        )
+        for rule in page.rules.lines
+    ]

@@ -1,0 +1,258 @@
+"""Laying a transcript along a line: where each of its letters begins and ends, given what the columns look like.
+
+A semi-Markov chain: every letter is a segment whose thirds are read each as what they are, whose length follows the
+letter's usual width, and whose ends would rather not cut ink.  Between letters of a word a gap is possible, between
+words it is the rule, at both ends of a line it is free.  The best segmentation is found exactly.
+
+Source: seed 000, §5.1.3 and Appendix D (a chain over the transcript); segments, thirds and gaps are this project's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from handout.tagging.alphabet import JUNK, SPACE, THIRDS, state
+from handout.tagging.features import ABOVE, INKY, STEP, X_HEIGHT, Image
+from handout.values import Array
+
+NEVER = -1e9
+BAR = 2  # columns between two lines: as many as the least gap
+_BARRED = -1e6  # a letter across the end of a line
+_BODY_UP, _BODY_DOWN = int(1.6 * X_HEIGHT), 4  # rows over and under the baseline where cutting ink counts
+_LOW = 11  # rows under the baseline where ink in a space still counts in full
+_TIGHTEST = 5  # columns: narrower spaces between words cost
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What the parts of the score weigh.  They hardly matter, but for `sigma`.
+
+    temper : of the networks' log probabilities.
+    prior : power of the states' own frequencies that is divided out.
+    sigma : of the logarithm of a letter's width.
+    cut, clear : cost of ink in a cut column, and gain of a column without.
+    smudge : cost of ink in a space, a column's full pen.
+    gap : cost of a gap inside a word.
+    broken : cost of ending a line inside a word.
+    missing, silent : cost of a letter, and of a mark, that the page has not.
+    """
+
+    temper: float = 0.35
+    prior: float = 0.6
+    sigma: float = 0.18
+    cut: float = 0.5
+    clear: float = 0.6
+    smudge: float = 0.6
+    gap: float = 1.5
+    broken: float = 15.0
+    missing: float = 25.0
+    silent: float = 10.0
+
+
+TERMS = Terms()
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What the columns of a line (or of several, one after the other) say, summed up from the left.
+
+    letters : (n + 1, states) float, score of the columns before each border as each state.
+    space, gap : (n + 1,) the same as space between words and inside one.
+    border : (n + 1,) what it costs to cut there.
+    lines : columns at which the lines begin, when there are several.
+    """
+
+    letters: Array
+    space: Array
+    gap: Array
+    border: Array
+    lines: tuple[int, ...] = (0,)
+    terms: Terms = TERMS
+
+    @property
+    def columns(self) -> int:
+        return len(self.border) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """Where the letters are.
+
+    left, right : (m,) float, pixels of the line's image, for every letter and space given.
+    score : of the whole.
+    found : (m,) bool, False for a letter that the page seems not to have (its width is 0).
+    """
+
+    left: Array
+    right: Array
+    score: float
+    found: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+
+def read(
+    image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
+) -> Reading:
+    """The reading of one line from its image and the networks' probabilities of every described column."""
+    each = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
+    ink = image > INKY
+    body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
+    pen = _pen(ink)
+    border = np.where(body == 0, terms.clear, -terms.cut * np.clip(body / pen - 0.5, 0, 3))
+    near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
+    far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
+    white = each[:, state(SPACE)] - terms.smudge * np.minimum(near + 0.3 * far, 2.5)
+    summed = _summed(white)
+    return Reading(_summed(each), summed, summed, np.append(border, terms.clear), terms=terms)
+
+
+def _heights(rows: NDArray[np.bool_]) -> Array:
+    """(n,) float: pixels of ink a column, meaned over each step."""
+    starts = np.arange(0, rows.shape[1], STEP)
+    return np.add.reduceat(rows.sum(axis=0).astype(np.float64), starts) / STEP
+
+
+def _pen(ink: NDArray[np.bool_]) -> float:
+    tall = ink.sum(axis=0)
+    return 0.8 * max(float(np.median(tall[tall > 0])), 2.0) if tall.any() else 2.0
+
+
+def _summed(each: Array) -> Array:
+    return np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
+
+
+def in_a_row(readings: Sequence[Reading]) -> Reading:
+    """Several lines as one: between two of them lie columns that only a gap may cross."""
+    terms = readings[0].terms
+    letters, space, gap, border, lines = [], [], [], [], [0]
+    for number, one in enumerate(readings):
+        if number:
+            letters.append(np.full((BAR, one.letters.shape[1]), _BARRED))
+            space.append(np.zeros(BAR))
+            gap.append(np.full(BAR, -terms.broken / BAR))
+            border.append(np.zeros(BAR - 1))
+            lines.append(lines[-1] + readings[number - 1].columns + BAR)
+        letters.append(np.diff(one.letters, axis=0))
+        space.append(np.diff(one.space))
+        gap.append(np.diff(one.gap))
+        border.append(one.border)
+    sums = [_summed(np.concatenate(parts)) for parts in (letters, space, gap)]
+    return Reading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
+
+
+def decode(reading: Reading, letters: Sequence[str], widths: Mapping[str, float]) -> Decoded:
+    """The best places for `letters` (of the alphabet, spaces among them) along a line.
+
+    Parameters
+    ----------
+    widths : usual width of each letter, pixels.
+    """
+    steps = _steps(letters)
+    best = np.full(reading.columns + 1, NEVER)
+    best[0] = 0.0
+    starts = np.empty((len(steps), reading.columns + 1), dtype=np.int32)
+    for row, (kind, letter) in enumerate(steps):
+        best, starts[row] = _STEPS[kind](reading, best, letter, widths)
+        if kind != "gap" and row < len(steps) - 1:
+            best = best + reading.border
+    left, right = _traced(starts, [kind for kind, _ in steps], reading.columns)
+    return Decoded(left * STEP, right * STEP, float(best[-1]), right > left)
+
+
+def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:
+    """Kinds of segment and their letters, in order: the free ends, the letters, the gaps that may lie between."""
+    steps = [("edge", "")]
+    for i, letter in enumerate(letters):
+        if i and SPACE not in (letter, letters[i - 1]):
+            steps.append(("gap", ""))
+        steps.append(("space" if letter == SPACE else "junk" if letter == JUNK else "letter", letter))
+    return [*steps, ("edge", "")]
+
+
+Step = tuple[Array, NDArray[np.int32]]
+
+
+def _letter(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+    """Best score with the letter ending at every border, and where it begins then."""
+    terms, usual = reading.terms, widths[letter] / STEP
+    most = min(int(2.6 * usual) + 6, reading.columns)
+    long = np.arange(2, max(most, 2) + 1)
+    first, second = np.rint(long / THIRDS).astype(int), np.rint(2 * long / THIRDS).astype(int)
+    thirds = reading.letters[:, state(letter, 0) : state(letter, 0) + THIRDS]
+    a, b, c = thirds.T
+    prior = -0.5 * (np.log(long / usual) / terms.sigma) ** 2
+    total = _delayed(before - a, long) + prior[:, None]
+    total += _delayed(a - b, long - first)
+    total += _delayed(b - c, long - second)
+    winner = total.argmax(axis=0)
+    ends = np.arange(len(before))
+    best, start = total[winner, ends] + c, ends - long[winner]
+    lost = before - (terms.silent if not letter.isalnum() else terms.missing)
+    skipped = lost > best
+    return np.where(skipped, lost, best), np.where(skipped, ends, start).astype(np.int32)
+
+
+def _delayed(values: Array, by: NDArray[np.intp]) -> Array:
+    """(k, n): row i is `values` moved right by by[i] columns, NEVER coming in from the left."""
+    most = int(by.max())
+    windows = sliding_window_view(np.concatenate([np.full(most, NEVER), values]), len(values))
+    return windows[most - by]
+
+
+def _blank(score: Array, before: Array, least: int) -> Step:
+    """A segment of `least` columns or more whose columns count one by one."""
+    gained = before - score
+    ends = np.arange(len(before))
+    highest = np.maximum.accumulate(gained)
+    at = np.maximum.accumulate(np.where(gained >= highest, ends, 0))
+    best = np.full(len(before), NEVER)
+    start = ends.copy()
+    best[least:] = highest[: len(before) - least] + score[least:]
+    start[least:] = at[: len(before) - least]
+    return best, start.astype(np.int32)
+
+
+def _edge(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+    return _blank(reading.space, before, 0)
+
+
+def _gap(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+    best, start = _blank(reading.gap, before, 2)
+    best -= reading.terms.gap
+    ends = np.arange(len(before), dtype=np.int32)
+    return np.maximum(best, before), np.where(best > before, start, ends).astype(np.int32)
+
+
+def _space(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+    best, start = _blank(reading.space, before, _TIGHTEST)
+    ends = np.arange(len(before))
+    for long in range(2, _TIGHTEST):
+        tight = np.full(len(before), NEVER)
+        tight[long:] = before[:-long] + reading.space[long:] - reading.space[:-long]
+        tight -= 0.5 * ((_TIGHTEST - long) / 3) ** 2
+        start = np.where(tight > best, ends - long, start)
+        best = np.maximum(best, tight)
+    return best, start.astype(np.int32)
+
+
+def _junk(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
+    return _blank(reading.letters[:, state(JUNK)], before, 4)
+
+
+_STEPS = {"edge": _edge, "letter": _letter, "gap": _gap, "space": _space, "junk": _junk}
+
+
+def _traced(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[Array, Array]:
+    """Left and right borders, in columns, of every letter and space, by going back from the end."""
+    spans = []
+    for row in range(len(kinds) - 1, -1, -1):
+        start = int(starts[row, end])
+        if kinds[row] not in ("gap", "edge"):
+            spans.append((start, end))
+        end = start
+    both = np.array(spans[::-1], dtype=np.float64).reshape(-1, 2)
+    return both[:, 0], both[:, 1]

@@ -1,0 +1,208 @@
+"""A small network that reads the columns of a line: features to probabilities of thirds of letters, in numpy alone."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import atomic
+from handout.errors import InputError
+from handout.tagging.alphabet import LETTERS, THIRDS
+from handout.tagging.features import COUNT, SPREAD_FLOOR
+
+Floats = NDArray[np.float32]
+_LAYERS = 3
+_BATCH = 256
+_IN_DROP, _DROP, _SMOOTHED = 0.1, 0.2, 0.05
+_FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8  # Adam's
+_LAST_RATE = 0.1  # of the rate, at the end of the last epoch
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Three layers with rectifiers between them.
+
+    mean, spread : (COUNT,) of the features it was trained on.
+    weights, biases : of the three layers, (inputs, outputs) and (outputs,); the outputs are the states of the alphabet.
+    log_prior : (states,) how often each state occurred in training.
+    widths : (letters,) usual width of each letter, x-heights.
+    """
+
+    mean: Floats
+    spread: Floats
+    weights: tuple[Floats, ...]
+    biases: tuple[Floats, ...]
+    log_prior: Floats
+    widths: Floats
+
+    def log_posterior(self, features: NDArray[np.uint8]) -> Floats:
+        """(n, states) float32 for features (n, COUNT)."""
+        x: Floats = (features.astype(np.float32) - self.mean) / self.spread
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            x = np.asarray(np.maximum(x @ weight + bias, 0), dtype=np.float32)
+        return _log_softmax(np.asarray(x @ self.weights[-1] + self.biases[-1], dtype=np.float32))
+
+
+def averaged(networks: Sequence[Network], features: NDArray[np.uint8]) -> Floats:
+    """(n, states) log of the mean of the networks' probabilities."""
+    each = [network.log_posterior(features) for network in networks]
+    return np.asarray(np.logaddexp.reduce(each, axis=0) - np.float32(np.log(len(each))))
+
+
+def _log_softmax(z: Floats) -> Floats:
+    z = z - z.max(axis=1, keepdims=True)
+    return np.asarray(z - np.log(np.exp(z).sum(axis=1, keepdims=True)))
+
+
+def fresh(
+    features: NDArray[np.uint8], states: NDArray[np.intp], widths: Floats, hidden: int, rng: np.random.Generator
+) -> Network:
+    """A network that has learned nothing yet, for training on such features and states."""
+    count = len(LETTERS) * THIRDS
+    sizes = (COUNT, hidden, hidden, count)
+    weights = tuple(
+        (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
+        for a, b in pairwise(sizes)
+    )
+    seen = features[:: max(1, len(features) // 40_000)].astype(np.float32)
+    often = np.bincount(states, minlength=count) + 20.0
+    return Network(
+        mean=seen.mean(axis=0),
+        spread=seen.std(axis=0) + np.float32(SPREAD_FLOOR),
+        weights=weights,
+        biases=tuple(np.zeros(size, np.float32) for size in sizes[1:]),
+        log_prior=np.log(often / often.sum()).astype(np.float32),
+        widths=np.asarray(widths, np.float32),
+    )
+
+
+def trained(
+    network: Network,
+    features: NDArray[np.uint8],
+    states: NDArray[np.intp],
+    *,
+    epochs: int,
+    rate: float,
+    rng: np.random.Generator,
+    importance: Floats | None = None,
+    told: Callable[[int, float], None] = lambda epoch, loss: None,
+) -> Network:
+    """The network after more training: Adam, dropout, smoothed labels, a rate that falls to a tenth.
+
+    Parameters
+    ----------
+    features, states : (n, COUNT) uint8 and (n,) int
+    importance : (n,) float32, optional
+        Weight of every example.
+    told : called after every epoch with its number and mean loss.
+    """
+    parameters = [np.array(p) for p in (*network.weights, *network.biases)]
+    adam = _Adam(parameters)
+    n = len(states)
+    for epoch in range(epochs):
+        order, loss = rng.permutation(n), 0.0
+        for start in range(0, n, _BATCH):
+            rows = order[start : start + _BATCH]
+            x = (features[rows].astype(np.float32) - network.mean) / network.spread
+            share = importance[rows] if importance is not None else None
+            gradients, cost = _gradients(parameters, x, states[rows], share, rng)
+            loss += cost
+            adam.step(gradients, rate * (1 - (1 - _LAST_RATE) * (epoch + start / n) / epochs))
+        told(epoch, loss / n)
+    return replace(network, weights=tuple(parameters[:_LAYERS]), biases=tuple(parameters[_LAYERS:]))
+
+
+def _gradients(
+    parameters: Sequence[Floats], x: Floats, wanted: NDArray[np.intp], share: Floats | None, rng: np.random.Generator
+) -> tuple[list[Floats], float]:
+    """Gradients of the mean loss of a batch, in the order of the parameters, and the loss summed."""
+    w, b = parameters[:_LAYERS], parameters[_LAYERS:]
+    x = x * (rng.random(x.shape, dtype=np.float32) > _IN_DROP)
+    first = np.maximum(x @ w[0] + b[0], 0)
+    second = np.maximum(first @ w[1] + b[1], 0)
+    kept = (rng.random(second.shape, dtype=np.float32) > _DROP) / np.float32(1 - _DROP)
+    dropped = second * kept
+    log = _log_softmax(dropped @ w[2] + b[2])
+    rows = np.arange(len(wanted))
+    off = np.exp(log)
+    off[rows, wanted] -= 1 - _SMOOTHED
+    off -= np.float32(_SMOOTHED / log.shape[1])
+    off *= (share[:, None] if share is not None else np.float32(1)) / np.float32(len(wanted))
+    back = (off @ w[2].T) * kept * (second > 0)
+    front = (back @ w[1].T) * (first > 0)
+    gradients = [x.T @ front, first.T @ back, dropped.T @ off, front.sum(0), back.sum(0), off.sum(0)]
+    return gradients, -float(log[rows, wanted].sum())
+
+
+class _Adam:
+    """Adam, changing the parameters in place."""
+
+    def __init__(self, parameters: Sequence[Floats]) -> None:
+        self._parameters = parameters
+        self._mean = [np.zeros_like(p) for p in parameters]
+        self._square = [np.zeros_like(p) for p in parameters]
+        self._steps = 0
+
+    def step(self, gradients: Sequence[Floats], rate: float) -> None:
+        self._steps += 1
+        first = np.float32(rate / (1 - _FIRST**self._steps))
+        second = np.float32(1 / np.sqrt(1 - _SECOND**self._steps))
+        for parameter, mean, square, gradient in zip(
+            self._parameters, self._mean, self._square, gradients, strict=True
+        ):
+            mean *= np.float32(_FIRST)
+            mean += np.float32(1 - _FIRST) * gradient
+            square *= np.float32(_SECOND)
+            gradient *= gradient
+            square += np.float32(1 - _SECOND) * gradient
+            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_TINY))
+
+
+def save(network: Network, path: Path) -> None:
+    """Write a network as .npz of half precision."""
+    arrays = {f"weight{i}": w for i, w in enumerate(network.weights)}
+    arrays |= {f"bias{i}": b for i, b in enumerate(network.biases)}
+    arrays |= {name: getattr(network, name) for name in ("mean", "spread", "log_prior", "widths")}
+    buffer = io.BytesIO()
+    halves = {name: array.astype(np.float16) for name, array in arrays.items()}
+    np.savez_compressed(buffer, allow_pickle=False, **(halves | {"letters": np.array(LETTERS)}))
+    atomic.write(path, buffer.getvalue())
+
+
+def load(path: Path) -> Network:
+    """Read a network.
+
+    Raises
+    ------
+    InputError
+        Not such a file, or one for another alphabet or other features.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            letters = str(file["letters"])
+            arrays = {name: file[name].astype(np.float32) for name in file.files if name != "letters"}
+            weights = tuple(arrays[f"weight{i}"] for i in range(_LAYERS))
+            biases = tuple(arrays[f"bias{i}"] for i in range(_LAYERS))
+            rest = [arrays[name] for name in ("log_prior", "widths")]
+            mean, spread = arrays["mean"], arrays["spread"]
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path} cannot be read as a network of the tagger: {error}.") from error
+    if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:
+        raise InputError(
+            f"{path} was trained for other letters or features: train it anew with python -m handout.tagging.training."
+        )
+    return Network(mean, spread, weights, biases, *rest)
+
+
+@lru_cache(maxsize=1)
+def shipped() -> tuple[Network, ...]:
+    """The networks that handout comes with."""
+    return tuple(load(path) for path in sorted((Path(__file__).resolve().parent / "networks").glob("*.npz")))

@@ -1,0 +1,106 @@
+"""The method "segments": networks trained on the built-in hands, segments, one round on the page's own writing.
+
+Source: seed 000, §5.1.3 for the task; the method is this project's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+
+import numpy as np
+
+from handout.tagging import adapt
+from handout.tagging.alphabet import LETTERS, SPACE
+from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, read
+from handout.tagging.features import INKY, X_HEIGHT, Image, describe
+from handout.tagging.network import Network, averaged
+from handout.tagging.transcript import Written
+from handout.values import Array
+
+_WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letters
+_DOUBT = 0.5  # of a letter's tolerance: a difference that halves confidence
+
+
+def page_scale(images: Sequence[Image], lines: Sequence[Written], widths: Array) -> float:
+    """How broad this page's letters are against the usual ones: median over the lines."""
+    usual = dict(zip(LETTERS, widths, strict=True))
+    found = []
+    for image, line in zip(images, lines, strict=True):
+        x = np.flatnonzero((image > INKY).any(axis=0))
+        expected = X_HEIGHT * sum(usual[letter] for letter in line.letters if letter != SPACE)
+        if len(x) > 1 and expected > 0:
+            gaps = np.diff(x)
+            found.append((np.ptp(x) - gaps[gaps > _WORD_GAP * X_HEIGHT].sum()) / expected)
+    return float(np.median(found)) if found else 1.0
+
+
+class Page:
+    """The lines of a page while they are aligned: features are worked out once."""
+
+    def __init__(self, images: Sequence[Image], networks: Sequence[Network], terms: Terms = TERMS) -> None:
+        self.images = tuple(images)
+        self.networks = tuple(networks)
+        self.features = [describe(image) for image in images]
+        self._terms = terms
+        self._prior = np.mean([one.log_prior for one in networks], axis=0)
+
+    def part(self, lines: Sequence[int]) -> Page:
+        """Some of the lines."""
+        some = copy(self)
+        some.images = tuple(self.images[i] for i in lines)
+        some.features = [self.features[i] for i in lines]
+        return some
+
+    def reading(self, line: int, networks: Sequence[Network] | None = None) -> Reading:
+        """What the networks read on a line."""
+        posterior = averaged(networks or self.networks, self.features[line])
+        return read(self.images[line], posterior, self._prior, self._terms)
+
+    def widths(self, lines: Sequence[Written]) -> dict[str, float]:
+        """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
+        mean = np.mean([one.widths for one in self.networks], axis=0).astype(np.float64)
+        usual = np.maximum(mean * page_scale(self.images, lines, mean) * X_HEIGHT, 3.0)
+        return dict(zip(LETTERS, usual.tolist(), strict=True))
+
+
+def spans(line: Written, found: Decoded) -> list[tuple[str, float, float]]:
+    """The letters with their ends, without spaces and without what was not found."""
+    return [
+        (letter, a, b)
+        for letter, a, b in zip(line.letters, found.left.tolist(), found.right.tolist(), strict=True)
+        if letter != SPACE and b > a
+    ]
+
+
+def by_line(
+    page: Page, lines: Sequence[Written], rng: np.random.Generator, *, adapting: bool = True
+) -> list[list[Decoded]]:
+    """For every line its decodings: the last is the best, the others are by other networks, for comparison."""
+    widths = page.widths(lines)
+    first = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
+    if not adapting or len(lines) < adapt.FOLDS:
+        return [[one] for one in first]
+    fold = adapt.folds(len(lines))
+    rehearsed = adapt.rehearsal([line.text for line in lines], rng)
+    done: list[list[Decoded]] = [[one] for one in first]
+    for half in range(adapt.FOLDS):
+        others = np.flatnonzero(fold != half).tolist()
+        learned = adapt.own([page.images[i] for i in others], [spans(lines[i], first[i]) for i in others], rng)
+        networks = adapt.adapted(page.networks, learned, rehearsed, rng)
+        for i in np.flatnonzero(fold == half).tolist():
+            each = [[one] for one in networks] if len(networks) > 1 else []
+            done[i] += [decode(page.reading(i, one), lines[i].letters, widths) for one in [*each, networks]]
+    return done
+
+
+def confidence(decodings: Sequence[Decoded]) -> Array:
+    """(m,) 0–1: how well the decodings agree on both ends of every letter."""
+    best = decodings[-1]
+    if len(decodings) == 1:
+        return np.full(len(best.left), 0.5)
+    tolerance = np.maximum((best.right - best.left) / 3, 0.15 * X_HEIGHT)
+    off = np.mean(
+        [np.maximum(np.abs(d.left - best.left), np.abs(d.right - best.right)) for d in decodings[:-1]], axis=0
+    )
+    return np.asarray(0.5 ** (off / tolerance / _DOUBT))

@@ -1,0 +1,111 @@
+"""Networks learn, are stored small, and what is not a network is refused."""
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.tagging import network
+from handout.tagging.alphabet import LETTERS, THIRDS
+from handout.tagging.features import COUNT
+
+STATES = len(LETTERS) * THIRDS
+WIDTHS = np.full(len(LETTERS), 0.8, np.float32)
+
+
+def toy(rng, n=900, kinds=6):
+    """Noise with a bright stretch that tells which of a few states it is."""
+    states = rng.integers(0, kinds, n)
+    features = rng.integers(0, 60, (n, COUNT)).astype(np.uint8)
+    for row, kind in enumerate(states):
+        features[row, kind * 100 : kind * 100 + 30] += 120
+    return features, states
+
+
+@pytest.fixture(scope="module")
+def learned():
+    rng = np.random.default_rng(3)
+    features, states = toy(rng)
+    start = network.fresh(features, states, WIDTHS, 24, rng)
+    return start, network.trained(start, features, states, epochs=14, rate=3e-3, rng=rng)
+
+
+def test_it_learns_and_leaves_the_first_network_alone(learned):
+    start, after = learned
+    features, states = toy(np.random.default_rng(4))
+    assert (after.log_posterior(features).argmax(axis=1) == states).mean() > 0.95
+    assert (start.log_posterior(features).argmax(axis=1) == states).mean() < 0.5
+
+
+def test_probabilities_sum_to_one_and_average(learned):
+    features, _ = toy(np.random.default_rng(5), 20)
+    each = [np.exp(one.log_posterior(features)) for one in learned]
+    assert each[0].sum(axis=1) == pytest.approx(np.ones(20), abs=1e-5)
+    assert np.exp(network.averaged(learned, features)) == pytest.approx((each[0] + each[1]) / 2, abs=1e-6)
+
+
+def test_gradients_are_those_of_the_loss(monkeypatch):
+    monkeypatch.setattr(network, "_IN_DROP", -1.0)
+    monkeypatch.setattr(network, "_DROP", -1.0)
+    rng = np.random.default_rng(6)
+    sizes = ((7, 5), (5, 5), (5, 4))
+    parameters = [rng.normal(0, 0.5, s) for s in sizes] + [rng.normal(0, 0.1, s[1]) for s in sizes]
+    x, wanted = rng.normal(0, 1, (9, 7)), rng.integers(0, 4, 9)
+
+    def loss(values):
+        a = np.maximum(x @ values[0] + values[3], 0)
+        # keeping everything with probability 2 halves what is kept
+        b = np.maximum(a @ values[1] + values[4], 0) / 2
+        z = b @ values[2] + values[5]
+        log = z - np.log(np.exp(z).sum(axis=1, keepdims=True))
+        smooth = 0.05 / 4
+        target = np.full(log.shape, smooth)
+        target[np.arange(9), wanted] += 0.95
+        return -(target * log).sum() / 9
+
+    gradients, _ = network._gradients(parameters, x, wanted, None, rng)
+    for which, place in ((0, (2, 3)), (1, (1, 1)), (2, (4, 0)), (3, (2,)), (5, (1,))):
+        step = 1e-6
+        moved = [p.copy() for p in parameters]
+        moved[which][place] += step
+        back = [p.copy() for p in parameters]
+        back[which][place] -= step
+        assert gradients[which][place] == pytest.approx((loss(moved) - loss(back)) / (2 * step), rel=1e-3, abs=1e-6)
+
+
+def test_it_is_read_as_it_was_written(learned, tmp_path):
+    path = tmp_path / "net.npz"
+    network.save(learned[1], path)
+    back = network.load(path)
+    features, _ = toy(np.random.default_rng(7), 50)
+    assert back.log_posterior(features) == pytest.approx(learned[1].log_posterior(features), abs=0.1)
+    assert back.widths == pytest.approx(WIDTHS, abs=1e-3)
+
+
+@pytest.mark.parametrize("data", [b"", b"PK\x03\x04 broken", b"not a zip at all"])
+def test_what_is_no_network_is_refused(tmp_path, data):
+    path = tmp_path / "net.npz"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"net\.npz"):
+        network.load(path)
+
+
+def test_a_network_for_other_letters_is_refused(learned, tmp_path, monkeypatch):
+    path = tmp_path / "net.npz"
+    monkeypatch.setattr(network, "LETTERS", "abc")
+    network.save(learned[1], path)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="train it anew"):
+        network.load(path)
+
+
+def test_nothing_pickled_is_read(tmp_path):
+    path = tmp_path / "net.npz"
+    np.savez(path, letters=np.array([object()], dtype=object))
+    with pytest.raises(InputError, match=r"net\.npz"):
+        network.load(path)
+
+
+def test_the_shipped_networks_are_small_and_fit():
+    found = network.shipped()
+    assert found
+    assert all(sum(w.size for w in one.weights) * 2 < 3e6 for one in found)
