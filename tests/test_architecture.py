@@ -22,7 +22,6 @@ MAY = {
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
     "score": set(),
-    "scanning": set(),
     "prompting": {"writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
     "cli": {
