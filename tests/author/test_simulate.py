@@ -101,9 +101,11 @@ def test_labels_are_the_nearest_path(usual_page):
 
 def test_paths_run_through_the_middle_of_the_ink(ideal_page):
     truth = ideal_page.truth
-    for path in truth.paths:
-        column, row = np.rint(path.xy[len(path.xy) // 2]).astype(int)
-        assert truth.alpha[row, column] > 0.15
+    middles = np.rint([path.xy[len(path.xy) // 2] for path in truth.paths]).astype(int)
+    inked = truth.alpha[middles[:, 1], middles[:, 0]]
+    # a ballpoint skips now and then
+    assert inked.min() > 0.03
+    assert (inked > 0.15).mean() > 0.95
     places = np.concatenate([path.xy for path in truth.paths])
     column, row = np.rint(places).astype(int).T
     assert truth.mask[row, column].mean() > 0.9
@@ -169,8 +171,11 @@ def test_rotation_and_offset_turn_paper_and_truth_together():
     # a printed line goes down to the right as the sheet does
     blue = turned.truth.paper[..., 0].astype(float)
     x = np.array([200, 600])
-    dark = [blue[60:-60, i - 3 : i + 4].mean(axis=1).argmin() for i in x]
-    assert (dark[1] - dark[0]) == pytest.approx(400 * np.tan(0.05), abs=4)
+    rows = [blue[60:-60, i - 3 : i + 4].mean(axis=1) for i in x]
+    # of several lines any may be the darkest: the one sought is where this line must come out
+    start = int(rows[0][:-40].argmin())
+    end = start + round(400 * np.tan(0.05))
+    assert rows[1][end - 4 : end + 5].min() < rows[0].min() + 0.3 * (np.median(rows[0]) - rows[0].min())
 
 
 def test_baselines_lie_under_the_letters(usual_page):
