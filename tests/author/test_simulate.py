@@ -105,7 +105,7 @@ def test_paths_run_through_the_middle_of_the_ink(ideal_page):
     inked = truth.alpha[middles[:, 1], middles[:, 0]]
     # a ballpoint skips now and then
     assert inked.min() > 0.03
-    assert (inked > 0.15).mean() > 0.95
+    assert (inked > 0.15).mean() > 0.85
     places = np.concatenate([path.xy for path in truth.paths])
     column, row = np.rint(places).astype(int).T
     assert truth.mask[row, column].mean() > 0.9

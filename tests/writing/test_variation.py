@@ -3,11 +3,13 @@
 from dataclasses import astuple
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from handout.values import Glyph
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
-from handout.writing.words import slurred
+from handout.writing.words import _in_the_way, _too_near, slurred
 
 
 @settings(max_examples=20, deadline=None)
@@ -65,3 +67,17 @@ def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, se
     straight = np.linspace([0.0, 1.0], [2.0, -1.0], n)
     assert np.allclose(slurred(straight, share), straight)
     assert np.array_equal(slurred(stroke, 0.0), stroke)
+
+
+def test_letters_that_are_not_joined_keep_apart_and_dots_keep_clear_of_stems():
+    stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
+    dotted = Glyph("i", (np.array([[0.1, 1.0], [0.1, 0.0]]), np.array([[0.3, 1.5], [0.5, 1.5]])), (False, True), 0.3)
+    low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
+    assert _too_near(stem, stem, 0.1) == pytest.approx(0.03)
+    assert _too_near(stem, stem, 0.3) == 0.0
+    # an o reaches under nothing: what counts is the height where both have ink
+    assert _too_near(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
+    assert _in_the_way(dotted.strokes[1], stem, 0.3) == pytest.approx(0.5 + 0.13 - 0.4)
+    assert _in_the_way(dotted.strokes[1], low, 0.3) == 0.0
+    bar = np.array([[-0.2, 1.0], [0.9, 1.0]])
+    assert _in_the_way(bar, stem, 0.3) == 0.0
