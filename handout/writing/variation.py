@@ -74,7 +74,7 @@ class Variation:
 
 USUAL = Variation()
 # correlation of neighbours: letters of a word, words of a text, lines of a page
-LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.75, 0.5, 0.6, 0.5, 0.6
+LETTER_MEMORY, SLANT_MEMORY, SIZE_MEMORY, RISE_MEMORY, EDGE_MEMORY = 0.75, 0.75, 0.85, 0.8, 0.6
 SLOW_MEMORY = 0.99
 TREMOR = 7.0
 _WAVES = 6
