@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -115,7 +116,7 @@ def page_of(written: WrittenPage, transcript: str) -> ScannedPage:
     scan = written.scan
     dx, dy = scan.origin
     graph = written.graph
-    uv = graph.uv + (dx, dy)
+    uv = graph.uv + np.array(scan.origin)
     lines = [
         (frame.baseline[0] + dy, frame.baseline[1], frame.baseline[2], frame.middle + dx, frame.reach)
         for frame in frames(written)
@@ -193,7 +194,7 @@ def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> li
     """The glyphs with their neighbours, of which nothing between is missing, and the ligatures towards those."""
     joining = Joining(page, owner)
     done = list(glyphs)
-    for i, (a, b) in enumerate(zip(glyphs, glyphs[1:], strict=False)):
+    for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
             done[i] = replace(done[i], after=i + 1, ligatures=joining.between(i, i + 1, a.line))
             done[i + 1] = replace(b, before=i)
