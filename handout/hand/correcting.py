@@ -30,20 +30,18 @@ class Correcting:
     def __init__(self, hand: ScannedHand) -> None:
         self._hand = hand
         self._glyphs: list[ScannedGlyph | None] = list(hand.glyphs)
+        self._order = list(range(len(hand.glyphs)))
         self._owners: dict[int, Indices] = {}
         self._trees: dict[int, cKDTree] = {}
         self._page = 0
 
     def done(self) -> ScannedHand:
-        """The corrected hand, its glyphs numbered in the order they are in."""
-        kept = [i for i, glyph in enumerate(self._glyphs) if glyph is not None]
+        """The corrected hand, its glyphs numbered in the order of writing; what was named by hand comes last."""
+        kept = [i for i in self._order if self._glyphs[i] is not None]
         number = {old: new for new, old in enumerate(kept)} | {NOBODY: NOBODY}
-        glyphs = [
-            replace(glyph, before=number[glyph.before], after=number[glyph.after])
-            for glyph in self._glyphs
-            if glyph is not None
-        ]
-        return replace(self._hand, glyphs=tuple(glyphs))
+        glyphs = (self._glyph(i) for i in kept)
+        numbered = (replace(glyph, before=number[glyph.before], after=number[glyph.after]) for glyph in glyphs)
+        return replace(self._hand, glyphs=tuple(numbered))
 
     def turn_to(self, page: int) -> None:
         """Let the places that follow be on that page."""
@@ -93,6 +91,7 @@ class Correcting:
         glyph = self._glyph(number)
         names = texts or ((glyph.letter, "") if len(first) >= len(second) else ("", glyph.letter))
         new = len(self._glyphs)
+        self._order.insert(self._order.index(number) + 1, new)
         self._owner[second] = new
         sure = replace(glyph, confidence=1.0, ligatures=())
         places = _halves(glyph.place)
@@ -183,6 +182,7 @@ class Correcting:
         line = int(np.abs(height - 0.5 * self._paper.x_height / self._paper.pitch).argmin())
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
         self._owner[vertices] = len(self._glyphs)
+        self._order.append(len(self._glyphs))
         self._glyphs.append(ScannedGlyph(text, place, self._page, line, word, NOBODY, vertices))
 
     def _given(self, number: int, vertices: Indices) -> None:

@@ -73,7 +73,9 @@ def save(hand: ScannedHand, path: Path, corrections: Sequence[AnyCorrection] = (
 def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = ()) -> bytes:
     """The same as the bytes of the file; the same hand gives the same bytes."""
     facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
-    parts: dict[str, Content] = {"hand.json": facts, "corrections.json": Corrections(tuple(corrections))}
+    # places may be numpy's numbers, in corrections that a script made
+    corrected = msgspec.json.format(msgspec.json.encode(Corrections(tuple(corrections)), enc_hook=float), indent=1)
+    parts: dict[str, Content] = {"hand.json": facts, "corrections.json": corrected}
     parts |= _glyph_arrays(hand.glyphs)
     for number, page in enumerate(hand.pages):
         graph, folder = page.graph, f"pages/{number}/"

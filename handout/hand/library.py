@@ -25,6 +25,30 @@ def _paths() -> dict[str, Path]:
     return built_in | ({path.stem: path for path in sorted(own.glob("*.toml"))} if own.is_dir() else {})
 
 
+def scanned() -> dict[str, Path]:
+    """Name → .hand file of the user's own scanned hands."""
+    own = shipped.user_folder("hands")
+    return {path.stem: path for path in sorted(own.glob("*.hand"))} if own.is_dir() else {}
+
+
+def scanned_file(name: str) -> Path:
+    """The .hand file of a scanned hand: one of `scanned()`, or a path that ends in .hand.
+
+    Raises
+    ------
+    InputError
+        No such hand (the message lists the nearest).
+    """
+    if name.endswith(".hand"):
+        return Path(name)
+    known = scanned()
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+        instead = f"use {', '.join(near)}, or the path of a .hand file" if near else "give the path of a .hand file"
+        raise InputError(f"No scanned hand is called {name!r}: {instead}.")
+    return known[name]
+
+
 @lru_cache(maxsize=8)
 def _read(path: Path) -> Hand:
     return drawn.read(path)

@@ -18,11 +18,13 @@ from handout.errors import InputError
 from handout.hand.joining import Joining
 from handout.hand.scanned import DOUBTFUL, NOBODY, Place, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.scanning.reading import WrittenPage
+from handout.scanning.rules import find_rules
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.alphabet import graphemes
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
 from handout.tagging.linespace import owners
+from handout.tagging.transcript import read_transcript
 from handout.values import Indices, LineGraph
 
 _POOR = DOUBTFUL / 2  # confidence above which no letter of a poor line is
@@ -79,6 +81,7 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
 
     Source: seed 000, §5.1.3.
     """
+    written = with_lines(written, transcript, rng)
     alignment = align(written, transcript, method=method, rng=rng)
     own = owners(written.mask.ink, frames(written))
     assignment = assign(written.graph, alignment, owners_at(own, written.graph.uv))
