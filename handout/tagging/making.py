@@ -61,6 +61,29 @@ class MadePage:
     fits: tuple[tuple[int, float], ...] = ()
 
 
+def with_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) -> WrittenPage:
+    """The page with as many lines as its transcript has, if the text fits those better than the lines that were found.
+
+    A transcript may break lines as the page does, and then its number of lines helps; or it may not.
+    """
+    count = len(read_transcript(transcript))
+    if count == len(written.rules.lines):
+        return written
+    other = replace(written, rules=find_rules(written.mask.ink, written.scan.dpi, count))
+    fits = [_fit(page, transcript, rng) for page in (written, other)]
+    return other if fits[1] > fits[0] else written
+
+
+def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
+    """How well a text explains a page's lines, weighed by its letters; 0 if not at all."""
+    try:
+        alignment = align(written, transcript, method="segments-once", rng=rng)
+    except InputError:
+        return 0.0
+    weights = [len(line.letters) for line in alignment.lines]
+    return float(np.average([line.fit for line in alignment.lines], weights=weights)) if sum(weights) else 0.0
+
+
 def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator, method: str = "segments") -> MadePage:
     """Find the letters of a page that has been read.
 
