@@ -1,4 +1,4 @@
-"""`handout hand`: list and show hands; what is done with scans is in `scan_`."""
+"""`handout hand`: list and show hands; what is done with scans is in `scan_` and `scanned_`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, prompt_, results, scan_
+from handout.cli import options, prompt_, results, scan_, scanned_
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
@@ -34,7 +34,7 @@ def command() -> None:
     """List and show hands, make sheets to write one on, and read them from scanned pages."""
 
 
-for _command in (prompt_.command, *scan_.COMMANDS):
+for _command in (prompt_.command, scan_.read, *scanned_.COMMANDS):
     command.add_command(_command)
 
 
@@ -91,7 +91,7 @@ def show(name: str, output: tuple[str, ...], **given: Any) -> None:
 
     if name.endswith(file.SUFFIX) or name in library.scanned():
         scanned = file.load(library.scanned_file(name))
-        scan_.show(scanned, output, as_json=given["as_json"], quiet=given["quiet"])
+        scanned_.show(scanned, output, as_json=given["as_json"], quiet=given["quiet"])
         return
     _show_drawn(name, output, given)
 
