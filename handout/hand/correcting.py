@@ -86,6 +86,8 @@ class Correcting:
         """Part the letter that the line from `a` to `b` crosses."""
         for text in texts or ():
             _one_letter(text)
+        for end in (a, b):
+            self._on_page(end)
         number, edges = self._crossed(np.array(a), np.array(b))
         first, second = self._parts(number, edges, np.array(a), np.array(b))
         glyph = self._glyph(number)
@@ -152,8 +154,14 @@ class Correcting:
         assert glyph is not None, "owners name only glyphs that are there"
         return glyph
 
+    def _on_page(self, at: Spot) -> None:
+        height, width = self._paper.shape
+        if not (-width < at[0] < 2 * width and -height < at[1] < 2 * height):
+            raise NotDone(f"no letter at ({at[0]:g}, {at[1]:g}): the scan has {width} x {height} pixels")
+
     def _vertex(self, at: Spot) -> int:
         """The vertex that a place means."""
+        self._on_page(at)
         away, vertex = self._trees[self._page].query(at)
         if not away * self._paper.pixel <= _NEAR:
             near = f"the nearest is {away * self._paper.pixel:.1f} mm away" if np.isfinite(away) else "there is none"
@@ -162,6 +170,7 @@ class Correcting:
 
     def _number(self, at: Spot) -> int:
         """The glyph that a place means: of those within reach the one whose ink is nearest."""
+        self._on_page(at)
         near = self._trees[self._page].query_ball_point(at, _NEAR / self._paper.pixel)
         owned = [v for v in near if self._owner[v] != NOBODY]
         if not owned:

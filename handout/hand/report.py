@@ -47,7 +47,7 @@ def _page(hand: ScannedHand, number: int) -> dict[str, Any]:
     page = hand.pages[number]
     return {
         "source": page.source,
-        "dpi": page.dpi,
+        "dpi": round(page.dpi, 1),
         "pen": page.pen,
         "lines": len(page.baselines),
         "glyphs": sum(glyph.page == number for glyph in hand.glyphs),

@@ -22,6 +22,7 @@ from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
 Place = Literal["start", "middle", "end", "alone"]
 PLACES: tuple[Place, ...] = get_args(Place)
 NOBODY = -1
+_MOST_PIXELS = 400_000_000
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -141,8 +142,13 @@ class ScannedPage:
             raise ValueError(f"expected paper of (h, w, 3), got {paper.shape}")
         paper.flags.writeable = False
         object.__setattr__(self, "paper", paper)
-        if not (self.dpi > 0 and self.pitch > 0):
-            raise ValueError("resolution and pitch must be above 0")
+        if not (self.dpi > 0 and self.pitch > 0 and self.x_height > 0):
+            raise ValueError("resolution, pitch and x-height must be above 0")
+        if min(self.shape) < 1 or self.shape[0] * self.shape[1] > _MOST_PIXELS:
+            raise ValueError(f"a picture of {self.shape[1]} × {self.shape[0]} pixels is none that can be used")
+        box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
+        if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
+            raise ValueError("the ink lies outside the picture")
 
     @property
     def pixel(self) -> float:

@@ -23,11 +23,15 @@ from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.alphabet import graphemes
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
+from handout.tagging.features import X_HEIGHT
 from handout.tagging.linespace import owners
 from handout.tagging.transcript import read_transcript
 from handout.values import Indices, LineGraph
 
 _POOR = DOUBTFUL / 2  # confidence above which no letter of a poor line is
+_BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0  # x-heights from a letter's column and baseline within which some of a piece is
+_ENDS = ("left", "right")
+_NONE: Indices = np.zeros(0, dtype=np.intp)
 _PAPER = 64  # pixels: longest side of the paper that is kept
 # letters with their marks, digits, or one other character: what counts as a word for the place of a letter
 _RUN = regex.compile(r"(?:\p{L}\p{M}*)+|\p{N}+|\S")
@@ -109,7 +113,7 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
     own = owners(written.mask.ink, frames(written))
     assignment = assign(written.graph, alignment, owners_at(own, written.graph.uv))
     page = page_of(written, transcript)
-    glyphs, missing = _glyphs(page, alignment, assignment)
+    glyphs, missing = _glyphs(page, alignment, _within_reach(written.graph, alignment, assignment.letter))
     notes = (*written.notes, *_notes(page, alignment, missing))
     fits = tuple((line.number, line.fit) for line in alignment.lines)
     return MadePage(page, glyphs, notes, alignment.poor, missing, fits)
@@ -183,12 +187,31 @@ def _reduced(paper: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(paper, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
+def _within_reach(graph: LineGraph, alignment: Alignment, letter: Indices) -> Indices:
+    """The letter of each vertex (n,), −1 for pieces that lie nowhere near it: the edge of the sheet, a stain."""
+    near = np.zeros(len(graph), dtype=bool)
+    first = 0
+    for line in alignment.lines:
+        own = np.flatnonzero((letter >= first) & (letter < first + len(line.letters)))
+        at = letter[own] - first
+        u, up = line.frame.to_line(graph.uv[own]).T / X_HEIGHT
+        unit = line.frame.scale / X_HEIGHT
+        left, right = ((np.array([getattr(x, end) for x in line.letters]) - line.frame.left) * unit for end in _ENDS)
+        away = np.maximum(left[at] - u, u - right[at])
+        near[own] = (away < _BESIDE) & (up > -_BELOW) & (up < _ABOVE)
+        first += len(line.letters)
+    _, piece = np.unique(np.stack([letter, graph.components]), axis=1, return_inverse=True)
+    reached = np.zeros(int(piece.max(initial=0)) + 1, dtype=bool)
+    np.logical_or.at(reached, piece.ravel(), near)
+    return np.where(reached[piece.ravel()], letter, NOBODY)
+
+
 def _glyphs(
-    page: ScannedPage, alignment: Alignment, assignment: Assignment
+    page: ScannedPage, alignment: Alignment, letters: Indices
 ) -> tuple[tuple[ScannedGlyph, ...], tuple[Missing, ...]]:
     """The letters that were found, in the order of the text, and those that were not."""
     places = _places(page.transcript)
-    vertices = by_letter(assignment, len(alignment.letters))
+    vertices = by_letter(Assignment(letters, _NONE), len(alignment.letters))
     owner = np.full(len(page.graph), NOBODY, dtype=np.intp)
     glyphs: list[ScannedGlyph] = []
     missing: list[Missing] = []
