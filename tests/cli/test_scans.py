@@ -139,3 +139,26 @@ def test_the_text_of_another_page_is_refused(call, small_scan):
     Path("other.txt").write_text("Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?\n")
     _, err = call("hand", "read", "m", "--scan", small_scan.scan, "--text", "other.txt", "-o", "x.hand", code=2)
     assert "page.png" in err and not Path("x.hand").exists()
+
+
+def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch, tmp_path):
+    from handout.cli.scan_ import _sources
+    from handout.errors import InputError
+    from handout.tagging import sheets
+
+    for name in ("sheet", "page", "other"):
+        Path(f"{name}.png").write_bytes(small_scan.scan.read_bytes())
+        Path(f"{name}.txt").write_text(name)
+    made = sheets.Filled(sheets.Scan(np.zeros((9, 9, 3), np.uint8), 300.0, "flat"), "printed")
+    monkeypatch.setattr(sheets, "filled_sheet", lambda scan: made if "sheet" in scan.source else None)
+
+    def texts(*names, given):
+        return [text for _, text in _sources([f"{n}.png" for n in names], [f"{n}.txt" for n in given], None)]
+
+    assert texts("sheet", given=()) == ["printed"]
+    assert texts("page", "sheet", "other", given=("page", "other")) == ["page", "printed", "other"]
+    assert texts("sheet", "page", given=("sheet", "page")) == ["sheet", "page"]
+    with pytest.raises(InputError, match=r"other\.png: what is written on it"):
+        texts("page", "other", given=("page",))
+    with pytest.raises(InputError, match="leave it out"):
+        texts("sheet", "sheet", given=("other",))
