@@ -34,6 +34,8 @@ MAY = {
         "plotting",
         "score",
         "prompting",
+        "scanning",
+        "tagging",
         "colour",
     },
     "__main__": {"cli"},
@@ -84,7 +86,9 @@ def test_the_rule_can_fail():
     assert "cli" not in MAY["writing"]
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["write", "--help"], ["plot", "--help"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["write", "--help"], ["plot", "--help"], ["hand", "read", "--help"]]
+)
 def test_help_is_light(arguments):
     code = (
         "import sys\n"

@@ -1,4 +1,4 @@
-"""`handout hand`: list and show hands."""
+"""`handout hand`: list and show hands; what is done with scans is in `scan_` and `scanned_`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, prompt_, results
+from handout.cli import options, prompt_, results, scan_, scanned_
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
@@ -31,25 +31,47 @@ _WIDTH = 420.0  # mm
 
 @click.group("hand")
 def command() -> None:
-    """List and show hands, and make sheets to write one on."""
+    """List and show hands, make sheets to write one on, and read them from scanned pages."""
 
 
-command.add_command(prompt_.command)
+for _command in (prompt_.command, scan_.read, *scanned_.COMMANDS):
+    command.add_command(_command)
 
 
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:
-    """The hands that can be named with --hand."""
+    """The hands that are known by name: drawn ones, and scanned ones of your own."""
     from handout.hand.library import load, names
 
-    hands = [load(name) for name in names()]
+    hands, scanned = [load(name) for name in names()], _scanned()
     if as_json:
-        click.echo(json.dumps({"hands": [_facts(hand) for hand in hands]}, ensure_ascii=False))
+        both = {"hands": [_facts(hand) for hand in hands], "scanned": scanned}
+        click.echo(json.dumps(both, ensure_ascii=False))
         return
-    width = max(len(hand.name) for hand in hands)
+    width = max(len(name) for name in [*(hand.name for hand in hands), *(facts["name"] for facts in scanned)])
     for hand in hands:
         click.echo(f"{hand.name:<{width}}  {hand.title}; {len(hand.glyphs)} characters, {_drawn(hand)} forms")
+    for facts in scanned:
+        click.echo(f"{facts['name']:<{width}}  {facts['title']}; {facts['said']}")
+
+
+def _scanned() -> list[dict[str, Any]]:
+    """What is said of the user's scanned hands; one that cannot be read is named with the reason."""
+    from handout.errors import InputError
+    from handout.hand import file, library
+
+    rows: list[dict[str, Any]] = []
+    for name, path in library.scanned().items():
+        try:
+            hand = file.load(path)
+        except InputError as error:
+            rows.append({"name": name, "title": "cannot be read", "characters": "", "glyphs": 0, "said": str(error)})
+            continue
+        said = f"{len(hand.letters)} characters, {len(hand.glyphs)} letters from {len(hand.pages)} scanned pages"
+        facts = {"name": name, "title": hand.title, "characters": "".join(hand.letters), "glyphs": len(hand.glyphs)}
+        rows.append({**facts, "said": said})
+    return rows
 
 
 @command.command("show")
@@ -60,9 +82,21 @@ def list_(as_json: bool) -> None:
 def show(name: str, output: tuple[str, ...], **given: Any) -> None:
     """Write a specimen sheet of the hand NAME at three times its size: every form of every character, and text.
 
+    Of a scanned hand, or a .hand file, its letters side by side, as PNG.
+
     \b
     handout hand show house-joined -o sheet.png
     """
+    from handout.hand import file, library
+
+    if name.endswith(file.SUFFIX) or name in library.scanned():
+        scanned = file.load(library.scanned_file(name))
+        scanned_.show(scanned, output, as_json=given["as_json"], quiet=given["quiet"])
+        return
+    _show_drawn(name, output, given)
+
+
+def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> None:
     import numpy as np
 
     from handout.sinks import check_outputs, write_drawings

@@ -1,4 +1,4 @@
-"""The hands at hand: the built-in ones by name, others by the path of their file."""
+"""The hands at hand: the built-in and the user's own ones by name, others by the path of their file."""
 
 from __future__ import annotations
 
@@ -23,6 +23,45 @@ def _paths() -> dict[str, Path]:
     built_in = {path.stem: path for path in sorted(_HOUSE.glob("*.toml"))}
     own = shipped.user_folder("hands")
     return built_in | ({path.stem: path for path in sorted(own.glob("*.toml"))} if own.is_dir() else {})
+
+
+def scanned() -> dict[str, Path]:
+    """Name → .hand file of the user's own scanned hands."""
+    own = shipped.user_folder("hands")
+    return {path.stem: path for path in sorted(own.glob("*.hand"))} if own.is_dir() else {}
+
+
+def scanned_file(name: str) -> Path:
+    """The .hand file of a scanned hand: one of `scanned()`, or a path that ends in .hand.
+
+    Raises
+    ------
+    InputError
+        No such hand (the message lists the nearest).
+    """
+    if name.endswith(".hand"):
+        return Path(name)
+    known = scanned()
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+        instead = f"use {', '.join(near)}, or the path of a .hand file" if near else "give the path of a .hand file"
+        raise InputError(f"No scanned hand is called {name!r}: {instead}.")
+    return known[name]
+
+
+def own_file(name: str) -> Path:
+    """Where the user's own scanned hand of that name is kept, or would be.
+
+    Raises
+    ------
+    InputError
+        No name for a file, or that of a drawn hand.
+    """
+    if not name.replace("-", "").replace("_", "").isalnum():
+        raise InputError(f"A hand cannot be called {name!r}: use letters, digits, - and _.")
+    if name in _paths():
+        raise InputError(f"A drawn hand is called {name!r}: choose another name.")
+    return shipped.user_folder("hands") / f"{name}.hand"
 
 
 @lru_cache(maxsize=8)

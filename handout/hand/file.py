@@ -1,0 +1,259 @@
+"""The .hand file: a scanned hand, and the corrections made to it, in one archive.
+
+What was found on the pages and what people corrected are separate parts; `load` gives the hand with the corrections
+made.  Places are kept to 1/16 pixel, radii to 1/256 pixel, densities to 1/100.
+
+Source: seed 000, §5.1.3 for what is kept.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from functools import partial
+from itertools import accumulate, pairwise
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import atomic
+from handout.errors import InputError
+from handout.hand.archive import Archive, Content, pack
+from handout.hand.corrections import AnyCorrection, Corrections, apply, read_corrections
+from handout.hand.scanned import PLACES, Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.values import Indices, LineGraph
+
+FORMAT = 1
+SUFFIX = ".hand"
+_UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
+_COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
+
+
+class _Version(msgspec.Struct):
+    format: int
+
+
+class _Page(msgspec.Struct, forbid_unknown_fields=True):
+    source: str
+    transcript: str
+    dpi: float
+    shape: tuple[int, int]
+    baselines: list[tuple[float, float, float, float, float]]
+    pitch: float
+    x_height: float
+    slant: float
+    pen: str
+    corner: tuple[int, int]
+    texture: tuple[int, int]
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    format: int
+    name: str
+    title: str
+    pages: list[_Page]
+    letters: list[str]
+
+
+def save(hand: ScannedHand, path: Path, corrections: Sequence[AnyCorrection] = ()) -> None:
+    """Write a hand, as it was found, and corrections to it; whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the corrections do not fit the hand.
+    """
+    apply(hand, corrections)
+    atomic.write(path, to_bytes(hand, corrections))
+
+
+def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = ()) -> bytes:
+    """The same as the bytes of the file; the same hand gives the same bytes."""
+    facts = _File(FORMAT, hand.name, hand.title, [_facts(p) for p in hand.pages], [g.letter for g in hand.glyphs])
+    # places may be numpy's numbers, in corrections that a script made
+    corrected = msgspec.json.format(msgspec.json.encode(Corrections(tuple(corrections)), enc_hook=float), indent=1)
+    parts: dict[str, Content] = {"hand.json": facts, "corrections.json": corrected}
+    parts |= _glyph_arrays(hand.glyphs)
+    for number, page in enumerate(hand.pages):
+        graph, folder = page.graph, f"pages/{number}/"
+        uv = np.rint(graph.uv * _UV).astype(np.int32)
+        # differences are small where vertices follow their line: they pack to half the size
+        parts[folder + "uv.npy"] = np.diff(uv, axis=0, prepend=0).astype(np.int32)
+        parts[folder + "radius.npy"] = np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535).astype(np.uint16)
+        parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
+        parts[folder + "edges.npy"] = graph.edges.astype(np.int32)
+        parts[folder + "paper.png"] = _png(page.paper)
+        parts[folder + "ink.png"] = _png(page.texture.rgba)
+    return pack(parts)
+
+
+def load(path: Path) -> ScannedHand:
+    """The hand of a file, its corrections made; textures are read when they are looked at.
+
+    Raises
+    ------
+    InputError
+        Not a .hand file, one that is damaged or made by a newer program, or one whose parts do not fit together.
+    """
+    hand, corrections = read(path)
+    return apply(hand, corrections)
+
+
+def read(path: Path) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
+    """The hand of a file as it was found, and the corrections to it.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file.")
+    with path.open("rb") as stream:
+        if stream.read(2) != b"PK":
+            raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
+    with Archive(path) as archive:
+        _known(archive, path)
+        facts = archive.json("hand.json", _File)
+        corrections = read_corrections(archive.read("corrections.json"), f"{path}, corrections.json")
+        try:
+            pages = tuple(_page(archive, path, number, page) for number, page in enumerate(facts.pages))
+            hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
+        except (ValueError, IndexError, OverflowError) as error:
+            raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
+    return hand, corrections
+
+
+def _known(archive: Archive, path: Path) -> None:
+    if "hand.json" not in archive:
+        raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
+    version = archive.json("hand.json", _Version).format
+    if version != FORMAT:
+        way = "use a newer version of handout" if version > FORMAT else "read the pages again"
+        raise InputError(f"{path} is of format {version} and this program knows format {FORMAT}: {way}.")
+
+
+def _facts(page: ScannedPage) -> _Page:
+    return _Page(
+        source=page.source,
+        transcript=page.transcript,
+        dpi=page.dpi,
+        shape=page.shape,
+        baselines=[tuple(row) for row in page.baselines.tolist()],
+        pitch=page.pitch,
+        x_height=page.x_height,
+        slant=page.slant,
+        pen=page.pen,
+        corner=page.texture.corner,
+        texture=page.texture.shape,
+    )
+
+
+def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPage:
+    folder = f"pages/{number}/"
+    steps = archive.array(folder + "uv.npy", "int32", None, 2)
+    count = len(steps)
+    uv = np.cumsum(steps, axis=0, dtype=np.int64) / _UV
+    pixel = 25.4 / facts.dpi if facts.dpi > 0 else 0.0
+    if count and not ((uv >= -1) & (uv <= np.array(facts.shape[::-1]))).all():
+        raise ValueError(f"page {number} has a vertex outside its picture")
+    graph = LineGraph(
+        (uv + 0.5) * pixel,
+        archive.array(folder + "radius.npy", "uint16", count) / _RADIUS * pixel,
+        archive.array(folder + "density.npy", "uint8", count) / _DENSITY,
+        uv,
+        archive.array(folder + "edges.npy", "int32", None, 2),
+    )
+    texture = Texture(facts.corner, facts.texture, partial(_ink, path, folder + "ink.png", facts.texture))
+    if folder + "ink.png" not in archive:
+        raise ValueError(f"page {number} has no ink")
+    values = {name: getattr(facts, name) for name in ("source", "transcript", "dpi", "shape", "pitch", "x_height")}
+    return ScannedPage(
+        **values,
+        graph=graph,
+        baselines=np.array(facts.baselines, dtype=np.float64).reshape(-1, 5),
+        slant=facts.slant,
+        pen=facts.pen,
+        texture=texture,
+        paper=archive.picture(folder + "paper.png", "RGB"),
+    )
+
+
+def _ink(path: Path, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    with Archive(path) as archive:
+        pixels = archive.picture(part, "RGBA")
+    if pixels.shape[:2] != shape:
+        raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
+    return pixels
+
+
+def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
+    """The glyphs as columns; lists of vertices are one array and the length of each."""
+    rows = [(g.page, g.line, g.word, g.at, g.before, g.after, PLACES.index(g.place)) for g in glyphs]
+    ways = [(number, way) for number, glyph in enumerate(glyphs) for way in glyph.ligatures]
+    return {
+        "glyphs/table.npy": np.array(rows, dtype=np.int32).reshape(-1, len(_COLUMNS)),
+        "glyphs/confidence.npy": np.array([g.confidence for g in glyphs], dtype=np.float32),
+        "glyphs/vertices.npy": _flat([g.vertices for g in glyphs]),
+        "glyphs/counts.npy": np.array([len(g.vertices) for g in glyphs], dtype=np.int32),
+        "ligatures/from.npy": np.array([number for number, _ in ways], dtype=np.int32),
+        "ligatures/vertices.npy": _flat([way.path for _, way in ways]),
+        "ligatures/counts.npy": np.array([len(way.path) for _, way in ways], dtype=np.int32),
+    }
+
+
+def _flat(lists: Sequence[Indices]) -> NDArray[np.int32]:
+    return np.concatenate([np.zeros(0, np.int32), *lists]).astype(np.int32)
+
+
+def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) -> tuple[ScannedGlyph, ...]:
+    count = len(letters)
+    table = archive.array("glyphs/table.npy", "int32", count, len(_COLUMNS)).tolist()
+    sure = archive.array("glyphs/confidence.npy", "float32", count).tolist()
+    vertices = _lists(archive, "glyphs", count)
+    ways = _ligatures(archive, table, pages)
+    glyphs = []
+    for i, (page, line, word, at, before, after, place) in enumerate(table):
+        if not 0 <= place < len(PLACES):
+            raise ValueError(f"glyph {i} has no place in its word")
+        if not 0 <= sure[i] <= 1:
+            raise ValueError(f"glyph {i} has a confidence of {sure[i]:g}")
+        rest = (before, after, tuple(ways.get(i, ())), sure[i])
+        glyphs.append(ScannedGlyph(letters[i], PLACES[place], page, line, word, at, vertices[i], *rest))
+    return tuple(glyphs)
+
+
+def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage]) -> dict[int, list[Ligature]]:
+    owner = archive.array("ligatures/from.npy", "int32", None).tolist()
+    ways: dict[int, list[Ligature]] = {}
+    for number, path in zip(owner, _lists(archive, "ligatures", len(owner)), strict=True):
+        if not 0 <= number < len(table):
+            raise ValueError(f"a ligature begins at glyph {number} of {len(table)}")
+        page, line = table[number][:2]
+        if not (0 <= page < len(pages) and 0 <= line < len(pages[page].baselines)):
+            raise ValueError(f"glyph {number} is on a line that there is not")
+        if len(path) < 2 or path.min() < 0 or path.max() >= len(pages[page].graph):
+            raise ValueError(f"a ligature of glyph {number} names a vertex that there is not")
+        ways.setdefault(number, []).append(pages[page].ligature(line, path))
+    return ways
+
+
+def _lists(archive: Archive, folder: str, count: int) -> list[Indices]:
+    """Lists of vertices, cut from their one array."""
+    counts = archive.array(f"{folder}/counts.npy", "int32", count)
+    flat = archive.array(f"{folder}/vertices.npy", "int32", None)
+    if (counts < 0).any() or int(counts.sum(dtype=np.int64)) != len(flat):
+        raise ValueError(f"the lists of {folder} are not as long as they say")
+    flat = flat.astype(np.intp)
+    return [flat[a:b] for a, b in pairwise(accumulate(counts.tolist(), initial=0))]
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, "PNG", compress_level=7)
+    return stream.getvalue()

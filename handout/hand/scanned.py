@@ -1,0 +1,284 @@
+"""A hand read from paper: every letter that a person wrote on some pages, where it lies, and what it is joined to.
+
+Places on a page are `uv`: pixels of the picture as it came, 0 the middle of the first one.  Line space is the frame of
+one written line: the unit is the pitch of the page's lines, x runs along the line, y up from its baseline.
+
+Source: seed 000, §5.1.3, §6.3.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
+
+Place = Literal["start", "middle", "end", "alone"]
+PLACES: tuple[Place, ...] = get_args(Place)
+NOBODY = -1
+_MOST_PIXELS = 400_000_000
+DOUBTFUL = 0.5  # confidence under which a letter is worth a look
+
+
+@dataclass(frozen=True, eq=False)
+class Ligature:
+    """The way of the pen from one letter to the next.
+
+    path : (n,) int, n ≥ 2: vertices of the page's graph in order, from one letter to the next.
+    start, end : (2,) float, line space: its first and its last vertex.
+    """
+
+    path: Indices
+    start: Array
+    end: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", readonly_indices(self.path, None))
+        if len(self.path) < 2:
+            raise ValueError("a ligature leads from one vertex to another")
+        object.__setattr__(self, "start", readonly(self.start, 2))
+        object.__setattr__(self, "end", readonly(self.end, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedGlyph:
+    """One letter as it was written once.
+
+    letter : the grapheme; "" for a piece of writing that nobody has named yet.
+    place : in its word: "start", "middle", "end" or "alone".
+    page, line, word : numbers from 0: page of the hand, written line of the page, word of the page's transcript.
+    at : index of its grapheme in the page's transcript, −1 for one that was named by hand.
+    vertices : (n,) int: its vertices in the page's graph, rising; with those of its halves of ligatures.
+    before, after : numbers of the glyphs beside it in its word, −1 for none.
+    ligatures : the ways to the glyph `after`; several where more than one stroke leads there, none where the pen was
+        lifted.
+    confidence : 0–1, of the place of its ends.
+    """
+
+    letter: str
+    place: Place
+    page: int
+    line: int
+    word: int
+    at: int
+    vertices: Indices
+    before: int = NOBODY
+    after: int = NOBODY
+    ligatures: tuple[Ligature, ...] = ()
+    confidence: float = 1.0
+
+    def __post_init__(self) -> None:
+        vertices = readonly_indices(self.vertices, None)
+        if not len(vertices) or (np.diff(vertices) <= 0).any():
+            raise ValueError("a glyph has vertices, in rising order")
+        object.__setattr__(self, "vertices", vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """Ink without its paper, looked at only when it is needed.
+
+    corner : (x, y) of its first pixel in the picture of the page.
+    shape : (height, width), pixels.
+    load : gives (h, w, 4) uint8, straight alpha, 0 where there is no ink.
+    """
+
+    corner: tuple[int, int]
+    shape: tuple[int, int]
+    load: Callable[[], NDArray[np.uint8]] = field(repr=False)
+
+    @cached_property
+    def rgba(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8, straight alpha, read-only."""
+        pixels = self.load().view()
+        if pixels.shape != (*self.shape, 4) or pixels.dtype != np.uint8:
+            raise ValueError(f"expected {(*self.shape, 4)} of uint8, got {pixels.shape} of {pixels.dtype}")
+        pixels.flags.writeable = False
+        return pixels
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedPage:
+    """A page of somebody's writing.
+
+    source : where it was read from.
+    transcript : what is written on it, as it was given.
+    dpi : pixels per inch.
+    shape : (height, width) of its picture, pixels.
+    graph : the line of the pen; `xy` mm on the page, y down.
+    baselines : (lines, 5) float: c₀, c₁, c₂, middle, reach, pixels: y = c₀ + c₁ d + c₂ d², d = x − middle; further
+        than `reach` from the middle the line runs on straight.
+    pitch : mm from a line to the next.
+    x_height : mm.
+    slant : dx/dy of the letters, upwards.
+    pen : what the ink was taken for.
+    texture : the ink.
+    paper : (h, w, 3) uint8: the page without ink, much reduced.
+    """
+
+    source: str
+    transcript: str
+    dpi: float
+    shape: tuple[int, int]
+    graph: LineGraph
+    baselines: Array
+    pitch: float
+    x_height: float
+    slant: float
+    pen: str
+    texture: Texture
+    paper: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "baselines", readonly(self.baselines, None, 5))
+        paper = np.array(self.paper, dtype=np.uint8)
+        if paper.ndim != 3 or paper.shape[2] != 3 or not paper.size:
+            raise ValueError(f"expected paper of (h, w, 3), got {paper.shape}")
+        paper.flags.writeable = False
+        object.__setattr__(self, "paper", paper)
+        if not (self.dpi > 0 and self.pitch > 0 and self.x_height > 0):
+            raise ValueError("resolution, pitch and x-height must be above 0")
+        if min(self.shape) < 1 or self.shape[0] * self.shape[1] > _MOST_PIXELS:
+            raise ValueError(f"a picture of {self.shape[1]} × {self.shape[0]} pixels is none that can be used")
+        box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
+        if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
+            raise ValueError("the ink lies outside the picture")
+
+    @property
+    def pixel(self) -> float:
+        """Side of a pixel, mm."""
+        return 25.4 / self.dpi
+
+    @property
+    def unit(self) -> float:
+        """Pixels of one unit of line space."""
+        return self.pitch / self.pixel
+
+    def base(self, line: int, x: ArrayLike) -> Array:
+        """y of a line's baseline at x, pixels."""
+        c0, c1, c2, middle, reach = self.baselines[line]
+        away = np.asarray(x, dtype=np.float64) - middle
+        held = np.clip(away, -reach, reach)
+        return np.asarray(c0 + held * (c1 + held * c2) + (away - held) * (c1 + 2 * c2 * held))
+
+    def to_line(self, line: int, uv: ArrayLike) -> Array:
+        """(n, 2): line space of places (n, 2) of the picture."""
+        x, y = np.asarray(uv, dtype=np.float64).reshape(-1, 2).T
+        return np.column_stack([x, self.base(line, x) - y]) / self.unit
+
+    def to_picture(self, line: int, xy: ArrayLike) -> Array:
+        """(n, 2): places of the picture, pixels, of line space (n, 2)."""
+        x, up = np.asarray(xy, dtype=np.float64).reshape(-1, 2).T * self.unit
+        return np.column_stack([x, self.base(line, x) - up])
+
+    def ligature(self, line: int, path: ArrayLike) -> Ligature:
+        """The ligature along the vertices `path`."""
+        numbers = readonly_indices(path, None)
+        ends = self.to_line(line, self.graph.uv[numbers[[0, -1]]])
+        return Ligature(numbers, ends[0], ends[1])
+
+    @cached_property
+    def paper_colour(self) -> Array:
+        """(3,) 0–255: the usual colour of the paper."""
+        return readonly(np.median(self.paper.reshape(-1, 3), axis=0), 3)
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedHand:
+    """How one person writes, as far as some pages show it.
+
+    name, title : what it is called; for people.
+    glyphs : a glyph's number is its place here.
+    """
+
+    name: str
+    title: str
+    pages: tuple[ScannedPage, ...]
+    glyphs: tuple[ScannedGlyph, ...]
+
+    def __post_init__(self) -> None:
+        for number, glyph in enumerate(self.glyphs):
+            _check(number, glyph, self.pages, self.glyphs)
+
+    @cached_property
+    def instances(self) -> Counter[tuple[str, Place]]:
+        """How often there is each letter in each place; `prompting.coverage.lacks` takes this."""
+        return Counter((glyph.letter, glyph.place) for glyph in self.glyphs if glyph.letter)
+
+    @cached_property
+    def letters(self) -> Mapping[str, int]:
+        """How often there is each letter, the commonest first."""
+        counts = Counter(glyph.letter for glyph in self.glyphs if glyph.letter)
+        return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+    @cached_property
+    def _numbers(self) -> Mapping[str, Indices]:
+        found: dict[str, list[int]] = {}
+        for number, glyph in enumerate(self.glyphs):
+            found.setdefault(glyph.letter, []).append(number)
+        return {letter: readonly_indices(numbers, None) for letter, numbers in found.items()}
+
+    def of(self, letter: str) -> Indices:
+        """(n,) int: numbers of the glyphs of a letter, in the order of writing."""
+        return self._numbers.get(letter, readonly_indices(np.zeros(0), 0))
+
+    def outline(self, number: int) -> Array:
+        """(n, 2): the vertices of a glyph in line space."""
+        glyph = self.glyphs[number]
+        page = self.pages[glyph.page]
+        return page.to_line(glyph.line, page.graph.uv[glyph.vertices])
+
+    def body(self, number: int) -> Indices:
+        """The vertices of a glyph without its ligatures; the ends of those are its own."""
+        glyph = self.glyphs[number]
+        ways = [way.path[1:] for way in glyph.ligatures]
+        if glyph.before >= 0:
+            ways += [way.path[:-1] for way in self.glyphs[glyph.before].ligatures]
+        own = np.setdiff1d(glyph.vertices, np.concatenate(ways)) if ways else glyph.vertices
+        return readonly_indices(own if len(own) else glyph.vertices, None)
+
+    def centre(self, number: int) -> Array:
+        """(2,) line space: the middle of a glyph's ink.
+
+        Vertices weigh by density times radius squared; those below the baseline, and beyond the outer bounds of the
+        glyphs beside it, are left out as long as any remain.
+
+        Source: seed 000, §6.3.
+        """
+        glyph = self.glyphs[number]
+        place = self.outline(number)
+        graph = self.pages[glyph.page].graph
+        weight = graph.density[glyph.vertices] * graph.radius[glyph.vertices] ** 2 + 1e-12
+        kept = place[:, 1] >= 0
+        if glyph.before >= 0:
+            kept &= place[:, 0] >= self.outline(glyph.before)[:, 0].min()
+        if glyph.after >= 0:
+            kept &= place[:, 0] <= self.outline(glyph.after)[:, 0].max()
+        if not kept.any():
+            kept[:] = True
+        return np.asarray(np.average(place[kept], axis=0, weights=weight[kept]))
+
+
+def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], glyphs: tuple[ScannedGlyph, ...]) -> None:
+    """Raise ValueError where a glyph names what is not there."""
+    if not 0 <= glyph.page < len(pages):
+        raise ValueError(f"glyph {number} is on page {glyph.page} of {len(pages)}")
+    page = pages[glyph.page]
+    if not 0 <= glyph.line < len(page.baselines):
+        raise ValueError(f"glyph {number} is on line {glyph.line} of {len(page.baselines)}")
+    for numbers in (glyph.vertices, *(way.path for way in glyph.ligatures)):
+        if numbers.min() < 0 or numbers.max() >= len(page.graph):
+            raise ValueError(f"glyph {number} names a vertex outside 0–{len(page.graph) - 1}")
+    for beside, back in ((glyph.before, "after"), (glyph.after, "before")):
+        if not -1 <= beside < len(glyphs) or beside == number:
+            raise ValueError(f"glyph {number} is beside glyph {beside}, which there is not")
+        if beside >= 0 and (getattr(glyphs[beside], back) != number or glyphs[beside].page != glyph.page):
+            raise ValueError(f"glyph {number} is beside glyph {beside}, which is elsewhere")
+    if glyph.ligatures and glyph.after < 0:
+        raise ValueError(f"glyph {number} has ligatures but nothing after it")

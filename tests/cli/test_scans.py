@@ -1,0 +1,164 @@
+"""Hands from scans, as a user makes, looks at, corrects and keeps them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from handout.cli import main
+from handout.hand import file
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.fixture
+def call(capsys):
+    def run(*arguments, code=0):
+        with pytest.raises(SystemExit) as leave:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        assert leave.value.code == code, err
+        assert "Traceback" not in err
+        return out, err
+
+    return run
+
+
+@pytest.fixture
+def kept(small_hand):
+    file.save(small_hand, Path("small.hand"))
+    return "small.hand"
+
+
+def test_read_and_check(call, small_scan):
+    out, err = call(
+        "hand", "read", "mine", "--scan", small_scan.scan, "--text", small_scan.text, "-o", "mine.hand", "--json",
+        "--title", "My hand", "--pen", "ballpoint",
+    )  # fmt: skip
+    facts = json.loads(out)
+    assert (facts["name"], facts["title"], facts["files"]) == ("mine", "My hand", ["mine.hand"])
+    assert facts["glyphs"] == 44 and facts["found"][0]["missing"] == [] and facts["pages"][0]["lines"] == 3
+    assert "3 lines found" in err and "Wrote mine.hand: 44 letters" in err
+    out, err = call("hand", "check", "mine.hand", "-o", "seen.png", "--for", "zeal even", "--json")
+    checked = json.loads(out)
+    assert {one["letter"] for one in checked["lacks"] if not one["anywhere"]} == {"z"}
+    assert "there is no z." in err and checked["letters"][0]["total"] >= 4
+    assert Image.open("seen.png").size == Image.open(small_scan.scan).size
+
+
+def test_check_says_what_there_is_little_of(call, kept):
+    out, err = call("hand", "check", kept)
+    assert "* v " in out and "17 of 17 fewer than 8 times" in err
+    assert call("hand", "check", kept, "--quiet") == ("", "")
+
+
+def test_edit_keeps_what_was_found(call, kept, small_hand):
+    number = int(small_hand.of("j")[0])
+    at = small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[9]].tolist()
+    Path("c.json").write_text(json.dumps({"corrections": [{"do": "label", "page": 0, "at": at, "text": "J"}]}))
+    before = Path(kept).read_bytes()
+    out, _ = call("hand", "edit", kept, "c.json", "-o", "other.hand", "--json")
+    assert json.loads(out)["corrections"] == 1 and Path(kept).read_bytes() == before
+    assert file.load(Path("other.hand")).letters["J"] == 1
+    Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": at}]))
+    call("hand", "edit", "other.hand", "d.json")
+    assert len(file.read(Path("other.hand"))[1]) == 2 and "J" not in file.load(Path("other.hand")).letters
+    whole = Path("other.hand").read_bytes()
+    Path("d.json").write_text(json.dumps([{"do": "remove", "page": 0, "at": [1, 400]}]))
+    _, err = call("hand", "edit", "other.hand", "d.json", code=2)
+    assert "Correction 1 (remove, page 0)" in err and Path("other.hand").read_bytes() == whole
+
+
+def test_import_list_show_export_remove(call, kept):
+    call("hand", "import", kept, "--name", "mine")
+    assert "mine" in call("hand", "list")[0]
+    listed = json.loads(call("hand", "list", "--json")[0])["scanned"]
+    assert [(one["name"], one["title"], one["glyphs"]) for one in listed] == [("mine", "A small hand", 44)]
+    _, err = call("hand", "import", kept, "--name", "mine", code=2)
+    assert "--replace" in err
+    call("hand", "import", kept, "--name", "mine", "--replace")
+    call("hand", "show", "mine", "-o", "letters.png")
+    assert np.asarray(Image.open("letters.png")).min() < 120
+    call("hand", "export", "mine", "-o", "again.hand")
+    assert Path("again.hand").read_bytes() == Path(kept).read_bytes()
+    call("hand", "check", "mine", "-q")
+    call("hand", "remove", "mine")
+    _, err = call("hand", "check", "mine", code=2)
+    assert "No scanned hand is called 'mine'" in err
+
+
+def test_a_damaged_hand_does_not_stop_the_list(call, kept):
+    call("hand", "import", kept, "--name", "mine")
+    path = next(Path("config").rglob("mine.hand"))
+    path.write_bytes(path.read_bytes()[:500])
+    assert "cannot be used" in call("hand", "list")[0]
+    call("hand", "remove", "mine")
+
+
+def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
+    scan, text = small_scan.scan, small_scan.text
+    Path("empty.txt").write_text("\n")
+    Path("latin.txt").write_bytes(b"caf\xe9")
+    Path("no.png").write_text("no picture")
+    out = ("-o", "x.hand")
+    for arguments, says in (
+        (("read", "m", "--scan", scan, *out), "what is written on it?"),
+        (("read", "m", "--scan", scan, "--text", text, "--text", text, *out), "2 texts for 1 scans"),
+        (("read", "m", "--scan", "no.png", "--text", text, *out), "no.png"),
+        (("read", "m", "--scan", "none.png", "--text", text, *out), "none.png"),
+        (("read", "m", "--scan", scan, "--text", "none.txt", *out), "none.txt"),
+        (("read", "m", "--scan", scan, "--text", "empty.txt", *out), "is empty"),
+        (("read", "m", "--scan", scan, "--text", "latin.txt", *out), "UTF-8"),
+        (("read", "m", "--scan", scan, "--text", text, "--pen", "quill", *out), "quill"),
+        (("read", "m", "--scan", scan, "--text", text, "-o", "x.zip"), "x.hand"),
+        (("read", "m", "--scan", scan, "--text", text, "-o", "none/x.hand"), "none"),
+        (("check", "none.hand"), "no such file"),
+        (("check", "empty.txt.hand"), "no such file"),
+        (("check", kept, "-o", "x.svg"), "x.png"),
+        (("show", kept, "-o", "x.svg"), "x.png"),
+        (("edit", kept, "none.json"), "none.json"),
+        (("edit", kept, "empty.txt"), "corrections"),
+        (("import", "empty.txt"), "not a .hand file"),
+        (("import", kept, "--name", "../x"), "cannot be called"),
+        (("import", kept, "--name", "house-joined"), "drawn hand"),
+        (("export", "nobody", "-o", "x.hand"), "No scanned hand"),
+        (("remove", "nobody"), "none called 'nobody'"),
+    ):
+        _, err = call("hand", *arguments, code=2)
+        assert says in err and len(err.strip().splitlines()) <= 4, (arguments, err)
+    assert not Path("x.hand").exists()
+
+
+def test_the_text_of_another_page_is_refused(call, small_scan):
+    Path("other.txt").write_text("Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?\n")
+    _, err = call("hand", "read", "m", "--scan", small_scan.scan, "--text", "other.txt", "-o", "x.hand", code=2)
+    assert "page.png" in err and not Path("x.hand").exists()
+
+
+def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch, tmp_path):
+    from handout.cli.scan_ import _sources
+    from handout.errors import InputError
+    from handout.tagging import sheets
+
+    for name in ("sheet", "page", "other"):
+        Path(f"{name}.png").write_bytes(small_scan.scan.read_bytes())
+        Path(f"{name}.txt").write_text(name)
+    made = sheets.Filled(sheets.Scan(np.zeros((9, 9, 3), np.uint8), 300.0, "flat"), "printed")
+    monkeypatch.setattr(sheets, "filled_sheet", lambda scan: made if "sheet" in scan.source else None)
+
+    def texts(*names, given):
+        return [text for _, text in _sources([f"{n}.png" for n in names], [f"{n}.txt" for n in given], None)]
+
+    assert texts("sheet", given=()) == ["printed"]
+    assert texts("page", "sheet", "other", given=("page", "other")) == ["page", "printed", "other"]
+    assert texts("sheet", "page", given=("sheet", "page")) == ["sheet", "page"]
+    with pytest.raises(InputError, match=r"other\.png: what is written on it"):
+        texts("page", "other", given=("page",))
+    with pytest.raises(InputError, match="leave it out"):
+        texts("sheet", "sheet", given=("other",))

@@ -1,0 +1,47 @@
+"""What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
+
+from types import SimpleNamespace
+
+import pytest
+
+WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"
+
+
+@pytest.fixture(scope="session")
+def small_scan(tmp_path_factory):
+    """A scan as a file, its text as a file, and the truth about it."""
+    import numpy as np
+    from PIL import Image
+
+    from handout.author.simulate import simulate
+    from handout.hand.library import load
+    from handout.writing.layout import Layout, page
+
+    layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
+    made = simulate(WRITTEN, load("house-joined"), rng=np.random.default_rng(5), layout=layout, dpi=300.0)
+    folder = tmp_path_factory.mktemp("scan")
+    scan, text = folder / "page.png", folder / "page.txt"
+    Image.fromarray(made.image).save(scan, dpi=(300, 300))
+    text.write_text(WRITTEN + "\n", encoding="utf-8")
+    return SimpleNamespace(scan=scan, text=text, written=WRITTEN, simulated=made)
+
+
+@pytest.fixture(scope="session")
+def small_page(small_scan):
+    """The same page read, and its letters found without learning from it."""
+    import numpy as np
+
+    from handout.scanning.reading import read_page
+    from handout.tagging.making import make_page
+
+    written = read_page(small_scan.scan)
+    made = make_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
+    return SimpleNamespace(**vars(small_scan), read=written, made=made)
+
+
+@pytest.fixture(scope="session")
+def small_hand(small_page):
+    """The hand that it shows."""
+    from handout.tagging.making import read_hand
+
+    return read_hand("small", [small_page.made], "A small hand")

@@ -1,0 +1,171 @@
+"""The .hand file: what is saved comes back, and what does not fit together is refused with a sentence."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.hand import file
+from handout.hand.corrections import Label, Remove
+
+
+@pytest.fixture(scope="module")
+def whole(small_hand):
+    return file.to_bytes(small_hand)
+
+
+def rewritten(whole, path, changes):
+    """The archive with some parts replaced by bytes or arrays, or left out (None)."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(whole)) as old, zipfile.ZipFile(stream, "w") as new:
+        for name in old.namelist():
+            content = changes.get(name, old.read(name))
+            if callable(content):
+                content = content(old.read(name))
+            if content is not None:
+                new.writestr(name, content)
+    path.write_bytes(stream.getvalue())
+    return path
+
+
+def array(change):
+    """A change of an array: what numpy reads, changed in place."""
+
+    def changed(data):
+        values = np.load(io.BytesIO(data), allow_pickle=False)
+        result = change(values)
+        stream = io.BytesIO()
+        np.save(stream, values if result is None else result)
+        return stream.getvalue()
+
+    return changed
+
+
+def facts(**values):
+    return lambda data: json.dumps(json.loads(data) | values).encode()
+
+
+def put(where, value):
+    return array(lambda values: values.__setitem__(where, value))
+
+
+def test_what_is_saved_comes_back(small_hand, tmp_path):
+    path = tmp_path / "a.hand"
+    file.save(small_hand, path)
+    back = file.load(path)
+    assert (back.name, back.title, back.letters) == (small_hand.name, small_hand.title, small_hand.letters)
+    for one, two in zip(small_hand.glyphs, back.glyphs, strict=True):
+        assert (one.letter, one.place, one.line, one.word, one.at) == (
+            two.letter,
+            two.place,
+            two.line,
+            two.word,
+            two.at,
+        )
+        assert (one.before, one.after) == (two.before, two.after)
+        assert np.array_equal(one.vertices, two.vertices)
+        assert [w.path.tolist() for w in one.ligatures] == [w.path.tolist() for w in two.ligatures]
+        assert one.confidence == pytest.approx(two.confidence, abs=1e-6)
+    one, two = small_hand.pages[0], back.pages[0]
+    assert np.abs(one.graph.uv - two.graph.uv).max() <= 1 / 32
+    assert np.abs(one.graph.radius - two.graph.radius).max() <= one.pixel / 512 + 1e-9
+    assert np.abs(one.graph.density - two.graph.density).max() <= 0.005 + 1e-9
+    assert np.array_equal(one.graph.edges, two.graph.edges)
+    assert np.array_equal(one.texture.rgba, two.texture.rgba) and np.array_equal(one.paper, two.paper)
+    assert np.array_equal(one.baselines, two.baselines)
+    assert (one.transcript, one.dpi, one.pen, one.shape) == (two.transcript, two.dpi, two.pen, two.shape)
+    assert file.to_bytes(back) == file.to_bytes(file.load(path)) == path.read_bytes()
+
+
+def test_textures_are_read_when_looked_at(whole, small_hand, tmp_path):
+    path = rewritten(whole, tmp_path / "a.hand", {"pages/0/ink.png": b"no picture"})
+    page = file.load(path).pages[0]
+    assert page.texture.shape == small_hand.pages[0].texture.shape
+    with pytest.raises(InputError, match=r"ink\.png is not a picture"):
+        _ = page.texture.rgba
+
+
+def test_corrections_are_kept_apart(small_hand, tmp_path):
+    path = tmp_path / "a.hand"
+    number = int(small_hand.of("j")[0])
+    at = tuple(small_hand.pages[0].graph.uv[small_hand.glyphs[number].vertices[5]])
+    file.save(small_hand, path, [Label(page=0, at=at, text="J")])
+    found, made = file.read(path)
+    assert found.letters["j"] == 1 and len(made) == 1
+    assert "j" not in file.load(path).letters and file.load(path).letters["J"] == 1
+    with pytest.raises(InputError, match="Correction 1"):
+        file.save(small_hand, path, [Remove(page=0, at=(1.0, 1.0))])
+    assert file.load(path).letters["J"] == 1, "the file is as it was"
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"hand.json": None}, "is not a .hand file"),
+        ({"hand.json": facts(format=2)}, "newer version"),
+        ({"hand.json": facts(format=0)}, "read the pages again"),
+        ({"hand.json": facts(format="1")}, "cannot be used"),
+        ({"hand.json": facts(more=1)}, "cannot be used"),
+        ({"hand.json": facts(letters=["a"])}, r"table\.npy is"),
+        ({"hand.json": facts(pages=[])}, "cannot be used"),
+        ({"corrections.json": b'{"corrections": [{"do": "explode", "page": 0}]}'}, "corrections"),
+        ({"corrections.json": None}, "corrections.json is missing"),
+        ({"glyphs/vertices.npy": put(0, -1)}, "do not fit together"),
+        ({"glyphs/vertices.npy": put(3, 2**31 - 1)}, "do not fit together"),
+        ({"glyphs/counts.npy": put(0, -5)}, "not as long as they say"),
+        ({"glyphs/counts.npy": put(0, 2**31 - 1)}, "not as long as they say"),
+        ({"glyphs/table.npy": put((0, 0), 7)}, "do not fit together"),
+        ({"glyphs/table.npy": put((0, 1), 99)}, "do not fit together"),
+        ({"glyphs/table.npy": put((0, 4), 10**6)}, "which there is not"),
+        ({"glyphs/table.npy": put((0, 5), -2)}, "which there is not"),
+        ({"glyphs/table.npy": put((3, 6), 4)}, "no place in its word"),
+        ({"glyphs/confidence.npy": put(0, 3.0)}, "confidence"),
+        ({"glyphs/confidence.npy": put(0, np.nan)}, "not finite"),
+        ({"ligatures/from.npy": put(0, 10**6)}, "a ligature begins"),
+        ({"ligatures/vertices.npy": put(0, 10**8)}, "names a vertex"),
+        ({"pages/0/edges.npy": put((0, 0), -1)}, "an edge names a vertex"),
+        ({"pages/0/uv.npy": put((0, 0), 2**30)}, "outside its picture"),
+        ({"pages/0/uv.npy": array(lambda a: a[:-1])}, "cannot be used"),
+        ({"pages/0/radius.npy": array(lambda a: a.astype(object).astype(float))}, "is float64"),
+        ({"pages/0/ink.png": None}, "has no ink"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(whole, tmp_path, changes, says):
+    path = rewritten(whole, tmp_path / "a.hand", changes)
+    with pytest.raises(InputError, match=says) as error:
+        file.load(path)
+    assert "\n" not in str(error.value) or "corrections" in str(error.value)
+
+
+@pytest.mark.parametrize("key", ["dpi", "pitch", "baselines", "corner", "texture", "shape"])
+@pytest.mark.parametrize("value", [0, -1, "x", [], [-1, 0], [10**9, 10**9], [[0] * 5], None])
+def test_pages_that_are_none_are_refused(whole, tmp_path, key, value):
+    def change(data):
+        facts = json.loads(data)
+        facts["pages"][0][key] = value
+        return json.dumps(facts).encode()
+
+    path = rewritten(whole, tmp_path / "a.hand", {"hand.json": change})
+    with pytest.raises(InputError):
+        file.load(path)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99])
+def test_a_file_that_is_cut_off_is_refused(whole, tmp_path, share):
+    path = tmp_path / "a.hand"
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError):
+        file.load(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"x = 1", b"\x89PNG", b"PK"])
+def test_another_file_is_refused(tmp_path, content):
+    path = tmp_path / "a.hand"
+    path.write_bytes(content)
+    with pytest.raises(InputError):
+        file.load(path)
+    with pytest.raises(InputError, match="no such file"):
+        file.load(tmp_path / "b.hand")
