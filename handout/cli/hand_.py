@@ -68,7 +68,7 @@ def _scanned() -> list[dict[str, Any]]:
         except InputError as error:
             rows.append({"name": name, "title": "cannot be read", "characters": "", "glyphs": 0, "said": str(error)})
             continue
-        said = f"{len(hand.letters)} characters, {len(hand.glyphs)} letters from {len(hand.pages)} scanned pages"
+        said = f"{len(hand.letters)} characters, {len(hand.glyphs)} letters from {_scanned_pages(len(hand.pages))}"
         facts = {"name": name, "title": hand.title, "characters": "".join(hand.letters), "glyphs": len(hand.glyphs)}
         rows.append({**facts, "said": said})
     return rows
@@ -128,3 +128,7 @@ def _drawn(hand: Hand) -> int:
 
 def _facts(hand: Hand) -> dict[str, object]:
     return {"name": hand.name, "title": hand.title, "characters": "".join(hand.glyphs), "forms": _drawn(hand)}
+
+
+def _scanned_pages(count: int) -> str:
+    return "1 scanned page" if count == 1 else f"{count} scanned pages"

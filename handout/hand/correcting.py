@@ -33,6 +33,7 @@ class Correcting:
         self._order = list(range(len(hand.glyphs)))
         self._owners: dict[int, Indices] = {}
         self._trees: dict[int, cKDTree] = {}
+        self._joinings: dict[int, Joining] = {}
         self._page = 0
 
     def done(self) -> ScannedHand:
@@ -233,7 +234,9 @@ class Correcting:
 
     def _rejoin(self, number: int) -> None:
         """Find the ligatures of a glyph, and of the one before it, again."""
-        joining = Joining(self._paper, self._owner)
+        if self._page not in self._joinings:
+            self._joinings[self._page] = Joining(self._paper, self._owner)
+        joining = self._joinings[self._page]
         for one in (number, self._glyph(number).before):
             if one != NOBODY and self._glyph(one).after != NOBODY:
                 glyph = self._glyph(one)

@@ -22,7 +22,7 @@ _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from t
 class Joining:
     """The ligatures of one page, found from which glyph each vertex belongs to.
 
-    owner : (n,) int: number of each vertex's glyph, −1 for none.
+    owner : (n,) int: number of each vertex's glyph, −1 for none; it is looked at anew each time.
     """
 
     def __init__(self, page: ScannedPage, owner: Indices) -> None:
@@ -30,23 +30,23 @@ class Joining:
         self._owner = owner
         self._around = _neighbours(page.graph)
         self._unit = page.x_height / page.pixel
-        a, b = page.graph.edges.T
-        across = (owner[a] != owner[b]) & (owner[a] >= 0) & (owner[b] >= 0)
-        self._joints: dict[tuple[int, int], list[tuple[int, int]]] = {}
-        for v, w in page.graph.edges[across].tolist():
-            self._joints.setdefault((int(owner[v]), int(owner[w])), []).append((v, w))
-            self._joints.setdefault((int(owner[w]), int(owner[v])), []).append((w, v))
 
     def between(self, first: int, second: int, line: int) -> tuple[Ligature, ...]:
         """The ways from glyph `first` to glyph `second`, from the lowest upwards."""
         paths: list[list[int]] = []
-        for v, w in self._joints.get((first, second), []):
+        for v, w in self._joints(first, second):
             path = [*self._walk(v, w, line)[::-1], *self._walk(w, v, line)]
             # where strokes meet at a joint, several edges lead across: one way is enough
             if all(len(set(path) & set(other)) < len(path) / 2 for other in paths):
                 paths.append(path)
         ways = [self._page.ligature(line, path) for path in paths]
         return tuple(sorted(ways, key=lambda way: (way.start[1], int(way.path[0]))))
+
+    def _joints(self, first: int, second: int) -> list[tuple[int, int]]:
+        """The edges that lead from one glyph to another, in an order that is the same from either side."""
+        own = np.flatnonzero(self._owner == first).tolist()
+        across = [(v, w) for v in own for w in self._around[v] if self._owner[w] == second]
+        return sorted(across, key=lambda edge: (min(edge), max(edge)))
 
     def _walk(self, start: int, before: int, line: int) -> list[int]:
         """The vertices from a joint into its letter, as far as the ligature goes."""

@@ -169,3 +169,18 @@ def test_another_file_is_refused(tmp_path, content):
         file.load(path)
     with pytest.raises(InputError, match="no such file"):
         file.load(tmp_path / "b.hand")
+
+
+def test_any_damage_is_refused_or_harmless(whole, tmp_path):
+    rng = np.random.default_rng(0)
+    path = tmp_path / "a.hand"
+    for _ in range(40):
+        damaged = bytearray(whole)
+        for at in rng.integers(0, len(whole), 3):
+            damaged[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(bytes(damaged))
+        try:
+            hand = file.load(path)
+            _ = hand.pages[0].texture.rgba
+        except InputError as error:
+            assert str(path) in str(error)
