@@ -75,11 +75,15 @@ def load(name: str) -> Hand:
     Raises
     ------
     InputError
-        No such hand (the message lists the nearest), or a file that cannot be read.
+        No such hand (the message lists the nearest), a scanned hand, or a file that cannot be read.
     """
     if name.endswith(".toml"):
         return _read(Path(name).resolve())
     known = _paths()
+    if name.endswith(".hand") or (name not in known and name in scanned()):
+        raise InputError(
+            f"{name} is a scanned hand, in which nothing can be written yet: use {', '.join(sorted(known))}."
+        )
     if name not in known:
         near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
         raise InputError(

@@ -123,3 +123,8 @@ def test_weight_says_how_often_a_form_is_written(tmp_path):
 def test_unknown_hand_lists_the_nearest():
     with pytest.raises(InputError, match="house-joined"):
         load("house-joind")
+
+
+def test_a_scanned_hand_is_not_taken_for_an_unknown_one():
+    with pytest.raises(InputError, match="scanned hand, in which nothing can be written yet"):
+        load("somebody.hand")
