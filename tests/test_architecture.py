@@ -21,7 +21,7 @@ MAY = {
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
-    "score": set(),
+    "score": {"scanning"},
     "prompting": {"writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
     "cli": {

@@ -57,7 +57,8 @@ def _places(length: int, unit: int) -> list[Place]:
     count = length - unit + 1
     if count <= 1:
         return ["alone"] * max(count, 0)
-    return ["start", *["middle"] * (count - 2), "end"]  # type: ignore[list-item]
+    middle: list[Place] = ["middle"] * (count - 2)
+    return ["start", *middle, "end"]
 
 
 @dataclass(frozen=True)

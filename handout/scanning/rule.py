@@ -69,7 +69,7 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     near = at & (np.abs(fall - foot) < 0.3 * pitch)
     u, y = feet[near, 0] - middle, fall[near] - foot
     long, some = right - left > 8 * pitch and int(near.sum()) > LEAST, right - left > 2.5 * pitch
-    c0, c1, c2 = _robust(u, y, 2 if long else (1 if some else 0), 0.12 * pitch)
+    c0, c1, c2 = robust(u, y, 2 if long else (1 if some else 0), 0.12 * pitch)
     return Rule((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 
@@ -81,7 +81,7 @@ def _together(x: Array, gap: float) -> Array:
     return np.concatenate([group for group in groups if len(group) > 0.12 * most])
 
 
-def _robust(u: Array, y: Array, degree: int, scale: float) -> tuple[float, float, float]:
+def robust(u: Array, y: Array, degree: int, scale: float) -> tuple[float, float, float]:
     """Polynomial through the densest part of the points: Tukey's weights, the scale drawn in step by step."""
     curve = np.zeros(3)
     if len(u) <= degree + 2:

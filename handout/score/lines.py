@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.scanning.rule import mode, robust
 from handout.score.runs import spans
 from handout.values import Array
 
@@ -219,12 +220,12 @@ def _on_baseline(trace: tuple[float, float], low: Array, x: Array, centre: float
     fall = low[:, 1] - level - slope * (low[:, 0] - centre)
     at = (low[:, 0] > left - 0.5 * pitch) & (low[:, 0] < right + 0.5 * pitch) & (fall > -0.1 * pitch)
     at &= fall < 0.55 * pitch
-    foot = _mode(fall[at], 0.04 * pitch) if at.any() else 0.2 * pitch
+    foot = mode(fall[at], 0.04 * pitch) if at.any() else 0.2 * pitch
     level += foot + slope * (u_middle - centre)
     near = at & (np.abs(fall - foot) < 0.3 * pitch)
     u, y = low[near, 0] - u_middle, fall[near] - foot
     bend = right - left > 8 * pitch and near.sum() > _LEAST
-    c0, c1, c2 = _robust(u, y, 2 if bend else (1 if right - left > 2.5 * pitch else 0), 0.12 * pitch)
+    c0, c1, c2 = robust(u, y, 2 if bend else (1 if right - left > 2.5 * pitch else 0), 0.12 * pitch)
     return WrittenLine((level + c0, slope + c1, c2), left, right)
 
 
@@ -233,30 +234,6 @@ def _together(x: Array, gap: float) -> Array:
     groups = np.split(np.sort(x), np.flatnonzero(np.diff(np.sort(x)) > gap) + 1)
     most = max(len(group) for group in groups)
     return np.concatenate([group for group in groups if len(group) > 0.25 * most])
-
-
-def _robust(u: Array, y: Array, degree: int, scale: float) -> tuple[float, float, float]:
-    """Polynomial through the densest part of the points: Tukey's weights, the scale drawn in step by step."""
-    curve = np.zeros(3)
-    if len(u) <= degree + 2:
-        return 0.0, 0.0, 0.0
-    unit = max(float(np.abs(u).max()), 1.0)
-    powers = np.stack([(u / unit) ** k for k in range(degree + 1)], axis=1)
-    for width in (2.0, 1.5, 1.0, 0.8, 0.8, 0.8):
-        rest = (y - powers @ curve[: degree + 1]) / (width * scale)
-        weight = np.where(np.abs(rest) < 1, (1 - rest**2) ** 2, 0.0)
-        if (weight > 0).sum() <= degree + 2:
-            break
-        root = np.sqrt(weight)[:, None]
-        curve[: degree + 1] = np.linalg.lstsq(powers * root, y * root[:, 0], rcond=None)[0]
-    return float(curve[0]), float(curve[1] / unit), float(curve[2] / unit**2)
-
-
-def _mode(values: Array, sigma: float) -> float:
-    """The densest value, by a Gaussian kernel."""
-    grid = np.linspace(values.min(), values.max(), 200)
-    density = np.exp(-0.5 * ((grid[:, None] - values) / sigma) ** 2).sum(axis=1)
-    return float(grid[int(np.argmax(density))])
 
 
 def _apart(lines: list[WrittenLine], pitch: float) -> list[WrittenLine]:
@@ -277,7 +254,7 @@ def _x_height(lines: list[WrittenLine], high: Array, pitch: float) -> float:
     heights = [tops_over(line, high, pitch)[1] for line in lines]
     above = np.concatenate(heights) if heights else np.zeros(0)
     above = above[(above > 0.12 * pitch) & (above < 0.7 * pitch)]
-    return _mode(above, 0.03 * pitch) if len(above) >= _LEAST else 0.0
+    return mode(above, 0.03 * pitch) if len(above) >= _LEAST else 0.0
 
 
 def tops_over(line: WrittenLine, points: Array, reach: float) -> tuple[Array, Array]:

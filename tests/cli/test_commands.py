@@ -6,29 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from handout.cli import main
-
 ROOT = Path(__file__).resolve().parents[2]
 KEYS = {"pages", "lines", "characters", "strokes", "pen_down_mm", "pen_up_mm", "duration_s", "seed", "hand", "files"}
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments, code=0):
-        with pytest.raises(SystemExit) as leave:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        assert leave.value.code == code, err
-        assert "Traceback" not in err
-        return out, err
-
-    return run
 
 
 @pytest.mark.parametrize("hand", ["house-joined", "house-quick", "house-print"])

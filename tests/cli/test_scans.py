@@ -7,27 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.cli import main
 from handout.hand import file
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments, code=0):
-        with pytest.raises(SystemExit) as leave:
-            main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        assert leave.value.code == code, err
-        assert "Traceback" not in err
-        return out, err
-
-    return run
 
 
 @pytest.fixture
