@@ -165,6 +165,9 @@ def _too_near(left: Glyph, right: Glyph, width: float) -> float:
     """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself."""
     if joined(left, right) or not (left.letter.isalnum() and right.letter.isalnum()):
         return 0.0
+    # the one bar of tt or ft was drawn for where the other letter stands
+    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
+        return 0.0
     room = width + _edges(right)[0] - _edges(left)[1]
     return max(0.0, _LEAST_ROOM - float(room.min()))
 
@@ -176,6 +179,10 @@ def _in_the_way(dot: Array, after: Glyph, width: float) -> float:
     beside = np.abs(_HEIGHTS - dot[:, 1].mean()) < _SEEN
     wall = width + float(_edges(after)[0][beside].min(initial=np.inf))
     return min(max(0.0, float(dot[:, 0].max()) + _LEAST_ROOM - wall), _FURTHEST_BACK)
+
+
+def _barred(glyph: Glyph) -> bool:
+    return any(late and np.ptp(s[:, 0]) > _WIDEST_DOT for s, late in zip(glyph.strokes, glyph.late, strict=True))
 
 
 @lru_cache(maxsize=4096)

@@ -75,6 +75,8 @@ def test_letters_that_are_not_joined_keep_apart_and_dots_keep_clear_of_stems():
     low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
     assert _too_near(stem, stem, 0.1) == pytest.approx(0.03)
     assert _too_near(stem, stem, 0.3) == 0.0
+    barred = Glyph("t", (*stem.strokes, np.array([[-0.3, 1.0], [0.5, 1.0]])), (False, True), 0.1, after="l")
+    assert _too_near(stem, barred, 0.1) == 0.0
     # an o reaches under nothing: what counts is the height where both have ink
     assert _too_near(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
     assert _in_the_way(dotted.strokes[1], stem, 0.3) == pytest.approx(0.5 + 0.13 - 0.4)
