@@ -182,7 +182,8 @@ def _in_the_way(dot: Array, after: Glyph, width: float) -> float:
 
 
 def _barred(glyph: Glyph) -> bool:
-    return any(late and np.ptp(s[:, 0]) > _WIDEST_DOT for s, late in zip(glyph.strokes, glyph.late, strict=True))
+    """Whether one of its strokes, written late or not, is a bar."""
+    return any(np.ptp(s[:, 0]) > max(_WIDEST_DOT, 2 * np.ptp(s[:, 1])) for s in glyph.strokes)
 
 
 @lru_cache(maxsize=4096)
