@@ -274,6 +274,7 @@ class Placed:
     joined : whether its first stroke continues the last stroke of the glyph before.
     word : index of its word on the page.
     at : index of its grapheme in the text.
+    ink : what it is written with, where it was scanned; such a glyph has no strokes.
     """
 
     glyph: Glyph
@@ -281,6 +282,7 @@ class Placed:
     joined: bool
     word: int
     at: int
+    ink: Ink | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
@@ -410,3 +412,18 @@ class LineGraph:
         )
         edges = number[self.edges[inside]]
         return LineGraph(self.xy[where], self.radius[where], self.density[where], self.uv[where], edges, tags)
+
+
+@dataclass(frozen=True, eq=False)
+class Ink:
+    """One scanned glyph as it is written anew: its line, moved and bent, and where its texture is.
+
+    graph : `xy` and `radius` in mm on the page that is written, `uv` in pixels of the picture it was scanned in; the
+        glyph's body and, where it is joined, its own version of the whole ligature on either side.
+    source : number of the hand's page whose picture `uv` is about.
+    number : number of the glyph in its hand.
+    """
+
+    graph: LineGraph
+    source: int
+    number: int
