@@ -5,24 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.values import Hand, Manuscript
 from handout.writing import text as texts
+from handout.writing.drawn import DrawnScribe
 from handout.writing.layout import Layout
-from handout.writing.lines import Row, Unit, wrap
+from handout.writing.lines import Row, wrap
+from handout.writing.scribe import Piece, Scribe, Unit, W
 from handout.writing.sheets import lines_a_page, paginate, room, spacing
 from handout.writing.text import Letter
-from handout.writing.variation import USUAL
-from handout.writing.words import Writer, write_part
 
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
 _BREAK_AFTER = "-–—/"
-_MOST_SPACES = 12
+_CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 
 
 def compose(
@@ -60,43 +59,26 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
-    tokens = texts.spell(texts.normalise(text), hand, fallback=fallback)
-    paragraphs = _write_paragraphs(tokens, hand, rng, layout)
-    limit = pages or (1 if layout.fit else None)
-    layout, rows = _set(paragraphs, hand, layout, limit)
-    return paginate(rows, hand, layout, rng)
+    return _compose(text, scribe_of(hand, rng, layout.jitter), layout, rng, pages, fallback)
 
 
-def _write_paragraphs(
-    tokens: Sequence[Letter | str], hand: Hand, rng: np.random.Generator, layout: Layout
-) -> list[tuple[float, list[Unit]]]:
-    """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""
-    writer = Writer(hand, rng, layout.jitter)
-    paragraphs = []
-    for paragraph in _split(tokens, "\n"):
-        indent, spaces = 0.0, 0
-        units: list[Unit] = []
-        for piece in _pieces(paragraph):
-            if isinstance(piece, int):
-                spaces = piece
-                continue
-            word = writer.word(piece)
-            gap = _gap(spaces, hand, rng, layout.jitter)
-            if not units and spaces:
-                indent = gap
-            units.append(Unit(word, gap))
-            spaces = 0
-        paragraphs.append((indent, units))
-    return paragraphs
+def _compose(
+    text: str, scribe: Scribe[W], layout: Layout, rng: np.random.Generator, pages: int | None, fallback: bool
+) -> list[Manuscript]:
+    tokens = texts.spell(texts.normalise(text), scribe.repertoire, fallback=fallback)
+    paragraphs = scribe.paragraphs(_paragraphs(tokens))
+    layout, rows = _set(paragraphs, scribe.pitch, layout, pages or (1 if layout.fit else None))
+    return paginate(rows, scribe, layout, rng)
 
 
-def _gap(spaces: int, hand: Hand, rng: np.random.Generator, jitter: float) -> float:
-    if not spaces:
-        return 0.0
-    wide = hand.word_space * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
-    # a writer has one habit of spacing: neither a closed gap nor one that reads as two
-    slack = rng.normal(0.0, USUAL.word_gap * jitter)
-    return wide + min(max(slack, -0.28 * hand.word_space), 0.5 * hand.word_space)
+def scribe_of(hand: Hand, rng: np.random.Generator, jitter: float) -> DrawnScribe:
+    """Who writes in a hand."""
+    return DrawnScribe(hand, rng, jitter)
+
+
+def _paragraphs(tokens: Sequence[Letter | str]) -> list[list[Piece]]:
+    """What is written in one go, and between that the numbers of spaces, of every paragraph."""
+    return [list(_pieces(paragraph)) for paragraph in _split(tokens, "\n")]
 
 
 def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:
@@ -110,7 +92,7 @@ def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | 
     yield part
 
 
-def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[list[Letter] | int]:
+def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
     """What is written in one go, and between them the number of spaces; a line may break after a hyphen."""
     piece: list[Letter] = []
     spaces = 0
@@ -133,41 +115,41 @@ def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[list[Letter] | int]:
 
 
 def _set(
-    paragraphs: Sequence[tuple[float, list[Unit]]], hand: Hand, layout: Layout, limit: int | None
-) -> tuple[Layout, list[Row]]:
+    paragraphs: Sequence[tuple[float, list[Unit[W]]]], pitch: float, layout: Layout, limit: int | None
+) -> tuple[Layout, list[Row[W]]]:
     """Rows that fit the pages, and the layout they fit with (smaller or tighter, where `layout.fit` allows it)."""
     rows = _rows(paragraphs, layout)
-    fits = limit is None or _pages(len(rows), hand, layout) <= limit
+    fits = limit is None or _pages(len(rows), pitch, layout) <= limit
     if fits and (not layout.fit or _widest(rows) <= room(layout)):
         return layout, rows
     if not layout.fit:
-        raise _too_long(len(rows), hand, layout, limit or 1)
+        raise _too_long(len(rows), pitch, layout, limit or 1)
     for scale in np.linspace(1.0, _SMALLEST_FIT, 46)[1:]:
-        smaller = _scaled(layout, hand, float(scale))
+        smaller = _scaled(layout, pitch, float(scale))
         rows = _rows(paragraphs, smaller)
-        if _pages(len(rows), hand, smaller) <= (limit or 1) and _widest(rows) <= room(smaller):
+        if _pages(len(rows), pitch, smaller) <= (limit or 1) and _widest(rows) <= room(smaller):
             return smaller, rows
-    tight = _scaled(layout, hand, _SMALLEST_FIT, _BUNCHED[1])
+    tight = _scaled(layout, pitch, _SMALLEST_FIT, _BUNCHED[1])
     rows = _rows([(indent, _bunch(units)) for indent, units in paragraphs], tight)
-    if _pages(len(rows), hand, tight) <= (limit or 1):
+    if _pages(len(rows), pitch, tight) <= (limit or 1):
         return tight, rows
-    raise _too_long(len(rows), hand, tight, limit or 1)
+    raise _too_long(len(rows), pitch, tight, limit or 1)
 
 
-def _scaled(layout: Layout, hand: Hand, scale: float, pitch: float = 1.0) -> Layout:
-    distance = spacing(hand, layout) * scale * pitch
+def _scaled(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
+    distance = spacing(pitch, layout) * scale * tighter
     return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
 
 
-def _bunch(units: Sequence[Unit]) -> list[Unit]:
+def _bunch(units: Sequence[Unit[W]]) -> list[Unit[W]]:
     return [replace(unit, gap=unit.gap * _BUNCHED[0]) for unit in units]
 
 
-def _widest(rows: Sequence[Row]) -> float:
+def _widest(rows: Sequence[Row[W]]) -> float:
     return max(row.indent + row.width for row in rows)
 
 
-def _rows(paragraphs: Sequence[tuple[float, list[Unit]]], layout: Layout) -> list[Row]:
+def _rows(paragraphs: Sequence[tuple[float, list[Unit[W]]]], layout: Layout) -> list[Row[W]]:
     width = room(layout)
     return [
         row
@@ -176,29 +158,20 @@ def _rows(paragraphs: Sequence[tuple[float, list[Unit]]], layout: Layout) -> lis
     ]
 
 
-def _broken(unit: Unit, room: float) -> list[Unit]:
+def _broken(unit: Unit[W], room: float) -> list[Unit[W]]:
     """A word wider than the line, cut between letters; any other as it is."""
-    word = unit.word
-    if max(word.right, word.advance) <= room or len(word.glyphs) == 1:
-        return [unit]
-    starts = [min(float(s[:, 0].min()) for s in strokes) for strokes in word.strokes]
-    ends = [max(float(s[:, 0].max()) for s in strokes) for strokes in word.strokes]
-    cuts, first = [0], 0
-    for i in range(1, len(starts)):
-        if ends[i] - starts[first] > room:
-            cuts.append(i)
-            first = i
-    return [Unit(write_part(word, a, b), unit.gap if a == 0 else 0.01) for a, b in pairwise([*cuts, len(starts)])]
+    first, *others = unit.word.parts(room)
+    return [Unit(first, unit.gap), *(Unit(part, _CUT) for part in others)]
 
 
-def _pages(rows: int, hand: Hand, layout: Layout) -> int | float:
-    lines = lines_a_page(hand, layout)
+def _pages(rows: int, pitch: float, layout: Layout) -> int | float:
+    lines = lines_a_page(pitch, layout)
     return math.ceil(rows / lines) if lines else math.inf
 
 
-def _too_long(rows: int, hand: Hand, layout: Layout, limit: int) -> DoesNotFit:
-    held = lines_a_page(hand, layout) * limit
-    over = (rows - held) * spacing(hand, layout)
+def _too_long(rows: int, pitch: float, layout: Layout, limit: int) -> DoesNotFit:
+    held = lines_a_page(pitch, layout) * limit
+    over = (rows - held) * spacing(pitch, layout)
     way_out = "a larger page or less text" if layout.fit else "--fit, a smaller --x-height, or a larger page"
     sheets = "the page holds" if limit == 1 else f"{limit} pages hold"
     return DoesNotFit(

@@ -5,26 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Generic
 
-from handout.writing.words import Word
+from handout.writing.scribe import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
 
 
 @dataclass(frozen=True, eq=False)
-class Unit:
-    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before)."""
-
-    word: Word
-    gap: float
-
-
-@dataclass(frozen=True, eq=False)
-class Row:
+class Row(Generic[W]):
     """The units of one written line; `gaps` may be narrower than the units ask for."""
 
-    units: tuple[Unit, ...]
+    units: tuple[Unit[W], ...]
     gaps: tuple[float, ...]
     indent: float
 
@@ -34,7 +27,7 @@ class Row:
         return extent(self.units, self.gaps)
 
 
-def extent(units: Sequence[Unit], gaps: Sequence[float]) -> float:
+def extent(units: Sequence[Unit[W]], gaps: Sequence[float]) -> float:
     """Width of units side by side, x-heights."""
     if not units:
         return 0.0
@@ -43,10 +36,10 @@ def extent(units: Sequence[Unit], gaps: Sequence[float]) -> float:
     return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
 
 
-def wrap(paragraph: Sequence[Unit], indent: float, room: float, squeeze: float = _SQUEEZE) -> list[Row]:
+def wrap(paragraph: Sequence[Unit[W]], indent: float, room: float, squeeze: float = _SQUEEZE) -> list[Row[W]]:
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
-    rows: list[Row] = []
-    units: list[Unit] = []
+    rows: list[Row[W]] = []
+    units: list[Unit[W]] = []
     for unit in paragraph:
         if units and _squeezed([*units, unit], room - indent, squeeze) is None:
             rows.append(_row(units, indent, room, squeeze))
@@ -56,12 +49,12 @@ def wrap(paragraph: Sequence[Unit], indent: float, room: float, squeeze: float =
     return rows
 
 
-def _row(units: list[Unit], indent: float, room: float, squeeze: float) -> Row:
+def _row(units: list[Unit[W]], indent: float, room: float, squeeze: float) -> Row[W]:
     gaps = _squeezed(units, room - indent, squeeze)
     return Row(tuple(units), tuple(gaps if gaps is not None else _gaps(units)), indent)
 
 
-def _gaps(units: Sequence[Unit]) -> list[float]:
+def _gaps(units: Sequence[Unit[W]]) -> list[float]:
     """The gaps before the units, none before the first; ink never closes a gap."""
     gaps = [0.0]
     for before, unit in pairwise(units):
@@ -70,7 +63,7 @@ def _gaps(units: Sequence[Unit]) -> list[float]:
     return gaps[: len(units)]
 
 
-def _squeezed(units: Sequence[Unit], room: float, squeeze: float) -> list[float] | None:
+def _squeezed(units: Sequence[Unit[W]], room: float, squeeze: float) -> list[float] | None:
     """Gaps with which the units fit in `room`, bunched if need be; None if they do not."""
     gaps = _gaps(units)
     over = extent(units, gaps) - room

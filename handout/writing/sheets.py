@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from handout.errors import DoesNotFit
-from handout.values import Array, Hand, Line, Manuscript, Placed
+from handout.values import Array, Line, Manuscript
 from handout.writing.layout import Layout
 from handout.writing.lines import Row
+from handout.writing.scribe import Scribe, ToPage, W
 from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
-from handout.writing.words import Word
 
 ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
 
@@ -22,18 +23,18 @@ def room(layout: Layout) -> float:
     return layout.width / layout.x_height
 
 
-def spacing(hand: Hand, layout: Layout) -> float:
-    """Distance of baselines, mm."""
-    return layout.line_spacing if layout.line_spacing is not None else hand.pitch * layout.x_height
+def spacing(pitch: float, layout: Layout) -> float:
+    """Distance of baselines, mm; `pitch` is the usual one of the hand, x-heights."""
+    return layout.line_spacing if layout.line_spacing is not None else pitch * layout.x_height
 
 
-def lines_a_page(hand: Hand, layout: Layout) -> int:
+def lines_a_page(pitch: float, layout: Layout) -> int:
     """How many lines one page holds."""
     height = layout.height - (ASCENT + DESCENT) * layout.x_height
-    return 1 + math.floor(height / spacing(hand, layout) + 1e-9) if height >= 0 else 0
+    return 1 + math.floor(height / spacing(pitch, layout) + 1e-9) if height >= 0 else 0
 
 
-def paginate(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Generator) -> list[Manuscript]:
+def paginate(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> list[Manuscript]:
     """Give every row its place.
 
     Raises
@@ -41,7 +42,7 @@ def paginate(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gen
     DoesNotFit
         Not even one line fits between the margins.
     """
-    held = lines_a_page(hand, layout)
+    held = lines_a_page(scribe.pitch, layout)
     if held == 0:
         raise DoesNotFit(
             f"A line of {layout.x_height:g} mm x-height needs {(ASCENT + DESCENT) * layout.x_height:.1f} mm between "
@@ -49,12 +50,12 @@ def paginate(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gen
             "larger page."
         )
     sheets = [rows[i : i + held] for i in range(0, len(rows), held)]
-    return [_sheet(sheet, hand, layout, rng) for sheet in sheets]
+    return [_sheet(sheet, scribe, layout, rng) for sheet in sheets]
 
 
-def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Generator) -> Manuscript:
+def _sheet(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> Manuscript:
     """Place the rows of one page."""
-    scale, pitch, jitter = layout.x_height, spacing(hand, layout), layout.jitter
+    scale, pitch, jitter = layout.x_height, spacing(scribe.pitch, layout), layout.jitter
     vary = USUAL.scaled(jitter)
     tilt_of_page = rng.normal(0.0, 0.5 * vary.tilt)
     edges = Drift(vary.edge, EDGE_MEMORY, rng)
@@ -67,19 +68,27 @@ def _sheet(rows: Sequence[Row], hand: Hand, layout: Layout, rng: np.random.Gener
         if not row.units:
             continue
         x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)
-        placed: list[Placed] = []
         rise = _curve(tilt, bend, layout)
-        for unit, gap in zip(row.units, row.gaps, strict=True):
-            x += gap * scale
-            placed.extend(_place(unit.word, x, baseline, rise, scale, words))
-            x += unit.word.advance * scale
-            words += 1
-        lines.append(Line(_text(row), tuple(placed), baseline, rise))
+        placed = scribe.place(
+            [unit.word for unit in row.units], _starts(row, x, scale), scale, _to_page(baseline, rise)
+        )
+        lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
+        words += len(row.units)
     ruling = {"baseline": round(layout.margin[0] + ASCENT * scale, 3), "line_spacing": round(pitch, 3)}
-    return Manuscript(tuple(lines), layout.page, scale, {"hand": hand.name, **ruling})
+    return Manuscript(tuple(lines), layout.page, scale, {"hand": scribe.name, **ruling})
 
 
-def _left(row: Row, layout: Layout, edge: float) -> float:
+def _starts(row: Row[W], x: float, scale: float) -> list[float]:
+    """Where the words of a row start, mm."""
+    starts = []
+    for unit, gap in zip(row.units, row.gaps, strict=True):
+        x += gap * scale
+        starts.append(x)
+        x += unit.word.advance * scale
+    return starts
+
+
+def _left(row: Row[W], layout: Layout, edge: float) -> float:
     """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
     spare = room(layout) - row.indent - row.width
     if layout.align == "right":
@@ -97,20 +106,16 @@ def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, floa
     return max(-most, min(most, tilt)), bend * layout.x_height, layout.margin[3] + half, half
 
 
-def _place(
-    word: Word, x: float, baseline: float, curve: tuple[float, float, float, float], scale: float, index: int
-) -> Iterator[Placed]:
+def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
     slope, sag, middle, half = curve
 
     def to_page(points: Array) -> Array:
-        px = x + points[:, 0] * scale
-        u = px - middle
+        u = points[:, 0] - middle
         lift = slope * u + sag * ((u / half) ** 2 - 0.33)
-        return np.column_stack([px, baseline - points[:, 1] * scale - lift])
+        return np.column_stack([points[:, 0], baseline - points[:, 1] - lift])
 
-    for glyph, strokes, join, at in zip(word.glyphs, word.strokes, word.joins, word.at, strict=True):
-        yield Placed(glyph, tuple(to_page(s) for s in strokes), join, index, at)
+    return to_page
 
 
-def _text(row: Row) -> str:
+def _text(row: Row[W]) -> str:
     return "".join((" " if i and unit.gap else "") + "".join(unit.word.spelt) for i, unit in enumerate(row.units))

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import regex
 
 from handout.errors import InputError, MissingCharacters
-from handout.values import Hand
 
 # Characters that look the same when written by hand; "" is not written at all
 _SAME = str.maketrans(
@@ -46,6 +45,19 @@ _SAME = str.maketrans(
         "º": "°",
     }
 )
+# what a pen writes alike; a scanned hand has them as its transcript was typed
+_ALIKE = {
+    "'": "’‘",
+    "’": "'‘",
+    "‘": "'’",
+    '"': ("”", "“", "''"),
+    "“": ('"', "”"),
+    "”": ('"', "“"),
+    "–": "-—",
+    "—": "–-",
+    "-": "–",
+    "…": ("...",),
+}
 # spaces at which a line must not break
 GLUE = "\u00a0\u202f\u2007"
 _SPACES = str.maketrans(
@@ -67,14 +79,23 @@ class Letter:
     at: int
 
 
+@dataclass(frozen=True)
+class Repertoire:
+    """What a hand can write: graphemes, and combining accents that it can put on them."""
+
+    name: str
+    letters: frozenset[str]
+    marks: frozenset[str]
+
+
 def normalise(text: str) -> str:
     """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
     text = unicodedata.normalize("NFC", _NEWLINES.sub("\n", text))
     return unicodedata.normalize("NFC", text.translate(_SAME).translate(_SPACES))
 
 
-def spell(text: str, hand: Hand, *, fallback: bool = False) -> list[Letter | str]:
-    """The graphemes of normalised `text` as letters of `hand`; spaces and newlines as they are.
+def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter | str]:
+    """The graphemes of normalised `text` as letters of a hand; spaces and newlines as they are.
 
     Parameters
     ----------
@@ -109,26 +130,27 @@ def spell(text: str, hand: Hand, *, fallback: bool = False) -> list[Letter | str
     return letters
 
 
-def _letters(grapheme: str, hand: Hand, at: int) -> list[Letter]:
+def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     """The grapheme as one letter of the hand, with accents where it has no form of its own; [] if it lacks it."""
-    if grapheme in hand.glyphs:
-        return [Letter(grapheme, (), at)]
+    for same in (grapheme, *_ALIKE.get(grapheme, ())):
+        if all(part in hand.letters for part in same):
+            return [Letter(part, (), at) for part in same]
     base, *marks = list(unicodedata.normalize("NFD", grapheme))
-    if base in hand.glyphs and marks and all(mark in hand.marks for mark in marks):
+    if base in hand.letters and marks and all(mark in hand.marks for mark in marks):
         return [Letter(base, tuple(marks), at)]
     return []
 
 
-def _borrow(grapheme: str, hand: Hand, at: int) -> list[Letter]:
+def _borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     base, *marks = list(unicodedata.normalize("NFD", grapheme))
     kept = tuple(mark for mark in marks if mark in hand.marks)
     for choice in (_BORROWED.get(base, base), unicodedata.normalize("NFKC", base), base.swapcase()):
-        if choice and all(part in hand.glyphs for part in choice):
+        if choice and all(part in hand.letters for part in choice):
             return [Letter(part, kept if i == 0 else (), at) for i, part in enumerate(choice)]
     return []
 
 
-def _complaint(missing: dict[str, list[str]], hand: Hand, fallback: bool) -> str:
+def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) -> str:
     named = [
         f"{_name(grapheme)} ({'; '.join(places[:3])}{f' and {len(places) - 3} more' if len(places) > 3 else ''})"
         for grapheme, places in list(missing.items())[:_MOST_NAMED]

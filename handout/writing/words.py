@@ -44,6 +44,31 @@ class Word:
     left: float
     right: float
 
+    def parts(self, room: float) -> list[Word]:
+        """Itself, or, where it is wider than `room`, what is left when it is cut between letters."""
+        if max(self.right, self.advance) <= room or len(self.glyphs) == 1:
+            return [self]
+        starts = [min(float(s[:, 0].min()) for s in strokes) for strokes in self.strokes]
+        ends = [max(float(s[:, 0].max()) for s in strokes) for strokes in self.strokes]
+        return [self._part(a, b) for a, b in pairwise(cuts(starts, ends, room))]
+
+    def _part(self, a: int, b: int) -> Word:
+        x = min(float(s[:, 0].min()) for s in self.strokes[a]) if a else 0.0
+        strokes = tuple(tuple(s - (x, 0.0) for s in glyph) for glyph in self.strokes[a:b])
+        right = max(float(s[:, 0].max()) for glyph in strokes for s in glyph)
+        left = min(float(s[:, 0].min()) for glyph in strokes for s in glyph)
+        return replace(
+            self,
+            glyphs=self.glyphs[a:b],
+            strokes=strokes,
+            joins=(False, *self.joins[a + 1 : b]),
+            at=self.at[a:b],
+            spelt=self.spelt[a:b],
+            advance=right,
+            left=left,
+            right=right,
+        )
+
 
 class Writer:
     """Writes the words of one text, one after the other; its slant and size drift from word to word."""
@@ -135,23 +160,14 @@ def slurred(stroke: Array, share: float) -> Array:
     return short
 
 
-def write_part(word: Word, a: int, b: int) -> Word:
-    """Glyphs a to b of a word as a word of its own, for a word that is wider than its line."""
-    x = min(float(s[:, 0].min()) for s in word.strokes[a]) if a else 0.0
-    strokes = tuple(tuple(s - (x, 0.0) for s in glyph) for glyph in word.strokes[a:b])
-    right = max(float(s[:, 0].max()) for glyph in strokes for s in glyph)
-    left = min(float(s[:, 0].min()) for glyph in strokes for s in glyph)
-    return replace(
-        word,
-        glyphs=word.glyphs[a:b],
-        strokes=strokes,
-        joins=(False, *word.joins[a + 1 : b]),
-        at=word.at[a:b],
-        spelt=word.spelt[a:b],
-        advance=right,
-        left=left,
-        right=right,
-    )
+def cuts(starts: Sequence[float], ends: Sequence[float], room: float) -> list[int]:
+    """Where letters of those extents are cut so that no part is wider than `room`; 0 and their number included."""
+    found, first = [0], 0
+    for i in range(1, len(starts)):
+        if ends[i] - starts[first] > room:
+            found.append(i)
+            first = i
+    return [*found, len(starts)]
 
 
 def _advances(glyphs: Sequence[Glyph]) -> Array:

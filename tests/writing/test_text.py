@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
+from handout.writing.drawn import repertoire
 from handout.writing.text import Letter, normalise, runs, spell
 
-HAND = load("house-joined")
+HAND = repertoire(load("house-joined"))
 
 
 def bases(text, **options):

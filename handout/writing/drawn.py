@@ -1,0 +1,71 @@
+"""The scribe of a drawn hand: words written one after the other, each with the gap before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from handout.values import Hand, Placed
+from handout.writing.scribe import Piece, ToPage, Unit
+from handout.writing.text import Repertoire
+from handout.writing.variation import USUAL
+from handout.writing.words import Word, Writer
+
+_MOST_SPACES = 12
+
+
+def repertoire(hand: Hand) -> Repertoire:
+    """What a drawn hand can write."""
+    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks))
+
+
+class DrawnScribe:
+    """Writes one text in a drawn hand; see `scribe.Scribe`.
+
+    Parameters
+    ----------
+    hand : Hand
+    rng : numpy.random.Generator
+    jitter : float
+        Scale of all variation.
+    """
+
+    def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
+        self._hand, self._rng, self._jitter = hand, rng, jitter
+        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
+
+    def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[Word]]]]:
+        """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""
+        writer = Writer(self._hand, self._rng, self._jitter)
+        return [self._paragraph(writer, paragraph) for paragraph in pieces]
+
+    def _paragraph(self, writer: Writer, pieces: Sequence[Piece]) -> tuple[float, list[Unit[Word]]]:
+        indent, spaces = 0.0, 0
+        units: list[Unit[Word]] = []
+        for piece in pieces:
+            if isinstance(piece, int):
+                spaces = piece
+                continue
+            word = writer.word(piece)
+            gap = self._gap(spaces)
+            if not units and spaces:
+                indent = gap
+            units.append(Unit(word, gap))
+            spaces = 0
+        return indent, units
+
+    def _gap(self, spaces: int) -> float:
+        if not spaces:
+            return 0.0
+        usual = self._hand.word_space
+        wide = usual * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
+        # a writer has one habit of spacing: neither a closed gap nor one that reads as two
+        slack = self._rng.normal(0.0, USUAL.word_gap * self._jitter)
+        return wide + min(max(slack, -0.28 * usual), 0.5 * usual)
+
+    def place(self, words: Sequence[Word], starts: Sequence[float], scale: float, to_page: ToPage) -> Iterator[Placed]:
+        """The glyphs of a line, their points on the page."""
+        for number, (word, start) in enumerate(zip(words, starts, strict=True)):
+            for glyph, strokes, join, at in zip(word.glyphs, word.strokes, word.joins, word.at, strict=True):
+                yield Placed(glyph, tuple(to_page(s * scale + (start, 0.0)) for s in strokes), join, number, at)
