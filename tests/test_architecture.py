@@ -14,7 +14,7 @@ GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "pr
 MAY = {
     "scanning": set(),
     "hand": set(),
-    "writing": {"hand"},
+    "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion"},
     "author": {"hand", "writing", "motion", "inking"},
@@ -22,7 +22,7 @@ MAY = {
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
     "score": {"scanning"},
-    "prompting": {"writing"},
+    "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
     "cli": {
         "hand",

@@ -12,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from handout.hand.joining import Joining
-from handout.hand.scanned import NOBODY, Place, ScannedGlyph, ScannedHand, ScannedPage
+from handout.hand.places import Place
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
 
 _NEAR = 1.0  # mm from a place to the ink it means

@@ -16,7 +16,8 @@ import msgspec
 
 from handout.errors import InputError
 from handout.hand.correcting import Correcting, NotDone
-from handout.hand.scanned import Place, ScannedHand
+from handout.hand.places import Place
+from handout.hand.scanned import ScannedHand
 
 Spot = tuple[float, float]  # x, y, pixels of the scan
 

@@ -23,7 +23,8 @@ from handout import atomic
 from handout.errors import InputError
 from handout.hand.archive import Archive, Content, pack
 from handout.hand.corrections import AnyCorrection, Corrections, apply, read_corrections
-from handout.hand.scanned import PLACES, Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.hand.places import PLACES
+from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Indices, LineGraph
 
 FORMAT = 1

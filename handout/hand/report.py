@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from handout.hand.scanned import DOUBTFUL, PLACES, ScannedHand
+from handout.hand.places import PLACES
+from handout.hand.scanned import DOUBTFUL, ScannedHand
 
 LEAST = 8  # instances of a letter that let the choice vary (seed 000, §6.2.1)
 

@@ -12,15 +12,13 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from handout.hand.places import Place
 from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
 
-Place = Literal["start", "middle", "end", "alone"]
-PLACES: tuple[Place, ...] = get_args(Place)
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look

@@ -12,19 +12,13 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Any
 
-import regex
-
+from handout.hand.places import PLACES, Place, graphemes, place, runs
 from handout.prompting import corpus
 
-Place = Literal["start", "middle", "end", "alone"]
-PLACES: tuple[Place, ...] = get_args(Place)
 LEAST = 8  # instances that let the choice of glyphs vary
 COMMONEST = 200  # pairs that are reported
-# letters with their marks, digits, or one other character
-_RUN = regex.compile(r"(?:\p{L}\p{M}*)+|\p{N}+|\S")
-_GRAPHEME = regex.compile(r"\X")
 
 Instances = Counter[tuple[str, Place]]
 
@@ -48,17 +42,15 @@ def pairs(texts: Iterable[str]) -> Instances:
 
 def _runs(texts: Iterable[str]) -> Iterable[list[str]]:
     for text in texts:
-        for run in _RUN.findall(text):
-            yield _GRAPHEME.findall(run)
+        units = graphemes(text)
+        for run in runs(units):
+            yield units[run.start : run.stop]
 
 
 def _places(length: int, unit: int) -> list[Place]:
     """The places of the units of that size in a run of that length."""
-    count = length - unit + 1
-    if count <= 1:
-        return ["alone"] * max(count, 0)
-    middle: list[Place] = ["middle"] * (count - 2)
-    return ["start", *middle, "end"]
+    count = max(length - unit + 1, 0)
+    return [place(i, count) for i in range(count)]
 
 
 @dataclass(frozen=True)

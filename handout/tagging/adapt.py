@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand import library
+from handout.hand.places import graphemes
 from handout.tagging import network
-from handout.tagging.alphabet import JUNK, fold, graphemes
+from handout.tagging.alphabet import JUNK, fold
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image, describe
 from handout.tagging.network import Network
 from handout.tagging.training import Examples, column_states, examples, written

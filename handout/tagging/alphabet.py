@@ -20,13 +20,7 @@ MARKS_OF_STRIKING = "~~"
 
 _LOOK_ALIKE = str.maketrans("‘’‚‛´“”„‟«»‹›—−‑‐·•ŒÆØ¡¿", "''','\"\"\"\"\"\"''–---.*OAO!?")
 _STRUCK = regex.compile(r"~~(.+?)~~", regex.DOTALL)
-_GRAPHEME = regex.compile(r"\X")
 _NO_BASE = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "D", "ð": "d", "Ð": "D", "þ": "p", "Þ": "P", "ı": "i"}
-
-
-def graphemes(text: str) -> list[str]:
-    """The characters of a text as people count them."""
-    return [str(unit) for unit in _GRAPHEME.findall(text)]
 
 
 def fold(grapheme: str) -> str:

@@ -11,17 +11,16 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import regex
 from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.joining import Joining
-from handout.hand.scanned import DOUBTFUL, NOBODY, Place, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.hand.places import Place, graphemes, places
+from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.scanning.reading import WrittenPage
 from handout.scanning.rules import find_rules
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
-from handout.tagging.alphabet import graphemes
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
 from handout.tagging.features import X_HEIGHT
 from handout.tagging.linespace import owners
@@ -33,8 +32,6 @@ _BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0  # x-heights from a letter's column and 
 _ENDS = ("left", "right")
 _NONE: Indices = np.zeros(0, dtype=np.intp)
 _PAPER = 64  # pixels: longest side of the paper that is kept
-# letters with their marks, digits, or one other character: what counts as a word for the place of a letter
-_RUN = regex.compile(r"(?:\p{L}\p{M}*)+|\p{N}+|\S")
 
 
 @dataclass(frozen=True)
@@ -210,7 +207,7 @@ def _glyphs(
     page: ScannedPage, alignment: Alignment, letters: Indices
 ) -> tuple[tuple[ScannedGlyph, ...], tuple[Missing, ...]]:
     """The letters that were found, in the order of the text, and those that were not."""
-    places = _places(page.transcript)
+    numbered = _numbered(page.transcript)
     vertices = by_letter(Assignment(letters, _NONE), len(alignment.letters))
     owner = np.full(len(page.graph), NOBODY, dtype=np.intp)
     glyphs: list[ScannedGlyph] = []
@@ -221,7 +218,7 @@ def _glyphs(
         if not letter.present or not len(own):
             missing.append(Missing(letter.at, letter.text, line.number))
             continue
-        word, place = places[letter.at]
+        word, place = numbered[letter.at]
         sure = min(letter.confidence, _POOR) if line.number in alignment.poor else letter.confidence
         owner[own] = len(glyphs)
         glyphs.append(
@@ -250,27 +247,12 @@ def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> li
     return done
 
 
-def _places(transcript: str) -> list[tuple[int, Place]]:
+def _numbered(transcript: str) -> list[tuple[int, Place]]:
     """For every grapheme of a text the number of its word, and its place among the letters, or digits, there."""
     units = graphemes(transcript)
-    ends = np.cumsum([len(unit) for unit in units])
-    word, found = -1, list[tuple[int, Place]]()
-    runs = {}
-    for run in _RUN.finditer(transcript):
-        first, last = np.searchsorted(ends, [run.start(), run.end() - 1], side="right").tolist()
-        for i in range(first, last + 1):
-            runs[i] = _place(i - first, last - first + 1)
-    for i, unit in enumerate(units):
-        if not unit.isspace() and (i == 0 or units[i - 1].isspace()):
-            word += 1
-        found.append((word, runs.get(i, "alone")))
-    return found
-
-
-def _place(i: int, count: int) -> Place:
-    if count == 1:
-        return "alone"
-    return "start" if i == 0 else "end" if i == count - 1 else "middle"
+    # a word begins after a space
+    first = [not unit.isspace() and (i == 0 or units[i - 1].isspace()) for i, unit in enumerate(units)]
+    return list(zip((np.cumsum(first) - 1).tolist(), places(units), strict=True))
 
 
 def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) -> list[str]:

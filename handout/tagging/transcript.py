@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from handout.errors import InputError
-from handout.tagging.alphabet import JUNK, SPACE, fold, graphemes, struck_out
+from handout.hand.places import graphemes
+from handout.tagging.alphabet import JUNK, SPACE, fold, struck_out
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import regex
 
 from handout.errors import InputError, MissingCharacters
+from handout.hand.places import graphemes
 
 # Characters that look the same when written by hand; "" is not written at all
 _SAME = str.maketrans(
@@ -64,7 +65,6 @@ _SPACES = str.maketrans(
     dict.fromkeys("\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200a\u205f\u3000", " ")
 )
 _NEWLINES = regex.compile(r"\r\n|[\r\v\f\x85\u2028\u2029]")
-_GRAPHEME = regex.compile(r"\X")
 # What may stand for a letter when the user accepts borrowed forms
 _BORROWED = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "Ð", "ı": "i", "ħ": "h", "Ħ": "H", "™": "TM", "©": "(c)", "®": "(R)"}
 _MOST_NAMED = 20
@@ -112,7 +112,7 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter
     letters: list[Letter | str] = []
     missing: dict[str, list[str]] = {}
     line, column = 1, 0
-    for at, grapheme in enumerate(_GRAPHEME.findall(text)):
+    for at, grapheme in enumerate(graphemes(text)):
         column += 1
         if grapheme == "\n":
             line, column = line + 1, 0

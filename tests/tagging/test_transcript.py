@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, fold, graphemes
+from handout.hand.places import graphemes
+from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, fold
 from handout.tagging.transcript import in_one, read_transcript
 
 

@@ -71,4 +71,4 @@ def test_any_text_is_spelt_or_refused_in_one_sentence(text):
     except (InputError, MissingCharacters) as error:
         assert len(str(error)) > 10
     else:
-        assert all(isinstance(x, str) or x.base in HAND.glyphs for x in letters)
+        assert all(isinstance(x, str) or x.base in HAND.letters for x in letters)
