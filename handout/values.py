@@ -6,7 +6,7 @@ x-height 1, baseline y = 0, y up, x to the right, upright (the slant is added wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -120,12 +120,15 @@ class Drawing:
     """Strokes in the order of writing on one page; what previews, plotters and InkML take.
 
     The time between one stroke's last sample and the next stroke's first is spent with the pen up.
+    Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch; such a page need not
+    have strokes.
     `about` holds what is stored with every output: seed, hand, text, the program's version …
     """
 
     strokes: tuple[Stroke, ...]
     page: Page
     about: Mapping[str, Any] = field(default_factory=dict)
+    ink: Callable[[float], Raster] | None = field(default=None, repr=False)
 
     @property
     def duration(self) -> float:

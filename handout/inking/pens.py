@@ -110,7 +110,7 @@ def noise(about: Mapping[str, Any]) -> np.random.Generator:
 
 
 def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Raster:
-    """Ink a drawing on a transparent page.
+    """Ink a drawing on a transparent page; where it has scanned ink, that is what it is written with.
 
     Parameters
     ----------
@@ -132,6 +132,8 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
     InputError
         A resolution or width out of its bounds, or a page of more than 4 gigapixels.
     """
+    if drawing.ink is not None:
+        return drawing.ink(dpi)
     if pen.model == "plain":
         return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
     rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
@@ -156,6 +158,8 @@ def image(
     page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
     if page.shape != size:
         raise ValueError(f"expected paper of shape {size}, got {page.shape}")
+    if drawing.ink is not None:
+        return plain.flatten(drawing.ink(dpi), page)
     pixels = page.reshape(-1, 3)
     for at, light in passed(drawing, dpi, pen, rng):
         pixels[at] = np.rint(pixels[at] * light)

@@ -11,9 +11,10 @@ from typing import Any, Protocol, Self
 
 from handout import atomic
 from handout.errors import InputError
-from handout.printing import media, pdf
+from handout.printing import media
 from handout.printing.submit import Queue, Ticket, ticket
 from handout.profiles import Printer
+from handout.sinks import picture_pdf as pdf
 from handout.values import Drawing, Page, Raster
 
 Ink = Callable[[Drawing, int], Raster]

@@ -43,13 +43,33 @@ def _png(page: Drawing, look: _Look) -> bytes:
     pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
-    if pen.model == "plain" and look.paper.name == "none":
+    if page.ink is None and pen.model == "plain" and look.paper.name == "none":
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
     # the ink draws on children of its generator, so that it is the same on any paper
     sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
     return to_png(pens.image(page, dpi, pen, rng, sheet), dpi, about=page.about)
+
+
+def _pdf(pages: Sequence[Drawing], look: _Look) -> bytes:
+    """Vector strokes, or where there is scanned ink its pixels."""
+    if all(page.ink is None for page in pages):
+        from handout.sinks.pdf import to_pdf
+
+        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour)
+    from io import BytesIO
+
+    from handout.inking import pens
+    from handout.sinks.about import plain
+    from handout.sinks.picture_pdf import PdfWriter
+
+    stream = BytesIO()
+    writer = PdfWriter(stream, plain(pages[0].about))
+    for page in pages:
+        writer.add(page.page, pens.ink(page, look.dpi, look.pen, pens.noise(page.about)))
+    writer.finish()
+    return stream.getvalue()
 
 
 def _inkml(page: Drawing, look: _Look) -> bytes:
@@ -70,6 +90,9 @@ _PAGES: dict[str, Callable[[Drawing, _Look], bytes]] = {
     ".inkml": _inkml,
     ".json": _json,
 }
+
+
+_OF_INK = (".pdf", ".png")  # formats that can show scanned ink
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
@@ -141,6 +164,7 @@ def write_drawings(
     """
     if not drawings:
         raise InputError("There is no page to write.")
+    _check_strokes(drawings, paths)
     look = _Look(pen or Pen(), dpi, paper or Paper(), transparent)
     if transparent and look.paper.name != "none":
         raise InputError("A picture is either transparent or on paper: leave out one of the two.")
@@ -149,6 +173,18 @@ def write_drawings(
     for file, data in zip(files, made, strict=True):
         atomic.write(file, data)
     return files
+
+
+def _check_strokes(drawings: Sequence[Drawing], paths: Sequence[str | Path]) -> None:
+    """Raise InputError for a format made of strokes where pages have scanned ink and no strokes."""
+    if all(page.strokes or page.ink is None for page in drawings):
+        return
+    for path in map(Path, paths):
+        if path.suffix.lower() not in _OF_INK:
+            raise InputError(
+                f"{path}: this hand was read from scans and its strokes are not known; it can be written as "
+                f"{' and '.join(_OF_INK)}."
+            )
 
 
 def write_drawing(
@@ -178,9 +214,7 @@ def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list
 
 def _made(suffix: str, drawings: Sequence[Drawing], look: _Look, extra: Mapping[str, PageSink]) -> list[bytes]:
     if suffix == ".pdf":
-        from handout.sinks.pdf import to_pdf
-
-        return [to_pdf(drawings, pen_width=look.pen.width, colour=look.pen.colour)]
+        return [_pdf(drawings, look)]
     if suffix in _PAGES:
         return [_PAGES[suffix](page, look) for page in drawings]
     return [extra[suffix](page) for page in drawings]

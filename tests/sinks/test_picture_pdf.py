@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing import media, pdf
+from handout.printing import media
+from handout.sinks import picture_pdf as pdf
 from handout.values import Page, Raster
 from handout.writing.layout import PAGES
 
