@@ -250,6 +250,7 @@ class Hand:
     interval : s of motor time a point at the hand's own pace.
     word_space : gap between words, x-heights.
     pitch : distance of lines, x-heights.
+    x_height : usual height of a small letter, mm.
     variation : how much the letters of this hand vary, 1 is usual.
     fading : share of their height that letters lose towards the end of a word, as a hurried hand's do.
     """
@@ -265,6 +266,7 @@ class Hand:
     interval: float
     word_space: float
     pitch: float
+    x_height: float = 2.5
     variation: float = 1.0
     fading: float = 0.0
 

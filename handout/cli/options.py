@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from handout.inking.papers import Paper
     from handout.inking.pen import Pen
+    from handout.hand.scanned import ScannedHand
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
 
@@ -29,9 +30,9 @@ _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written
 _HURRIED = 2.5  # --speed fast, for a file
 
 _WRITING = (
-    click.option("--hand", default="house-joined", show_default=True, help="A built-in hand, or a .toml file."),
+    click.option("--hand", default="house-joined", show_default=True, help="A built-in hand, one of your own, or a .hand or .toml file."),
     click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
-    click.option("--x-height", "x_height", default="2.5mm", show_default=True, help="Height of a small letter."),
+    click.option("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
     click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
     click.option(
         "--align", type=click.Choice(["left", "right", "centre", "ragged"]), default="ragged", show_default=True
@@ -44,7 +45,10 @@ _WRITING = (
         help="How the strokes move.",
     ),
     click.option("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
-    click.option("--jitter", type=float, default=1.0, show_default=True, help="Variation: 1 as people vary, 0 none."),
+    click.option(
+        "--variation", "--jitter", "jitter", type=float, default=1.0, show_default=True,
+        help="1 as people vary, 0 none.",
+    ),
     click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
     click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
     click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
@@ -55,10 +59,8 @@ _RASTER = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
         "--pen",
-        type=click.Choice(PENS),
-        default="ballpoint",
-        show_default=True,
-        help="What the ink looks like, in PNG files and prints.",
+        help=f"What the ink looks like, in PNG files and prints: {', '.join(PENS)}, by default ballpoint. A scanned "
+        "hand has its own; another .hand file lends it that of its pages.",
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
     click.option("--ink", help="Colour of the ink, in pictures, as #rrggbb; default: the pen's own."),
@@ -151,7 +153,7 @@ def margins(text: str | None, width: float, height: float) -> tuple[float, float
 class Setup:
     """The options of a verb, checked."""
 
-    hand: Hand
+    hand: Hand | ScannedHand
     layout: Layout
     seed: int
     kinematics: str
@@ -163,16 +165,15 @@ class Setup:
 
 def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
     """Check the common options; `options` are those of `writing_options`."""
-    from handout.hand.haste import hasten
-    from handout.hand.library import load
     from handout.writing.layout import Layout, page
 
+    hand = _hand(options["hand"], options["haste"])
     sheet = page(page_name)
-    spacing = options["line_spacing"]
+    spacing, x_height = options["line_spacing"], options["x_height"]
     layout = Layout(
         page=sheet,
         margin=margins(margin, sheet.width, sheet.height),
-        x_height=units.length(options["x_height"], "x-height"),
+        x_height=hand.x_height if x_height is None else units.length(x_height, "x-height"),
         line_spacing=units.length(spacing, "line spacing") if spacing else None,
         align=options["align"],
         fit=options["fit"],
@@ -182,8 +183,20 @@ def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None,
     seed = options["seed"] if options["seed"] is not None else secrets.randbelow(10**6)
     if seed < 0:
         raise InputError(f"seed: {seed} is negative; use 0 or more.")
-    hand = hasten(load(options["hand"]), options["haste"])
     return Setup(hand, layout, seed, options["kinematics"], factor, fast, pages, options["fallback"])
+
+
+def _hand(name: str, haste: float) -> Hand | ScannedHand:
+    from handout.hand.haste import hasten
+    from handout.hand.library import find
+    from handout.values import Hand
+
+    hand = find(name)
+    if isinstance(hand, Hand):
+        return hasten(hand, haste)
+    if haste:
+        raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
+    return hand
 
 
 def _speed(text: str) -> tuple[bool, float]:
@@ -198,7 +211,7 @@ def _speed(text: str) -> tuple[bool, float]:
 def compose_and_trace(
     text: str, job: Setup, layout: Layout | None = None, row: int | None = None
 ) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a text as manuscripts and as timed strokes; each `row` of a batch varies in its own way."""
+    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way."""
     import numpy as np
 
     from handout.writing.compose import compose
@@ -211,11 +224,18 @@ def compose_and_trace(
 
 
 def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:
-    """A page as timed strokes, with what is stored in every output."""
-    from handout.motion.trace import trace
+    """A page as timed strokes, or as scanned ink, with what is stored in every output."""
+    from handout.values import Hand
 
-    speed = job.speed * (_HURRIED if job.fast else 1.0)
-    drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+    if isinstance(job.hand, Hand):
+        from handout.motion.trace import trace
+
+        speed = job.speed * (_HURRIED if job.fast else 1.0)
+        drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+    else:
+        from handout.inking.scanned import drawn
+
+        drawing = drawn(sheet, job.hand)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
 
 
@@ -223,8 +243,10 @@ def pen(given: Mapping[str, Any]) -> Pen:
     """The pen that pictures are drawn with, from `picture_options`."""
     from handout.inking.pen import usual
 
-    width = given["pen_width"]
-    return usual(given["pen"], None if width is None else units.length(width, "pen width"), given["ink"])
+    width, name = given["pen_width"], given["pen"] or "ballpoint"
+    if name not in PENS:
+        raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
+    return usual(name, None if width is None else units.length(width, "pen width"), given["ink"])
 
 
 def paper(given: Mapping[str, Any]) -> Paper:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from handout import shipped
 from handout.errors import InputError
-from handout.hand import drawn
+from handout.hand import drawn, file
+from handout.hand.scanned import ScannedHand
 from handout.values import Hand
 
 _HOUSE = Path(__file__).resolve().parent / "house"
@@ -69,6 +70,23 @@ def _read(path: Path) -> Hand:
     return drawn.read(path)
 
 
+def find(name: str) -> Hand | ScannedHand:
+    """The hand `name`, drawn or scanned: one of `names()` or `scanned()`, or the path of a .toml or .hand file.
+
+    Raises
+    ------
+    InputError
+        No such hand (the message lists the nearest), or a file that cannot be read.
+    """
+    if not name.endswith((".hand", ".toml")) and name not in _paths() and name not in scanned():
+        known = sorted({*_paths(), *scanned()})
+        near = difflib.get_close_matches(name, known, 3, 0.5) or known
+        raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand or .toml file.")
+    if name.endswith(".hand") or (name not in _paths() and name in scanned()):
+        return file.load(scanned_file(name))
+    return load(name)
+
+
 def load(name: str) -> Hand:
     """The hand `name`: one of `names()`, or the path of a drawn hand's TOML file.
 
@@ -82,7 +100,7 @@ def load(name: str) -> Hand:
     known = _paths()
     if name.endswith(".hand") or (name not in known and name in scanned()):
         raise InputError(
-            f"{name} is a scanned hand, in which nothing can be written yet: use {', '.join(sorted(known))}."
+            f"{name} is a scanned hand, whose strokes are not known: use {', '.join(sorted(known))}."
         )
     if name not in known:
         near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)

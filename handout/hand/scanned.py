@@ -205,6 +205,16 @@ class ScannedHand:
             _check(number, glyph, self.pages, self.glyphs)
 
     @cached_property
+    def x_height(self) -> float:
+        """Height of a small letter, mm: the middle of its pages'."""
+        return float(np.median([page.x_height for page in self.pages]))
+
+    @cached_property
+    def pitch(self) -> float:
+        """Distance of lines, x-heights."""
+        return float(np.median([page.pitch / page.x_height for page in self.pages]))
+
+    @cached_property
     def instances(self) -> Counter[tuple[str, Place]]:
         """How often there is each letter in each place; `prompting.coverage.lacks` takes this."""
         return Counter((glyph.letter, glyph.place) for glyph in self.glyphs if glyph.letter)
