@@ -74,7 +74,7 @@ class Flow:
     ) -> tuple[Array, Array]:
         """Mean and deviation of the rises along the letters `chain` of a line."""
         first, second = numbers[chain[:-1]], numbers[chain[1:]]
-        parted = np.logical_or.reduceat(new_word, chain[:-1] + 1)[: len(first)] if len(first) else new_word[:0]
+        parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
         rise = self.told[second] - self.told[first]
         deviation = self.deviation[parted.astype(np.intp)]
         source = (self.beside.after[first] == second) & (self.beside.parted[second] == parted)
