@@ -23,6 +23,8 @@ from handout.writing.scanned.forms import Form, Forms
 from handout.writing.scanned.joining import matches, rises
 
 LEAST = 0.01  # line space: deviation of a rise that is never undercut
+HOLD = 0.1
+_TURNS = (5, 17, 43, 71)  # glyphs further on, to pair those that were no neighbours
 _TREES = 64
 _RANKS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of a body's ink from its foot to its top
 _ENOUGH = 8  # letters that a forest can learn from
@@ -35,14 +37,18 @@ class Flow:
     height : (n,) float: of each centre over the source's baseline.
     told : (n,) float: the height that its shape tells.
     deviation : of the rise from one letter to the next, in words (0) and between words (1), from what is told.
+    meets : least deviation of the rise that ligatures tell.
+    hold : deviation of a letter's height from its own.
     marks : (n,) bool: punctuation, which stands at its own height.
-    after, parted : see `Beside`.
+    beside : which glyphs were neighbours.
     """
 
     forms: Forms
     height: Array
     told: Array
     deviation: Array
+    meets: float
+    hold: float
     marks: NDArray[np.bool_]
     beside: Beside
 
@@ -57,7 +63,7 @@ class Flow:
         if len(chain) > 1:
             rise, deviation = self._rises(numbers, chain, new_word, joined)
             rise = rise + variation * deviation * rng.standard_normal(len(rise))
-            y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST))
+            y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST), self.hold)
         return y
 
     def _joined(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
@@ -80,25 +86,30 @@ class Flow:
         source = (self.beside.after[first] == second) & (self.beside.parted[second] == parted)
         rise = np.where(source, self.height[second] - self.height[first], rise)
         deviation = np.where(source, 0.0, deviation)
-        for k in np.flatnonzero(np.diff(chain) == 1):
+        for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
             found = joined[chain[k]]
             if found is not None:
-                rise[k], deviation[k] = found.mean(), np.ptp(found) / 4
+                rise[k], deviation[k] = self._met(found, rise[k], deviation[k])
         return rise, deviation
 
+    def _met(self, found: Array, told: float, deviation: float) -> tuple[float, float]:
+        """What ligatures and shapes say together: each weighs as far as it can be trusted in this hand."""
+        ours, theirs = max(float(np.ptp(found)) / 4, self.meets) ** -2.0, deviation**-2.0
+        return (ours * float(found.mean()) + theirs * told) / (ours + theirs), (ours + theirs) ** -0.5
 
-def smoothed(height: Array, rise: Array, deviation: Array) -> Array:
+
+def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:
     """The likeliest heights of a line's letters.
 
     Parameters
     ----------
-    height : (n,) float: where each stood on its own line, unary N(height, 1).
+    height : (n,) float: where each stood on its own line, unary N(height, hold²).
     rise, deviation : (n − 1,) float: of each letter over the one before it.
     """
     weight = deviation**-2.0
     band = np.zeros((2, len(height)))
     band[0, 1:] = -weight
-    band[1] = 1.0
+    band[1] = hold**-2.0
     band[1, :-1] += weight
     band[1, 1:] += weight
     # the unknown is what the line departs from its own heights by: where they agree with the rises it is nothing
@@ -115,7 +126,23 @@ def flow(forms: Forms, beside: Beside) -> Flow:
     marks = np.array([_mark(glyph.letter) for glyph in forms.hand.glyphs])
     told = _told(forms, height, ~marks)
     deviation = np.array([_misses(beside.pairs(parted), height - told, marks) for parted in (False, True)])
-    return Flow(forms, height, told, deviation, marks, beside)
+    meets = _meeting(forms, told, float(deviation[0]))
+    return Flow(forms, height, told, deviation, meets, HOLD, marks, beside)
+
+
+def _meeting(forms: Forms, told: Array, deviation: float) -> float:
+    """How far the rises that ligatures tell are from the true ones, where the two letters were no neighbours."""
+    first = [number for number in range(len(forms)) if forms[number].exits]
+    second = [number for number in range(len(forms)) if forms[number].entries]
+    away = []
+    for turn in _TURNS if len(first) > 1 else ():
+        for i, j in zip(first, second[turn % len(second) :] + second[: turn % len(second)], strict=False):
+            pairs = matches(forms[i], forms[j])
+            if pairs:
+                away.append(float(rises(forms[i], forms[j], pairs).mean() - told[j] + told[i]))
+    found = 1.4826 * float(np.median(np.abs(away))) if away else 0.0
+    # what is seen is the miss of both, of the ligatures and of what the shapes tell
+    return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
 
 
 def _mark(letter: str) -> bool:
