@@ -1,0 +1,1 @@
+"""Writing in a hand that was read from paper."""

@@ -1,0 +1,182 @@
+"""A glyph that is written again is not the same again: it is bent a little, as far as its author's own letters vary.
+
+The bend is a low-order affine map and a smooth warp, both of the plane, so that strokes keep their smoothness and what
+hangs on a glyph follows it; the width of the line is not touched.
+
+Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.values import Array, Indices
+from handout.writing.scanned.forms import Form, Forms
+
+_SHARE = 0.5  # of the usual deviation of a letter, that a bend goes to
+_WARP = 0.5  # of the usual difference in shape between two instances
+_WAVES = 3
+_ENOUGH = 5  # instances, from which a letter's own range is known
+_PRIOR = 4.0  # instances that what all letters have in common counts for
+_SMALL = 0.6  # x-heights: what is lower than this has no slant of its own
+_TRIES = (1.0, 0.7, 0.5, 0.3, 0.15)
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """How much the instances of each letter vary.
+
+    size : (n, 4) float, of every glyph: logarithms of width, height and aspect, and slant.
+    deviation : (n, 4) float: usual deviation of its letter.
+    low, high : (n, 4) float: what its letter never goes below or above; its own size is always within.
+    warp : line space: how far the strokes of two instances usually lie apart when their boxes are laid over each other.
+    x_height : line space.
+    """
+
+    size: Array
+    deviation: Array
+    low: Array
+    high: Array
+    warp: float
+    x_height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Bend:
+    """A smooth map of the plane about a glyph's centre.
+
+    affine : (2, 2) float.
+    foot : height of the point on the axis of the centre that stays where it is.
+    waves : (k, 2) float: wave vectors, rad; pushes : (k, 2) float: displacements; phases : (k,).
+    """
+
+    affine: Array
+    foot: float
+    waves: Array
+    pushes: Array
+    phases: Array
+
+    def __call__(self, xy: Array) -> Array:
+        """Where places (n, 2) go; the same places are given back by a bend that does nothing."""
+        from_foot = xy - (0.0, self.foot)
+        moved = xy + from_foot @ (self.affine - np.eye(2)).T
+        return np.asarray(moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes)
+
+    def scaled(self, share: float) -> Bend:
+        """The same, but only so strong."""
+        affine = np.eye(2) + share * (self.affine - np.eye(2))
+        return Bend(affine, self.foot, self.waves, self.pushes * share, self.phases)
+
+
+def unbent() -> Bend:
+    """The bend that leaves everything where it is."""
+    return Bend(np.eye(2), 0.0, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+
+
+def bend(
+    form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float
+) -> Bend:
+    """A bend of a glyph within its author's own spread for the letter.
+
+    Parameters
+    ----------
+    height : of the glyph's centre over its baseline, which stays where it is.
+    variation : 0 none, 1 usual; the author's range bounds it however great it is.
+    """
+    normal = rng.standard_normal(3)
+    directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
+    if variation == 0:
+        return unbent()
+    made = _warped(_affine(number, spread, variation * normal), -height, directions, spread, variation)
+    low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
+    for share in _TRIES:
+        tried = made.scaled(share)
+        then = measure(tried(form.xy), form.radius, spread.x_height)
+        if ((then >= low) & (then <= high)).all():
+            return tried
+    return unbent()
+
+
+def _affine(number: int, spread: Spread, normal: Array) -> Array:
+    """(2, 2): width, height and slant changed by so many of their deviations, within their ranges."""
+    size, step = spread.size[number], np.zeros(4)
+    step[[0, 1, 3]] = _SHARE * normal * spread.deviation[number][[0, 1, 3]]
+    low, high = spread.low[number] - size, spread.high[number] - size
+    step = np.clip(step, low, high)
+    # width gives way where the two together would make a shape that the letter never has
+    aspect = np.clip(step[0] - step[1], low[2], high[2])
+    wide, tall = np.exp([step[1] + aspect, step[1]])
+    return np.array([[wide, tall * (size[3] + step[3]) - wide * size[3]], [0.0, tall]])
+
+
+def _warped(affine: Array, foot: float, directions: Array, spread: Spread, variation: float) -> Bend:
+    """The affine map with waves longer than a small letter is high, none of them steep enough to fold the plane."""
+    length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
+    waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
+    reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
+    pushes = reach * np.column_stack([np.cos(directions[1]), np.sin(directions[1])])
+    return Bend(affine, foot, waves, pushes, directions[2])
+
+
+def spread(forms: Forms) -> Spread:
+    """How much a hand's letters vary, from their instances."""
+    hand = forms.hand
+    x_height = float(np.mean([page.x_height / page.pitch for page in hand.pages]))
+    size = np.array([measure(forms[i].xy, forms[i].radius, x_height) for i in range(len(forms))]).reshape(-1, 4)
+    groups = [hand.of(letter) for letter in hand.letters]
+    common = _common(size, groups)
+    deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
+    for own in groups:
+        middle = np.median(size[own], axis=0)
+        squares = ((size[own] - middle) ** 2).sum(axis=0)
+        usual = np.sqrt((squares + _PRIOR * common**2) / (len(own) - 1 + _PRIOR))
+        deviation[own] = np.minimum(usual, 2 * common)
+        if len(own) >= _ENOUGH:
+            # slips of the pen and of the reading lie outside twice the usual
+            low[own] = np.maximum(size[own].min(axis=0), middle - 2 * usual)
+            high[own] = np.minimum(size[own].max(axis=0), middle + 2 * usual)
+    return Spread(size, deviation, np.minimum(low, size), np.maximum(high, size), _apart(forms, groups), x_height)
+
+
+def measure(xy: Array, radius: Array, x_height: float) -> Array:
+    """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
+    low, high = (xy - radius[:, None]).min(axis=0), (xy + radius[:, None]).max(axis=0)
+    slant = 0.0
+    if high[1] - low[1] > _SMALL * x_height:
+        x, y = (xy - xy.mean(axis=0)).T
+        slant = float((x * y).sum() / (y * y).sum())
+    # of a slanted letter the upright width is what varies by itself
+    upright = xy[:, 0] - slant * xy[:, 1]
+    wide, tall = np.log([np.ptp(upright) + 2 * radius.mean(), high[1] - low[1]])
+    return np.array([wide, tall, wide - tall, slant])
+
+
+def _common(size: Array, groups: Sequence[Indices]) -> Array:
+    """(4,) the usual deviation within a letter, over all letters."""
+    rest = [np.abs(size[own] - np.median(size[own], axis=0)) for own in groups if len(own) >= _ENOUGH]
+    if not rest:
+        return np.array([0.08, 0.06, 0.08, 0.06])
+    return np.asarray(1.4826 * np.median(np.concatenate(rest), axis=0)) + 1e-3
+
+
+def _apart(forms: Forms, groups: Sequence[Indices]) -> float:
+    """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
+    from scipy.spatial import cKDTree
+
+    found = []
+    for own in groups:
+        boxes = [_boxed(forms[int(number)]) for number in own] if len(own) >= _ENOUGH else []
+        for (one, size), (other, _) in zip(boxes[:-1], boxes[1:], strict=True):
+            away = cKDTree(one).query(other)[0]
+            found.append(float(np.median(away)) * size)
+    return float(np.median(found)) if found else 0.01
+
+
+def _boxed(form: Form) -> tuple[Array, float]:
+    """A body in a box from 0 to 1, and the mean side of the box."""
+    low, high = form.xy.min(axis=0), form.xy.max(axis=0)
+    sides = np.maximum(high - low, 1e-3)
+    return (form.xy - low) / sides, float(sides.mean())

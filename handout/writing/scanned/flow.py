@@ -1,0 +1,180 @@
+"""How high letters stand on their line: each by the one before it, and the whole line smoothly.
+
+Where two letters are joined, the ends of their ligatures say how high the second stands over the first.  Otherwise it
+is told by their shapes: a forest has learnt from the hand how high over the line the centre of a glyph of such a shape
+stands, and the difference of two such heights errs by a sixth to a third less on held-out pairs than a forest on pairs
+does.
+
+Source: seed 000, §6.3.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from handout.values import Array, Indices
+from handout.writing.scanned.beside import Beside
+from handout.writing.scanned.forms import Form, Forms
+from handout.writing.scanned.joining import matches, rises
+
+LEAST = 0.01  # line space: deviation of a rise that is never undercut
+HOLD = 0.1
+_TURNS = (5, 17, 43, 71)  # glyphs further on, to pair those that were no neighbours
+_TREES = 64
+_RANKS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of a body's ink from its foot to its top
+_ENOUGH = 8  # letters that a forest can learn from
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """How high the glyphs of a hand stand; line space.
+
+    height : (n,) float: of each centre over the source's baseline.
+    told : (n,) float: the height that its shape tells.
+    deviation : of the rise from one letter to the next, in words (0) and between words (1), from what is told.
+    meets : least deviation of the rise that ligatures tell.
+    hold : deviation of a letter's height from its own.
+    marks : (n,) bool: punctuation, which stands at its own height.
+    beside : which glyphs were neighbours.
+    """
+
+    forms: Forms
+    height: Array
+    told: Array
+    deviation: Array
+    meets: float
+    hold: float
+    marks: NDArray[np.bool_]
+    beside: Beside
+
+    def over(self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float) -> Array:
+        """(n,): see `heights`."""
+        joined = self._joined(numbers, new_word)
+        free = self.marks[numbers].copy()
+        for k in np.flatnonzero([pairs is not None for pairs in joined]):
+            free[k : k + 2] = False
+        y = self.height[numbers].copy()
+        chain = np.flatnonzero(~free)
+        if len(chain) > 1:
+            rise, deviation = self._rises(numbers, chain, new_word, joined)
+            rise = rise + variation * deviation * rng.standard_normal(len(rise))
+            y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST), self.hold)
+        return y
+
+    def _joined(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
+        """What the ligatures from each glyph to the next say of the rise; None without any."""
+        found: list[Array | None] = []
+        for k in range(len(numbers) - 1):
+            first, second = self.forms[int(numbers[k])], self.forms[int(numbers[k + 1])]
+            pairs = () if new_word[k + 1] else matches(first, second)
+            found.append(rises(first, second, pairs) if pairs else None)
+        return found
+
+    def _rises(
+        self, numbers: Indices, chain: Indices, new_word: NDArray[np.bool_], joined: list[Array | None]
+    ) -> tuple[Array, Array]:
+        """Mean and deviation of the rises along the letters `chain` of a line."""
+        first, second = numbers[chain[:-1]], numbers[chain[1:]]
+        parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
+        rise = self.told[second] - self.told[first]
+        deviation = self.deviation[parted.astype(np.intp)]
+        source = (self.beside.after[first] == second) & (self.beside.parted[second] == parted)
+        rise = np.where(source, self.height[second] - self.height[first], rise)
+        deviation = np.where(source, 0.0, deviation)
+        for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
+            found = joined[chain[k]]
+            if found is not None:
+                rise[k], deviation[k] = self._met(found, rise[k], deviation[k])
+        return rise, deviation
+
+    def _met(self, found: Array, told: float, deviation: float) -> tuple[float, float]:
+        """What ligatures and shapes say together: each weighs as far as it can be trusted in this hand."""
+        ours, theirs = max(float(np.ptp(found)) / 4, self.meets) ** -2.0, deviation**-2.0
+        return (ours * float(found.mean()) + theirs * told) / (ours + theirs), (ours + theirs) ** -0.5
+
+
+def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:
+    """The likeliest heights of a line's letters.
+
+    Parameters
+    ----------
+    height : (n,) float: where each stood on its own line, unary N(height, hold²).
+    rise, deviation : (n − 1,) float: of each letter over the one before it.
+    """
+    weight = deviation**-2.0
+    band = np.zeros((2, len(height)))
+    band[0, 1:] = -weight
+    band[1] = hold**-2.0
+    band[1, :-1] += weight
+    band[1, 1:] += weight
+    # the unknown is what the line departs from its own heights by: where they agree with the rises it is nothing
+    pull = weight * (rise - np.diff(height))
+    force = np.zeros(len(height))
+    force[1:] += pull
+    force[:-1] -= pull
+    return np.asarray(height + solveh_banded(band, force))
+
+
+def flow(forms: Forms, beside: Beside) -> Flow:
+    """How high a hand's glyphs stand, learnt from its pages."""
+    height = forms.centre[:, 1]
+    marks = np.array([_mark(glyph.letter) for glyph in forms.hand.glyphs])
+    told = _told(forms, height, ~marks)
+    deviation = np.array([_misses(beside.pairs(parted), height - told, marks) for parted in (False, True)])
+    meets = _meeting(forms, told, float(deviation[0]))
+    return Flow(forms, height, told, deviation, meets, HOLD, marks, beside)
+
+
+def _meeting(forms: Forms, told: Array, deviation: float) -> float:
+    """How far the rises that ligatures tell are from the true ones, where the two letters were no neighbours."""
+    first = [number for number in range(len(forms)) if forms[number].exits]
+    second = [number for number in range(len(forms)) if forms[number].entries]
+    away = []
+    for turn in _TURNS if len(first) > 1 else ():
+        for i, j in zip(first, second[turn % len(second) :] + second[: turn % len(second)], strict=False):
+            pairs = matches(forms[i], forms[j])
+            if pairs:
+                away.append(float(rises(forms[i], forms[j], pairs).mean() - told[j] + told[i]))
+    found = 1.4826 * float(np.median(np.abs(away))) if away else 0.0
+    # what is seen is the miss of both, of the ligatures and of what the shapes tell
+    return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
+
+
+def _mark(letter: str) -> bool:
+    return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
+
+
+def _misses(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:
+    """How far the rises of the source are from what was told, robustly."""
+    own = pairs[~marks[pairs].any(axis=1)]
+    away = np.abs(rest[own[:, 1]] - rest[own[:, 0]])
+    return max(float(1.4826 * np.median(away)), LEAST) if len(away) > 1 else 3 * LEAST
+
+
+def _told(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
+    """(n,) the height that a glyph's shape tells, by trees that have not seen the glyph."""
+    if letters.sum() < _ENOUGH:
+        return height.copy()
+    from sklearn.ensemble import RandomForestRegressor
+
+    shapes = np.array([_shape(forms[number]) for number in range(len(forms))])
+    forest = RandomForestRegressor(_TREES, min_samples_leaf=2, oob_score=True, random_state=0)
+    forest.fit(shapes[letters], height[letters])
+    told = np.asarray(forest.predict(shapes), dtype=np.float64)
+    told[letters] = forest.oob_prediction_
+    return told
+
+
+def _shape(form: Form) -> Array:
+    """(8,): where the ink of a body lies from its centre."""
+    y = form.xy[:, 1]
+    order = np.argsort(y, kind="stable")
+    run = np.cumsum((form.density * form.radius**2 + 1e-12)[order])
+    ranks = y[order][np.searchsorted(run, np.multiply(_RANKS, run[-1]))]
+    ends = [(y - form.radius).min(), (y + form.radius).max(), np.ptp(form.xy[:, 0])]
+    return np.concatenate([ranks, ends])
