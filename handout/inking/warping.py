@@ -20,7 +20,7 @@ from handout.inking.layer import Layer
 from handout.inking.source import Source
 from handout.values import Ink
 
-MARGIN = 0.34  # mm of picture around the line: 8 pixels at 600 dpi
+MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
 _MOST_FINER = 16
 _EXACT = 0.02  # pixels: what one even movement may be off by
@@ -150,7 +150,7 @@ def _sampled(
     rgba = _cubic(patch, x, y)
     rgba[~inside] = 0
     if bent and uv is not None:
-        rgba *= _unghosted(line, back, place, inside, box, patch.shape[:2])[:, :, None]
+        rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
     return rgba
 
 
@@ -161,12 +161,13 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     found = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     if (x == np.rint(x)).all() and (y == np.rint(y)).all():
         return found
-    kernel = np.ones((2, 2), np.uint8)
+    kernel = np.ones((4, 4), np.uint8)
     left, top = np.floor(x), np.floor(y)
-    # least and greatest of the four pixels around: those of the pixel at the upper left
-    least = cv2.remap(cv2.erode(patch, kernel, anchor=(0, 0)), left, top, cv2.INTER_NEAREST)
-    most = cv2.remap(cv2.dilate(patch, kernel, anchor=(0, 0)), left, top, cv2.INTER_NEAREST)
-    return np.asarray(np.clip(found, least, most))
+    # least and greatest of the sixteen pixels around, kept at the one to the upper left
+    least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
+    most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
+    found = np.clip(found, least, most)
+    return np.minimum(found, found[:, :, 3:])
 
 
 def _back(
@@ -211,20 +212,25 @@ def _unghosted(
     line: Course,
     back: NDArray[np.complex128],
     place: NDArray[np.complex128],
-    inside: NDArray[np.bool_],
+    near: NDArray[np.int32],
     box: tuple[int, int, int, int],
     shape: tuple[int, int],
 ) -> _Pixels:
-    """(h, w) 0–1: whether ink is beside its own line on the page too.
+    """(h, w) 0–1: whether ink is on its own line on the page too, or as near to it as in the picture.
 
     Where two lines of a glyph are drawn apart, each would bring along what lies beside it: the other line once more.
     """
+    import cv2
+
     own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    inside = near >= 0
     x = np.clip(np.rint(back.real[inside]).astype(np.intp), 0, shape[1] - 1)
     y = np.clip(np.rint(back.imag[inside]).astype(np.intp), 0, shape[0] - 1)
-    vertex = own[y, x]
+    vertex, at = own[y, x], near[inside]
     there = np.abs(back[inside] + (box[0] + 1j * box[1]) - line.uv[vertex]) / np.abs(line.turn[vertex])
     here = np.abs(place[inside] - line.at[vertex])
-    kept = np.zeros(back.shape, dtype=np.float32)
-    kept[inside] = np.clip((there + 2 * _GHOST - here) / _GHOST, 0, 1)
-    return kept
+    ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
+    beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
+    kept = np.ones(back.shape, dtype=np.float32)
+    kept[inside] = 1 - ghost * beside
+    return np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32)
