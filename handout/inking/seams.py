@@ -1,0 +1,139 @@
+"""Where two layers of ink show the same line, a seam that does not show: left of it the one, right of it the other.
+
+Source: seed 000, §6.5; Kwatra, Schödl, Essa, Turk & Bobick 2003, Graphcut textures, §3.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.inking.layer import Layer
+from handout.scanning.cut import minimum_cut
+
+_FINE = 64.0  # capacities become whole numbers: so much finer than they would
+_NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which two lines are one
+_ALIKE = 0.5  # cosine of twice the angle between them, at least
+_LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+
+_Mask = NDArray[np.bool_]
+_Pixels = NDArray[np.floating[Any]]
+
+
+def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask, *, gradient: float = 0.0) -> _Mask:
+    """Which pixels of an overlap are taken from the layer `b`, so that the seam costs least.
+
+    The cost of a seam between neighbours s and t is ‖a(s) − b(s)‖ + ‖a(t) − b(t)‖.
+
+    Parameters
+    ----------
+    a, b : (h, w, 4) float, premultiplied.
+    both : (h, w) bool: the overlap.
+    to_a, to_b : (h, w) bool: pixels of it that are settled.
+    gradient : weight of the change of luma between s and t in both layers, added to the cost, so that seams rather
+        run where there is nothing to be cut.
+
+    Source: Kwatra et al. 2003, eq. 1.
+    """
+    apart = np.sqrt(((a - b) ** 2).sum(axis=2))
+    light = [gradient * _luma(layer) for layer in (a, b)] if gradient else []
+    at = np.flatnonzero(both)
+    number = np.full(both.size, -1, dtype=np.intp)
+    number[at] = np.arange(len(at))
+    number = number.reshape(both.shape)
+    pairs, prices = [], []
+    for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        edge = both[one] & both[other]
+        pairs.append(np.stack([number[one][edge], number[other][edge]]))
+        price = apart[one][edge] + apart[other][edge]
+        for luma in light:
+            price = price + np.abs(luma[one][edge] - luma[other][edge])
+        prices.append(price)
+    (first, second), price = np.concatenate(pairs, axis=1), np.concatenate(prices).astype(np.float64) * _FINE
+    sure = np.bincount(first, price, len(at)) + np.bincount(second, price, len(at)) + 1
+    cost = sure * (to_a[both].astype(np.float64) - to_b[both])
+    taken = np.zeros(both.shape, dtype=bool)
+    taken[both] = minimum_cut(cost, first, second, price)
+    return taken
+
+
+def _luma(rgba: _Pixels) -> _Pixels:
+    """Luma of ink (h, w, 4), premultiplied, on white."""
+    return np.asarray((rgba[:, :, :3] + 1 - rgba[:, :, 3:]) @ _LUMA)
+
+
+def parted(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
+    """Two layers of which one goes on where the other ends: what both show is left to one of them, pixel by pixel.
+
+    Both show the same line where their vertices lie on each other and lead the same way.  Of the pixels of that line
+    those beside the rest of either layer are its own, and where a line ends in one layer only, the other has it;
+    between them runs the seam.
+    """
+    window = _meeting(a, b)
+    if window is None:
+        return a, b
+    same = _same(a, b), _same(b, a)
+    if not (same[0].any() and same[1].any()):
+        return a, b
+    views = [layer.view(window) for layer in (a, b)]
+    lines = [_part(near, own) for (_, near), own in zip(views, same, strict=True)]
+    both = lines[0] | lines[1]
+    rest = [_grown((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
+    ends = [_part(near, layer.loose & own) for (_, near), layer, own in zip(views, (a, b), same, strict=True)]
+    to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
+    to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
+    unsure = to_a & to_b
+    to_a, to_b = to_a & ~unsure, to_b & ~unsure
+    if not (to_a.any() or to_b.any()):
+        return a, b
+    inks = [rgba for rgba, _ in views]
+    taken = seam(inks[0], inks[1], both, to_a, to_b, gradient=gradient)
+    return _without(a, window, both & taken), _without(b, window, both & ~taken)
+
+
+def _meeting(a: Layer, b: Layer) -> tuple[int, int, int, int] | None:
+    """(left, top, right, bottom) of the smallest window that holds what the layers share, on the page."""
+    (ax, ay, aw, ah), (bx, by, bw, bh) = (_box(layer) for layer in (a, b))
+    left, top, right, bottom = max(ax, bx), max(ay, by), min(aw, bw), min(ah, bh)
+    return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def _box(layer: Layer) -> tuple[int, int, int, int]:
+    (x, y), (h, w) = layer.corner, layer.near.shape
+    return x, y, x + w, y + h
+
+
+def _same(layer: Layer, other: Layer) -> _Mask:
+    """Vertices (n,) of a layer that lie on the other's line."""
+    from scipy.spatial import cKDTree
+
+    reach = np.maximum(_NEAR, _OF_RADIUS * layer.radius)
+    away, at = cKDTree(other.xy).query(layer.xy, distance_upper_bound=float(reach.max()))
+    near = away <= reach
+    at = np.where(near, at, 0)
+    cosine = (layer.twice * np.conj(other.twice[at])).real
+    return np.asarray(near & (cosine >= _ALIKE * np.abs(layer.twice) * np.abs(other.twice[at])))
+
+
+def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:
+    """Pixels (h, w) whose nearest vertex is one of those."""
+    return np.asarray((near >= 0) & vertices[near])
+
+
+def _grown(mask: _Mask) -> _Mask:
+    import cv2
+
+    return np.asarray(cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8)), dtype=bool)
+
+
+def _without(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> Layer:
+    """The layer with some pixels of the window clear."""
+    left, top, right, bottom = window
+    x, y = layer.corner
+    rgba = layer.rgba.copy()
+    rgba[top - y : bottom - y, left - x : right - x][gone] = 0
+    return replace(layer, rgba=rgba)
+

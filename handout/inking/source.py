@@ -1,0 +1,117 @@
+"""The picture that ink is taken from, and what of it belongs to one glyph."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.scanned import ScannedPage
+from handout.values import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+_OWN = 0.8  # pixels within which a vertex of the page is one of the glyph's: less than from vertex to vertex
+_BITS = 4  # of a pixel's fraction, where discs are drawn
+
+_Pixels = NDArray[np.float32]
+Box = tuple[int, int, int, int]
+
+
+class Source:
+    """A page of a hand, to cut ink from."""
+
+    def __init__(self, page: ScannedPage) -> None:
+        self.page = page
+        self.radius: Array = page.graph.radius / page.pixel
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.page.graph.uv)
+
+    @cached_property
+    def _crossing(self) -> NDArray[np.intp]:
+        """(2m, 2) int: edges of the page's graph, both ways."""
+        edges = self.page.graph.edges
+        return np.concatenate([edges, edges[:, ::-1]])
+
+    def radius_at(self, uv: Array) -> Array:
+        """(n,) float, pixels of the picture: radius of the line at places (n, 2) on it."""
+        if not len(self.radius):
+            return np.ones(len(uv))
+        return np.asarray(self.radius[self._tree.query(uv)[1]])
+
+    def patch(self, box: Box, uv: Array | None) -> _Pixels:
+        """(h, w, 4) float32, premultiplied: ink of a part of the picture.
+
+        Parameters
+        ----------
+        box : (left, top, right, bottom), pixels; outside the picture there is no ink.
+        uv : (n, 2) float: vertices of the line; ink that is nearer to another line of the page is left out.  None: all
+            ink is taken.
+        """
+        ink = self._cut(box)
+        if uv is not None:
+            mine, others = self._vertices(box, uv)
+            if len(others):
+                ink *= self._kept(box, mine, others)[:, :, None]
+        return ink
+
+    def _cut(self, box: Box) -> _Pixels:
+        left, top, right, bottom = box
+        x, y = self.page.texture.corner
+        h, w = self.page.texture.shape
+        ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
+        l, t, r, b = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
+        if l < r and t < b:
+            own = self.page.texture.rgba[t - y : b - y, l - x : r - x].astype(np.float32)
+            own *= np.float32(1 / 255)
+            own[:, :, :3] *= own[:, :, 3:]
+            ink[t - top : b - top, l - left : r - left] = own
+        return ink
+
+    def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Numbers of the page's vertices in a box: those on the line, and the others."""
+        away, at = self._tree.query(uv, distance_upper_bound=_OWN)
+        mine = np.unique(at[np.isfinite(away)])
+        x, y = self.page.graph.uv.T
+        left, top, right, bottom = box
+        inside = np.flatnonzero((x > left) & (x < right - 1) & (y > top) & (y < bottom - 1))
+        return mine, np.setdiff1d(inside, mine, assume_unique=True)
+
+    def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
+        """(h, w) 0–1: pixels nearer to a glyph's own line than to others, with a soft edge outside.
+
+        Where the line goes on into another letter it ends round, as a pen's line does.
+        """
+        import cv2
+
+        size = (box[3] - box[1], box[2] - box[0])
+        corner = np.array(box[:2])
+        owner = np.ones(size, dtype=np.uint8)
+        number = np.zeros(size, dtype=np.int32)
+        every = np.concatenate([others, mine])
+        x, y = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
+        owner[y, x], number[y, x] = 0, np.arange(len(every))
+        _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+        at = np.zeros(int(label.max()) + 1, dtype=np.int32)
+        at[label[y, x]] = number[y, x]
+        kept = (at[label] >= len(others)).astype(np.float32)
+        for (cx, cy), radius in self._cuts(mine, corner):
+            cv2.circle(kept, (cx, cy), radius, 1.0, -1, shift=_BITS)
+        return np.maximum(kept, np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32))
+
+    def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[int, int], int]]:
+        """Discs of the glyph's vertices from which the line goes on into another letter, in parts of pixels."""
+        own = np.zeros(len(self.radius), dtype=bool)
+        own[mine] = True
+        a, b = self._crossing.T
+        ends = np.unique(a[own[a] & ~own[b]])
+        xy = np.rint((self.page.graph.uv[ends] - corner) * (1 << _BITS)).astype(int).tolist()
+        radii = np.rint(self.radius[ends] * (1 << _BITS)).astype(int).tolist()
+        return [((x, y), r) for (x, y), r in zip(xy, radii, strict=True)]

@@ -1,0 +1,108 @@
+"""Scanned ink on a page: every glyph's own ink where the glyph is written.
+
+Source: seed 000, §6.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.hand.scanned import ScannedHand
+from handout.inking.layer import Layer
+from handout.inking.seams import parted
+from handout.inking.source import Source
+from handout.inking.warping import MARGIN, warp
+from handout.values import Ink, Manuscript, Raster
+
+_MOST = 4e9  # pixels of a page
+
+
+def texture(
+    manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN, gradient: float = 0.0
+) -> Raster:
+    """The ink of a page on a transparent sheet.
+
+    Parameters
+    ----------
+    manuscript : Manuscript
+        Its glyphs carry `ink`; those that do not are left out.
+    hand : ScannedHand
+        Whose pictures the ink is about.
+    dpi : float
+        20 to 4800.
+    margin : float
+        mm around the line within which ink is taken along.
+    gradient : float
+        Weight of a change of luma in the cost of seams, see `seams.seam`.
+
+    Returns
+    -------
+    Raster
+        The whole page, (h, w, 4), straight alpha, device RGB; pixels without ink are zero in all channels, and take
+        memory only near ink.
+
+    Raises
+    ------
+    InputError
+        A resolution out of its bounds, a page of more than 4 gigapixels, or ink of a page that the hand does not have.
+
+    Source: seed 000, §6.5.
+    """
+    height, width = _shape(manuscript, dpi)
+    rgba = np.zeros((height, width, 4), dtype=np.float32)
+    sources = tuple(Source(page) for page in hand.pages)
+    for line in manuscript.lines:
+        inks = [placed.ink for placed in line.placed if placed.ink is not None]
+        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), gradient):
+            _lay(rgba, layer)
+    return Raster(rgba, dpi)
+
+
+def _shape(manuscript: Manuscript, dpi: float) -> tuple[int, int]:
+    if not 20 <= dpi <= 4800:
+        raise InputError(f"resolution (dpi): {dpi:g} is outside 20 to 4800.")
+    page, scale = manuscript.page, dpi / 25.4
+    if page.width * page.height * scale**2 > _MOST:
+        raise InputError(
+            f"A page of {page.width:g} x {page.height:g} mm at {dpi:g} dpi has more than {_MOST / 1e9:g} gigapixels: "
+            "use a lower resolution."
+        )
+    return max(1, round(page.height * scale)), max(1, round(page.width * scale))
+
+
+def _layers(
+    inks: list[Ink], sources: tuple[Source, ...], dpi: float, shape: tuple[int, int], margin: float
+) -> Iterator[Layer]:
+    for ink in inks:
+        if not 0 <= ink.source < len(sources):
+            raise InputError(f"A glyph is written with ink of page {ink.source} of a hand of {len(sources)} pages.")
+        layer = warp(ink, sources[ink.source], dpi, shape, margin=margin)
+        if layer is not None:
+            yield layer
+
+
+def _parted(layers: Iterator[Layer], gradient: float) -> Iterator[Layer]:
+    """The layers, each parted from the one before where both show one line."""
+    before: Layer | None = None
+    for layer in layers:
+        own = layer
+        if before is not None:
+            before, own = parted(before, layer, gradient=gradient)
+            yield before
+        before = own
+    if before is not None:
+        yield before
+
+
+def _lay(page: NDArray[np.float32], layer: Layer) -> None:
+    """Lay ink on the page; where there is some already, that which covers more is seen."""
+    (x, y), (h, w) = layer.corner, layer.near.shape
+    under = page[y : y + h, x : x + w]
+    seen = layer.rgba[:, :, 3] > under[:, :, 3]
+    ink = layer.rgba[seen]
+    ink[:, :3] /= ink[:, 3:]
+    under[seen] = ink

@@ -1,0 +1,236 @@
+"""The ink of one scanned glyph bent on its way across a page: one smooth map from the page back to the picture.
+
+Every pixel near the line goes back by the movement of the vertex it is nearest to (turned, stretched along the line and
+across it); these movements are evened out over the width of the line, so that ink shears where the line bends.  A glyph
+that is only moved keeps every pixel as it was.
+
+Source: seed 000, §6.5 (there quad strips, which overlap where a line bends).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.inking.course import Course, course
+from handout.inking.layer import Layer
+from handout.inking.source import Source
+from handout.values import Ink
+
+MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
+_COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
+_MOST_FINER = 16
+_EXACT = 0.02  # pixels: what one even movement may be off by
+_PAD = 8  # pixels around what is needed of the picture, so that lines beside it are seen
+_PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
+_GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
+
+_Pixels = NDArray[np.float32]
+
+
+def warp(
+    ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
+) -> Layer | None:
+    """The ink of a glyph on a page of `shape` (height, width) pixels; None where it lies outside.
+
+    Parameters
+    ----------
+    ink : Ink
+        One whose `number` is negative is taken from the picture with all that lies around its line.
+    source : Source
+        Of the page that `ink` is about.
+    margin : float
+        mm of the page around the line within which the picture is taken.
+    """
+    finer = _finer(ink, source, dpi)
+    line = course(ink, source, dpi / 25.4 * finer)
+    window = _window(line, margin * dpi / 25.4 * finer, (shape[0] * finer, shape[1] * finer), finer)
+    if window is None:
+        return None
+    near, place = _nearest(line, window, margin * dpi / 25.4 * finer)
+    rgba = _sampled(line, near, place, source, None if ink.number < 0 else ink.graph.uv)
+    left, top = window[0] // finer, window[1] // finer
+    xy = np.stack([line.at.real, line.at.imag], axis=1)
+    layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
+    return layer if finer == 1 else _coarser(layer, finer)
+
+
+def _finer(ink: Ink, source: Source, dpi: float) -> int:
+    """How many times finer than the page the ink is drawn, so that no pixel of the picture is skipped."""
+    graph = ink.graph
+    if not len(graph):
+        return 1
+    ratio = float(np.median(source.radius_at(graph.uv) / np.maximum(graph.radius * dpi / 25.4, 1e-9)))
+    return int(np.clip(np.ceil(ratio), 1, _MOST_FINER)) if ratio > _COARSE else 1
+
+
+def _coarser(layer: Layer, finer: int) -> Layer:
+    """The layer with `finer` × `finer` pixels averaged into one."""
+    import cv2
+
+    h, w = (side // finer for side in layer.near.shape)
+    rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA))
+    near = np.ascontiguousarray(layer.near[finer // 2 :: finer, finer // 2 :: finer])
+    inked = rgba[:, :, 3] > 0
+    near = np.where(inked, np.maximum(near, np.asarray(_highest(layer.near, finer))), near)
+    xy = (layer.xy + 0.5) / finer - 0.5
+    return replace(layer, rgba=rgba, near=near, xy=xy, radius=layer.radius / finer)
+
+
+def _highest(near: NDArray[np.int32], finer: int) -> NDArray[np.int32]:
+    h, w = (side // finer for side in near.shape)
+    return np.asarray(near.reshape(h, finer, w, finer).max(axis=(1, 3)))
+
+
+def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> tuple[int, int, int, int] | None:
+    """(left, top, right, bottom) of what the line and its margin cover of the page, whole multiples of `finer`."""
+    if not len(line.at):
+        return None
+    reach = line.radius + margin + 1
+    low = [float((part - reach).min()) for part in (line.at.real, line.at.imag)]
+    high = [float((part + reach).max()) for part in (line.at.real, line.at.imag)]
+    left, top = (max(0, int(v // finer) * finer) for v in low)
+    right, bottom = (
+        min(side, int(-((-v - 1) // finer)) * finer) for v, side in zip(high, shape[::-1], strict=True)
+    )
+    return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def _nearest(
+    line: Course, window: tuple[int, int, int, int], margin: float
+) -> tuple[NDArray[np.int32], NDArray[np.complex128]]:
+    """Nearest vertex (h, w) of every pixel, −1 beyond radius and margin, and the pixels' places (h, w)."""
+    left, top, right, bottom = window
+    place = np.arange(left, right)[None, :] + 1j * np.arange(top, bottom)[:, None]
+    near = nearest(line.at - (left + 1j * top), place.shape)
+    near[np.abs(place - line.at[near]) > line.radius[near] + margin] = -1
+    return near, place
+
+
+def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """(h, w) int32: number of the point (n,), x + i y in pixels, that is nearest to each pixel, to within one.
+
+    Points outside are taken for the pixels at the edge that are nearest to them.
+    """
+    import cv2
+
+    x = np.clip(np.rint(at.real).astype(np.intp), 0, shape[1] - 1)
+    y = np.clip(np.rint(at.imag).astype(np.intp), 0, shape[0] - 1)
+    free = np.ones(shape, dtype=np.uint8)
+    free[y, x] = 0
+    _, label = cv2.distanceTransformWithLabels(free, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    number = np.zeros(int(label.max()) + 1, dtype=np.int32)
+    number[label[y, x]] = np.arange(len(at))
+    return np.asarray(number[label])
+
+
+def _sampled(
+    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64] | None
+) -> _Pixels:
+    """(h, w, 4) ink of a window, premultiplied."""
+    import cv2
+
+    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
+    inside = near >= 0
+    if not inside.any():
+        return rgba
+    back, bent = _back(line, near, place, inside)
+    back = (np.rint(back.real * _PARTS) + 1j * np.rint(back.imag * _PARTS)) / _PARTS
+    own = back[inside]
+    box = (
+        int(own.real.min()) - _PAD, int(own.imag.min()) - _PAD,
+        int(own.real.max()) + _PAD + 2, int(own.imag.max()) + _PAD + 2,
+    )  # fmt: skip
+    patch = source.patch(box, uv)
+    back -= box[0] + 1j * box[1]
+    x, y = back.real.astype(np.float32), back.imag.astype(np.float32)
+    rgba = _cubic(patch, x, y)
+    rgba[~inside] = 0
+    if bent and uv is not None:
+        rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
+    return rgba
+
+
+def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
+    """Ink at places between pixels: sharp, and never darker nor lighter than the pixels around."""
+    import cv2
+
+    found = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
+    if (x == np.rint(x)).all() and (y == np.rint(y)).all():
+        return found
+    kernel = np.ones((4, 4), np.uint8)
+    left, top = np.floor(x), np.floor(y)
+    # least and greatest of the sixteen pixels around, kept at the one to the upper left
+    least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
+    most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
+    found = np.clip(found, least, most)
+    return np.minimum(found, found[:, :, 3:])
+
+
+def _back(
+    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], inside: NDArray[np.bool_]
+) -> tuple[NDArray[np.complex128], bool]:
+    """Where in the picture the pixels (h, w) come from, and whether by more than one even movement."""
+    import cv2
+
+    back = np.zeros(place.shape, dtype=np.complex128)
+    back[inside] = line.back(place[inside], near[inside].astype(np.intp))
+    base = _even(line)
+    rest = np.where(inside, back - base(place), 0)
+    if np.abs(rest).max() < _EXACT:
+        return back, False
+    side = 2 * max(1, round(float(np.median(line.radius)))) + 1
+    parts = np.stack([rest.real, rest.imag, inside], axis=2).astype(np.float32)
+    for _ in range(2):
+        parts = np.asarray(cv2.blur(parts, (side, side)))
+        parts[~inside] = 0
+    weight = np.maximum(parts[:, :, 2], 1e-6)
+    evened = base(place) + (parts[:, :, 0] + 1j * parts[:, :, 1]) / weight
+    return np.where(inside, evened, 0), True
+
+
+def _even(line: Course) -> Any:
+    """The affine movement from page to picture that fits the line's vertices best."""
+    middle, goal = line.at.mean(), line.uv.mean()
+    away, cut = line.at - middle, line.uv - goal
+    columns = np.stack([away, np.conj(away)], axis=1)
+    # a straight line says nothing of what is beside it: a little of a plain similarity decides
+    size = float(np.abs(away).max()) + 1.0
+    square = float((np.abs(away) ** 2).sum())
+    plain = (np.conj(away) * cut).sum() / square if square > 0 else line.turn.mean()
+    extra = np.array([[size, 0], [0, size]]) * 0.1
+    rows = np.concatenate([columns, extra])
+    goals = np.concatenate([cut, [plain * size * 0.1, 0]])
+    turn, mirror = np.linalg.lstsq(rows, goals, rcond=None)[0]
+    return lambda place: goal + turn * (place - middle) + mirror * np.conj(place - middle)
+
+
+def _unghosted(
+    line: Course,
+    back: NDArray[np.complex128],
+    place: NDArray[np.complex128],
+    near: NDArray[np.int32],
+    box: tuple[int, int, int, int],
+    shape: tuple[int, int],
+) -> _Pixels:
+    """(h, w) 0–1: whether ink is on its own line on the page too, or as near to it as in the picture.
+
+    Where two lines of a glyph are drawn apart, each would bring along what lies beside it: the other line once more.
+    """
+    import cv2
+
+    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    inside = near >= 0
+    x = np.clip(np.rint(back.real[inside]).astype(np.intp), 0, shape[1] - 1)
+    y = np.clip(np.rint(back.imag[inside]).astype(np.intp), 0, shape[0] - 1)
+    vertex, at = own[y, x], near[inside]
+    there = np.abs(back[inside] + (box[0] + 1j * box[1]) - line.uv[vertex]) / np.abs(line.turn[vertex])
+    here = np.abs(place[inside] - line.at[vertex])
+    ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
+    beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
+    kept = np.ones(back.shape, dtype=np.float32)
+    kept[inside] = 1 - ghost * beside
+    return np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32)
