@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from handout.errors import DoesNotFit
+from handout.hand.scanned import ScannedHand
 from handout.values import Hand, Manuscript
 from handout.writing import text as texts
 from handout.writing.drawn import DrawnScribe
@@ -26,7 +27,7 @@ _CUT = 0.01  # x-heights before what a word that is wider than its line goes on 
 
 def compose(
     text: str,
-    hand: Hand,
+    hand: Hand | ScannedHand,
     layout: Layout,
     rng: np.random.Generator,
     *,
@@ -59,7 +60,11 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
-    return _compose(text, scribe_of(hand, rng, layout.jitter), layout, rng, pages, fallback)
+    if isinstance(hand, Hand):
+        return _compose(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback)
+    from handout.writing.scanned.scribe import ScannedScribe
+
+    return _compose(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback)
 
 
 def _compose(
@@ -71,9 +76,6 @@ def _compose(
     return paginate(rows, scribe, layout, rng)
 
 
-def scribe_of(hand: Hand, rng: np.random.Generator, jitter: float) -> DrawnScribe:
-    """Who writes in a hand."""
-    return DrawnScribe(hand, rng, jitter)
 
 
 def _paragraphs(tokens: Sequence[Letter | str]) -> list[list[Piece]]:
