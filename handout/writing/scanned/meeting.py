@@ -52,7 +52,7 @@ class Meetings:
         cost = known.astype(np.float64)
         if parted:
             return _PARTED * cost
-        return cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second])
+        return np.asarray(cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second]))
 
     def _own(self, first: Indices, second: Indices) -> Array:
         """(m,) float: of pairs."""

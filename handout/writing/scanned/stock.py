@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from handout.hand.scanned import DOUBTFUL, PLACES, Place, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.feature import SIZE, line_features
@@ -120,7 +121,8 @@ def _features(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
             owner[bodies[i]] = i
         owned = np.flatnonzero(owner >= 0)
         if len(owned):
-            np.add.at(found, owner[owned], line_features(_apart(page, owner), _STEP))
+            sums = csr_matrix((np.ones(len(owned)), (owner[owned], np.arange(len(owned)))), (len(bodies), len(owned)))
+            found += sums @ line_features(_apart(page, owner), _STEP)
     return readonly(found / np.maximum(found.sum(axis=1), 1e-12)[:, None], None, SIZE)
 
 
