@@ -8,7 +8,8 @@ Source: seed 000, §6.2 (perturb-and-MAP; the cost of writing a glyph again is t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -16,21 +17,26 @@ import numpy as np
 from handout.values import Array, Indices
 from handout.writing.scanned.pools import Pool, pools_of
 from handout.writing.scanned.stock import Stock
-from handout.writing.scanned.wanted import Wanted, check
+from handout.writing.scanned.wanted import Wanted
 
-NOISE = 0.3  # λ: scale of the perturbation at variation 1
+# On four hands of one page each: two texts of one wording share hardly more glyphs than by pure chance, and half of
+# what good neighbours save over chance is kept; with .4 nothing is shared any more, and most of that is lost.
+NOISE = 0.25  # λ: scale of the perturbation at variation 1
 AGAIN = 3.0  # cost of a glyph that was the last one written
 FORGOTTEN = 200.0  # letters after which a glyph is as good as new
-_TRIES = 4  # times that a word is solved again for having a glyph twice
-
-Between = Callable[[int], Array]
+EARLIER = 400.0  # letters before a text over which its glyphs may have been written last
+_TRIES = 4  # times that a word is solved for having a glyph twice
 
 
 class Used:
-    """When each glyph of a stock was last written, in letters; one for a text, of however many pages."""
+    """When each glyph of a stock was last written, in letters; one for a text, of however many pages.
 
-    def __init__(self, stock: Stock) -> None:
-        self._last = np.full(len(stock), -np.inf)
+    A text begins as if it were the middle of a longer one, with glyphs written before it at random, so that two texts
+    that begin alike do not begin with the same glyphs.
+    """
+
+    def __init__(self, stock: Stock, rng: np.random.Generator) -> None:
+        self._last = -rng.uniform(0.0, EARLIER, len(stock))
         self._written = 0
 
     def cost(self, numbers: Indices, ahead: int) -> Array:
@@ -75,72 +81,105 @@ def choose(
     MissingCharacters
         The hand has no glyph for some letters.
     """
-    check(stock, wanted)
-    pools = pools_of(stock, wanted)
+    parts = [part.numbers for part in solve(stock, wanted, pools_of(stock, wanted), rng, variation, used)]
+    return np.concatenate([np.zeros(0, dtype=np.intp), *parts])
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A part of a text that was solved as one chain.
+
+    first : its first letter's index among those wanted.
+    numbers : (m,) int: the glyphs taken.
+    noise, again : m of (k,) float: what was added to the costs of each letter's pool.
+    """
+
+    first: int
+    numbers: Indices
+    noise: tuple[Array, ...]
+    again: tuple[Array, ...]
+
+
+def solve(
+    stock: Stock,
+    wanted: Sequence[Wanted],
+    pools: Sequence[Pool],
+    rng: np.random.Generator,
+    variation: float,
+    used: Used | None,
+) -> Iterator[Solved]:
+    """As `choose`, from `pools`, part by part: the words of the text, or all of it without variation."""
     if not wanted:
-        return np.zeros(0, dtype=np.intp)
+        return
     if variation <= 0:
-        unary = [pool.cost for pool in pools]
-        best = viterbi(unary, lambda i: _between(stock, wanted, pools, i))
-        return np.array([pool.numbers[k] for pool, k in zip(pools, best, strict=True)], dtype=np.intp)
-    used = used or Used(stock)
-    numbers = np.zeros(len(wanted), dtype=np.intp)
+        none = tuple(np.zeros(len(pool.numbers)) for pool in pools)
+        steps = _steps(stock, wanted, pools)
+        yield Solved(0, _taken(pools, viterbi([pool.cost for pool in pools], steps)), none, none)
+        return
+    used = Used(stock, rng) if used is None else used
+    before: Indices | None = None
     for first, last in _words(wanted):
-        unary = [pools[i].cost + variation * NOISE * _noise(rng, len(pools[i].numbers)) for i in range(first, last)]
-        if first:
-            before = numbers[first - 1 : first]
-            unary[0] = unary[0] + stock.meetings.cost(before, pools[first].numbers, _parted(wanted, first - 1))[0]
-        numbers[first:last] = _word(stock, wanted[first:last], pools[first:last], unary, used)
-        used.write(numbers[first:last])
-    return numbers
+        own = pools[first:last]
+        noise = tuple(variation * NOISE * _noise(rng, len(pool.numbers)) for pool in own)
+        again = tuple(used.cost(pool.numbers, i) for i, pool in enumerate(own))
+        unary = [pool.cost + chance for pool, chance in zip(own, noise, strict=True)]
+        if before is not None:
+            unary[0] = unary[0] + stock.meetings.cost(before, own[0].numbers, parted=True)[0]
+        numbers = _word(own, unary, again, _steps(stock, wanted[first:last], own))
+        used.write(numbers)
+        before = numbers[-1:]
+        yield Solved(first, numbers, noise, again)
 
 
-def viterbi(unary: Sequence[Array], between: Between) -> list[int]:
+def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
     """The cheapest sequence of states.
 
     Parameters
     ----------
     unary : n of (kᵢ,) float: costs of the states of each place.
-    between : gives (kᵢ, kᵢ₊₁) float: costs of the steps from place i.
+    steps : n − 1 of (kᵢ, kᵢ₊₁) float: costs of going from each state of a place to each of the next.
 
     Returns
     -------
     n numbers of states; among equals the first.
     """
     best, back = unary[0], list[Indices]()
-    for i, own in enumerate(unary[1:]):
-        total = best[:, None] + between(i)
-        from_ = total.argmin(axis=0)
-        back.append(from_)
-        best = total[from_, np.arange(len(own))] + own
+    for own, step in zip(unary[1:], steps, strict=True):
+        total = best[:, None] + step
+        origin = total.argmin(axis=0)
+        back.append(origin)
+        best = total[origin, np.arange(len(own))] + own
     path = [int(best.argmin())]
-    for from_ in reversed(back):
-        path.append(int(from_[path[-1]]))
+    for origin in reversed(back):
+        path.append(int(origin[path[-1]]))
     return path[::-1]
 
 
-def _word(stock: Stock, wanted: Sequence[Wanted], pools: Sequence[Pool], unary: Sequence[Array], used: Used) -> Indices:
-    """The glyphs of one word; where one comes twice its later places are made dear, and the word solved again."""
-    costs = [own + used.cost(pool.numbers, i) for i, (pool, own) in enumerate(zip(pools, unary, strict=True))]
-    steps = [_between(stock, wanted, pools, i) for i in range(len(pools) - 1)]
+def _word(pools: Sequence[Pool], unary: Sequence[Array], again: Sequence[Array], steps: Sequence[Array]) -> Indices:
+    """The glyphs of one word.
+
+    Where one comes twice, it is made dear in its later places, in `again`, and the word is solved anew.
+    """
     for _ in range(_TRIES):
-        path = viterbi(costs, steps.__getitem__)
-        numbers = np.array([pool.numbers[k] for pool, k in zip(pools, path, strict=True)], dtype=np.intp)
-        again = np.setdiff1d(np.arange(len(numbers)), np.unique(numbers, return_index=True)[1])
-        if not len(again):
+        path = viterbi([own + more for own, more in zip(unary, again, strict=True)], steps)
+        numbers = _taken(pools, path)
+        twice = np.setdiff1d(np.arange(len(numbers)), np.unique(numbers, return_index=True)[1])
+        if not len(twice):
             break
-        for i in again:
-            costs[i][path[i]] += AGAIN
+        for i in twice:
+            again[i][path[i]] += AGAIN
     return numbers
 
 
-def _between(stock: Stock, wanted: Sequence[Wanted], pools: Sequence[Pool], i: int) -> Array:
-    return stock.meetings.cost(pools[i].numbers, pools[i + 1].numbers, _parted(wanted, i))
+def _steps(stock: Stock, wanted: Sequence[Wanted], pools: Sequence[Pool]) -> list[Array]:
+    return [
+        stock.meetings.cost(a.numbers, b.numbers, one.word != other.word)
+        for (a, b), (one, other) in zip(pairwise(pools), pairwise(wanted), strict=True)
+    ]
 
 
-def _parted(wanted: Sequence[Wanted], i: int) -> bool:
-    """Whether there is a space between a letter and the next."""
-    return wanted[i].word != wanted[i + 1].word
+def _taken(pools: Sequence[Pool], path: Sequence[int]) -> Indices:
+    return np.array([pool.numbers[k] for pool, k in zip(pools, path, strict=True)], dtype=np.intp)
 
 
 def _words(wanted: Sequence[Wanted]) -> Iterator[tuple[int, int]]:

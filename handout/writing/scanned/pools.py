@@ -13,7 +13,7 @@ import numpy as np
 from handout.hand.scanned import PLACES, Place
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.stock import Stock
-from handout.writing.scanned.wanted import Wanted, stand_in
+from handout.writing.scanned.wanted import Wanted, check, stand_in
 
 ENOUGH = 8  # exact matches from which on no others are asked
 _MOST = 64  # candidates of a place: time
@@ -34,7 +34,14 @@ class Pool:
 
 
 def pools_of(stock: Stock, wanted: Sequence[Wanted]) -> list[Pool]:
-    """The pool of every letter that is wanted; of those that there are any for, see `wanted.check`."""
+    """The pool of every letter that is wanted.
+
+    Raises
+    ------
+    MissingCharacters
+        Some letters have none.
+    """
+    check(stock, wanted)
     kinds = {(one.letter, one.place) for one in wanted}
     made = {kind: _pool(stock, *kind) for kind in kinds}
     return [made[one.letter, one.place] for one in wanted]
