@@ -20,7 +20,7 @@ _DOUBTED, _LOST, _UNNAMED = (232, 128, 0), (208, 24, 24), (176, 32, 176)
 _WAY, _NOBODY = (120, 120, 120), (190, 190, 190)
 _UP = 1.35  # x-heights over the baseline where names are written, or over the letter if that is higher
 _PALE = 0.35  # of the ink that is kept under the lines
-_UNIT = 26  # pixels of an x-height on a contact sheet
+UNIT = 26  # pixels of an x-height on a contact sheet
 _WIDE, _MARGIN, _NAME, _GAP = 1600, 20, 70, 10  # pixels of a contact sheet
 
 
@@ -121,18 +121,18 @@ def contact_sheet(hand: ScannedHand, most: int = 24) -> Pixels:
     from PIL import Image, ImageDraw, ImageFont
 
     rows = [row for letter in sorted(hand.letters) for row in _rows(hand, letter, most)]
-    high = round(_UNIT * 4.2)
+    high = round(UNIT * 4.2)
     picture = np.full((2 * _MARGIN + high * max(1, len(rows)), _WIDE, 3), 255, dtype=np.uint8)
     for number, (_, cells) in enumerate(rows):
-        base = _MARGIN + number * high + round(_UNIT * 2.7)
+        base = _MARGIN + number * high + round(UNIT * 2.7)
         x = _MARGIN + _NAME
         for cell, up in cells:
-            _laid(picture, cell, x, base - up)
+            lay(picture, cell, x, base - up)
             x += cell.shape[1] + _GAP
     image = Image.fromarray(picture)
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(26.0)
     for number, (name, _) in enumerate(rows):
-        place = (_MARGIN, _MARGIN + number * high + round(_UNIT * 2.7))
+        place = (_MARGIN, _MARGIN + number * high + round(UNIT * 2.7))
         draw.text(place, name, fill=(150, 0, 0), font=font, anchor="ls")
     return np.asarray(image)
 
@@ -142,7 +142,7 @@ def _rows(hand: ScannedHand, letter: str, most: int) -> Iterable[tuple[str, list
     numbers = sorted(hand.of(letter).tolist(), key=lambda i: -hand.glyphs[i].confidence)[:most]
     name, cells, wide = f"{letter} {len(hand.of(letter))}", list[tuple[Pixels, int]](), 0
     for number in numbers:
-        cell = _cell(hand, number)
+        cell = cell_of(hand, number)
         if cells and wide + cell[0].shape[1] + _GAP > _WIDE - 2 * _MARGIN - _NAME:
             yield name, cells
             name, cells, wide = "", [], 0
@@ -151,13 +151,13 @@ def _rows(hand: ScannedHand, letter: str, most: int) -> Iterable[tuple[str, list
     yield name, cells
 
 
-def _cell(hand: ScannedHand, number: int) -> tuple[Pixels, int]:
-    """A glyph on white, its x-height `_UNIT` pixels, and how far its upper edge is over the baseline."""
+def cell_of(hand: ScannedHand, number: int) -> tuple[Pixels, int]:
+    """A glyph on white, its x-height `UNIT` pixels, and how many pixels its upper edge is over the baseline."""
     import cv2
 
     glyph, page = hand.glyphs[number], hand.pages[hand.glyphs[number].page]
     ink, (x, y) = cutout(hand, number)
-    scale = _UNIT * page.pixel / page.x_height
+    scale = UNIT * page.pixel / page.x_height
     part = ink[:, :, 3:].astype(np.float32) / 255
     white = np.rint(255 * (1 - part) + ink[:, :, :3] * part).astype(np.uint8)
     size = (max(1, round(white.shape[1] * scale)), max(1, round(white.shape[0] * scale)))
@@ -166,8 +166,8 @@ def _cell(hand: ScannedHand, number: int) -> tuple[Pixels, int]:
     return small, round(up)
 
 
-def _laid(picture: Pixels, cell: Pixels, x: int, y: int) -> None:
-    """Darken a picture by another."""
+def lay(picture: Pixels, cell: Pixels, x: int, y: int) -> None:
+    """Darken a picture by another, whose first pixel comes to (x, y)."""
     top, left = max(y, 0), max(x, 0)
     under = picture[top : max(y + cell.shape[0], 0), left : x + cell.shape[1]]
     under[:] = np.minimum(under, cell[top - y :, left - x :][: under.shape[0], : under.shape[1]])

@@ -1,0 +1,163 @@
+"""Why these glyphs were chosen: what every candidate of every place would have cost, and a picture of it.
+
+Source: seed 000, §6.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.pictures import UNIT, cell_of, lay
+from handout.hand.scanned import NOBODY, ScannedHand
+from handout.values import Array, Indices
+from handout.writing.scanned.choosing import Used, solve
+from handout.writing.scanned.pools import Pool, pools_of
+from handout.writing.scanned.stock import Stock
+from handout.writing.scanned.wanted import Wanted
+
+_MOST = 9  # candidates of a place that the picture shows
+_WIDE, _HIGH, _MARGIN = 150, round(4.4 * UNIT), 20  # pixels of a candidate and of the sheet's edge
+_TAKEN, _GREY = (0, 120, 60), (110, 110, 110)
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """One place of a text and what might have been written there; all arrays are over the candidates, (k,).
+
+    wanted : the letter.
+    numbers : the candidates.
+    own : cost of not being quite what is wanted: from another place in its word, of the other case, doubtful.
+    again : cost of having been written not long ago.
+    noise : what chance added.
+    left, right : costs beside the glyphs taken before and after; 0 where the choice did not know of one.
+    taken : index of the one taken.
+    """
+
+    wanted: Wanted
+    numbers: Indices
+    own: Array
+    again: Array
+    noise: Array
+    left: Array
+    right: Array
+    taken: int
+
+    @property
+    def total(self) -> Array:
+        """(k,) float: what each would have cost, all else as it is."""
+        return np.asarray(self.own + self.again + self.noise + self.left + self.right)
+
+    @property
+    def order(self) -> Indices:
+        """(k,) int: the candidates, the cheapest first."""
+        return np.argsort(self.total, kind="stable")
+
+
+def explain(
+    stock: Stock,
+    wanted: Sequence[Wanted],
+    rng: np.random.Generator,
+    *,
+    variation: float = 1.0,
+    used: Used | None = None,
+) -> list[Explained]:
+    """Choose as `choosing.choose` does with the same generator, and tell for each letter what there was to choose from.
+
+    Raises
+    ------
+    MissingCharacters
+        The hand has no glyph for some letters.
+    """
+    pools = pools_of(stock, wanted)
+    solved = list(solve(stock, wanted, pools, rng, variation, used))
+    numbers = np.concatenate([np.zeros(0, dtype=np.intp), *(part.numbers for part in solved)])
+    found = []
+    for part in solved:
+        for k, (noise, again) in enumerate(zip(part.noise, part.again, strict=True)):
+            left, right = _beside(stock, wanted, pools, numbers, part.first + k, part.first + len(part.numbers))
+            pool = pools[part.first + k]
+            taken = int(np.flatnonzero(pool.numbers == part.numbers[k])[0])
+            one = Explained(wanted[part.first + k], pool.numbers, pool.cost, again, noise, left, right, taken)
+            found.append(one)
+    return found
+
+
+def _beside(
+    stock: Stock, wanted: Sequence[Wanted], pools: Sequence[Pool], numbers: Indices, i: int, last: int
+) -> tuple[Array, Array]:
+    """Costs of the candidates of place i beside the glyphs taken on both sides, before `last` on the right."""
+    own, cost = pools[i].numbers, stock.meetings.cost
+    left = right = np.zeros(len(own))
+    if i:
+        left = cost(numbers[i - 1 : i], own, wanted[i - 1].word != wanted[i].word)[0]
+    if i + 1 < last:
+        right = cost(own, numbers[i + 1 : i + 2], wanted[i].word != wanted[i + 1].word)[:, 0]
+    return left, right
+
+
+def reasons(stock: Stock, explained: Sequence[Explained]) -> list[str]:
+    """One line for each place: what was taken, what it cost, and what speaks for it or against it."""
+    taken = [one.numbers[one.taken] for one in explained]
+    lines = []
+    for i, one in enumerate(explained):
+        number, k = taken[i], one.taken
+        said = [f"{one.own[k]:.2f} for itself"] if one.own[k] else ["exactly what is wanted"]
+        if one.again[k] > 0:
+            said.append(f"{one.again[k]:.2f} for having been written lately")
+        beside = stock.before[number]
+        if i and beside != NOBODY and beside == taken[i - 1]:
+            said.append("it followed the one before it in the source")
+        elif i:
+            said.append(f"{one.left[k]:.2f} beside the one before it")
+        rank = int(np.flatnonzero(one.order == k)[0]) + 1
+        lines.append(
+            f"{one.wanted.letter} {one.wanted.place}: glyph {number}, {rank} of {len(one.numbers)}, {'; '.join(said)}"
+        )
+    return lines
+
+
+def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int = _MOST) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8: a row a letter, its cheapest candidates from the left, each over its cost; the taken one framed.
+
+    Costs are in hundredths: the whole, and after it what the glyph costs itself, for being written again, by chance,
+    and beside its neighbours.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    size = (2 * _MARGIN + _HIGH * max(1, len(explained)), 2 * _MARGIN + _WIDE * (most + 1), 3)
+    picture = np.full(size, 255, dtype=np.uint8)
+    rows = [_shown(one, most) for one in explained]
+    for row, (one, shown) in enumerate(zip(explained, rows, strict=True)):
+        for column, k in enumerate(shown):
+            cell, up = cell_of(hand, int(one.numbers[k]))
+            x, y = _MARGIN + _WIDE * (column + 1), _MARGIN + _HIGH * row
+            cell = cell[: _HIGH - 30, : _WIDE - 10]
+            lay(picture, cell, x + (_WIDE - cell.shape[1]) // 2, max(y, y + round(2.3 * UNIT) - up))
+    image = Image.fromarray(picture)
+    draw, large, small = ImageDraw.Draw(image), ImageFont.load_default(26.0), ImageFont.load_default(11.0)
+    for row, (one, shown) in enumerate(zip(explained, rows, strict=True)):
+        y = _MARGIN + _HIGH * row
+        draw.text((_MARGIN, y + 2.3 * UNIT), one.wanted.letter, fill=(150, 0, 0), font=large, anchor="ls")
+        draw.text((_MARGIN, y + 2.9 * UNIT), f"{one.wanted.place}, {len(one.numbers)}", fill=_GREY, font=small)
+        for column, k in enumerate(shown):
+            x = _MARGIN + _WIDE * (column + 1)
+            if k == one.taken:
+                draw.rectangle((x + 2, y + 1, x + _WIDE - 2, y + _HIGH - 4), outline=_TAKEN, width=2)
+            middle = (x + _WIDE / 2, y + _HIGH - 26)
+            draw.text(middle, _costs(one, k), fill=_TAKEN if k == one.taken else _GREY, font=small, anchor="ma")
+    return np.asarray(image)
+
+
+def _shown(one: Explained, most: int) -> list[int]:
+    """The cheapest candidates, the taken one among them."""
+    shown = [int(k) for k in one.order[:most]]
+    return shown if one.taken in shown else [*shown[: most - 1], one.taken]
+
+
+def _costs(one: Explained, k: int) -> str:
+    parts = (one.own, one.again, one.noise, one.left + one.right)
+    return f"{100 * one.total[k]:.0f} = " + " ".join(f"{100 * part[k]:+.0f}" for part in parts)
