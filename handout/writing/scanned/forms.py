@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from handout.values import Array, Indices, readonly, readonly_indices
 class Way:
     """One ligature as one of its two glyphs has it, from the letter on the left to the one on the right.
 
-    line : (n, 5) float: x, y, radius in line space from the glyph's centre, density, and u, v below.
+    xy, radius : (n, 2), (n,) float, line space, from the glyph's centre.
+    density : (n,) float.
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
     own : how many of its vertices, counted from the anchor, belong to the glyph.
@@ -155,7 +157,7 @@ def _within(edges: Indices, body: Indices, ways: list[Indices]) -> Indices:
     """(m, 2) edges between vertices of the body, by their place in it, without those of the ways."""
     at = np.minimum(np.searchsorted(body, edges), len(body) - 1)
     kept = at[(body[at] == edges).all(axis=1)]
-    steps = {(int(a), int(b)) for path in ways for a, b in zip(path[:-1], path[1:], strict=True)}
+    steps = {(int(a), int(b)) for path in ways for a, b in pairwise(path)}
     if steps:
         pairs = body[kept].tolist()
         kept = kept[[(a, b) not in steps and (b, a) not in steps for a, b in pairs]]
