@@ -80,6 +80,11 @@ class Flow:
             found.append(rises(first, second, pairs) if pairs else None)
         return found
 
+    def _sourced(self, numbers: Indices, new_word: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n − 1,) whether each glyph and the next were neighbours in the source, in one word or not as here."""
+        beside, second = self.beside, numbers[1:]
+        return np.asarray((beside.after[numbers[:-1]] == second) & (beside.parted[second] == new_word[1:]))
+
     def _rises(
         self, numbers: Indices, chain: Indices, new_word: NDArray[np.bool_], joined: list[Array | None]
     ) -> tuple[Array, Array]:
@@ -88,7 +93,7 @@ class Flow:
         parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
         rise = self.told[second] - self.told[first]
         deviation = self.deviation[parted.astype(np.intp)]
-        source = (self.beside.after[first] == second) & (self.beside.parted[second] == parted)
+        source = np.logical_and.reduceat(self._sourced(numbers, new_word)[: chain[-1]], chain[:-1])
         rise = np.where(source, self.height[second] - self.height[first], rise)
         deviation = np.where(source, 0.0, deviation)
         for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
