@@ -14,7 +14,7 @@ GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "pr
 MAY = {
     "scanning": set(),
     "hand": set(),
-    "writing": {"hand"},
+    "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion"},
     "author": {"hand", "writing", "motion", "inking"},

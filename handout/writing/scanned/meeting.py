@@ -1,0 +1,66 @@
+"""What it costs to write one glyph after another.
+
+Source: seed 000, §6.2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from handout.values import Array, Indices
+from handout.writing.scanned.learning import Distance, Forest, mismatch
+
+_PARTED = 0.5  # share of the cost that is left between words
+_LOOSE = 0.3  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
+
+
+class Meetings:
+    """The costs of all pairs of a hand's glyphs, each worked out when it is first asked for.
+
+    Parameters
+    ----------
+    feature : (n, 216) float; exits, entries : (n, k, 2) float; density, radius : (n,) float; after : (n,) int:
+        see `stock.Stock`.
+    learned : what tells the cost of pairs without ligatures towards each other.
+    """
+
+    def __init__(
+        self,
+        feature: Array,
+        exits: Array,
+        entries: Array,
+        density: Array,
+        radius: Array,
+        after: Indices,
+        learned: Forest | Distance,
+    ) -> None:
+        self._feature = feature.astype(np.float32)
+        self._exits, self._entries = exits, entries
+        self._density, self._radius, self._after = density, radius, after
+        self.leaves = ~np.isnan(exits[:, 0, 0])
+        self.comes = ~np.isnan(entries[:, 0, 0])
+        self._learned = learned
+        self._known = np.full((len(after), len(after)), np.nan, dtype=np.float32)
+
+    def cost(self, first: Indices, second: Indices, parted: bool) -> Array:
+        """(k, l) float ≥ 0: of each of `first` (k,) before each of `second` (l,), with or without a space between."""
+        known = self._known[first[:, None], second]
+        if np.isnan(known).any():
+            row, column = np.nonzero(np.isnan(known))
+            known[row, column] = self._own(first[row], second[column])
+            self._known[first[:, None], second] = known
+        cost = known.astype(np.float64)
+        if parted:
+            return _PARTED * cost
+        return np.asarray(cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second]))
+
+    def _own(self, first: Indices, second: Indices) -> Array:
+        """(m,) float: of pairs."""
+        joined = self.leaves[first] & self.comes[second]
+        cost = np.empty(len(first))
+        cost[joined] = mismatch(self._exits[first[joined]], self._entries[second[joined]])
+        cost[~joined] = self._learned.predict(self._feature[first[~joined]], self._feature[second[~joined]])
+        cost += np.abs(self._density[first] - self._density[second])
+        cost += np.abs(self._radius[first] - self._radius[second])
+        cost[self._after[first] == second] = 0.0
+        return cost

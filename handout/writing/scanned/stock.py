@@ -1,0 +1,161 @@
+"""What choosing needs to know of every glyph of a scanned hand, worked out once.
+
+All arrays are over the numbers of the hand's glyphs.  Lengths are in line space.
+
+Source: seed 000, §6.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from handout.hand.scanned import DOUBTFUL, PLACES, Place, ScannedGlyph, ScannedHand, ScannedPage
+from handout.scanning.feature import SIZE, line_features
+from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
+from handout.writing.scanned.learning import learn
+from handout.writing.scanned.meeting import Meetings
+
+_DOUBT = 1.0  # cost of a glyph just under the bound of doubt; twice that for one that is nowhere near sure
+_BROKEN = 3.0  # cost of a glyph without a body
+_SCRAP = 0.3  # a glyph with less than this share of the line that is usual for its letter is a piece of it
+_STEP = 0.8  # mm between the places that features are worked out at: half the time, and sums hardly tell
+_ENOUGH = 3  # glyphs of a letter for it to have a usual length
+
+
+@dataclass(frozen=True, eq=False)
+class Stock:
+    """The glyphs of a hand, as those who choose among them see them.
+
+    letters : (n) what each glyph is; "" for one that has no name.
+    places : (n,) int: its place in its word, index in `hand.scanned.PLACES`.
+    before, after : (n,) int: the glyphs beside it in its word, −1 for none.
+    density, radius : (n,) float: means over the glyph's body.
+    feature : (n, 216) float: its summed line feature, the near half first, without its ligatures; sums to 1.
+    exits, entries : (n, k, 2) float: from start to end of each ligature to the glyph after, and from the one before;
+        nan where there are fewer.
+    doubt : (n,) float: cost of writing it, 0 unless its reading is doubtful or its ink is not all there.
+    """
+
+    hand: ScannedHand
+    letters: tuple[str, ...]
+    places: Indices
+    before: Indices
+    after: Indices
+    density: Array
+    radius: Array
+    feature: Array
+    exits: Array
+    entries: Array
+    doubt: Array
+
+    def __len__(self) -> int:
+        return len(self.letters)
+
+    @cached_property
+    def _of(self) -> dict[tuple[str, int], Indices]:
+        found: dict[tuple[str, int], list[int]] = {}
+        for number, key in enumerate(zip(self.letters, self.places.tolist(), strict=True)):
+            found.setdefault(key, []).append(number)
+        return {key: readonly_indices(numbers, None) for key, numbers in found.items()}
+
+    def of(self, letter: str, place: Place | None = None) -> Indices:
+        """(m,) int: the glyphs of a letter, of one place or of all, rising."""
+        kinds = range(len(PLACES)) if place is None else (PLACES.index(place),)
+        found = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
+        return readonly_indices(np.sort(np.concatenate(found)) if found else np.zeros(0), None)
+
+    @cached_property
+    def meetings(self) -> Meetings:
+        """What it costs to write one glyph after another."""
+        forest = learn(self.feature, self.exits, self.entries)
+        return Meetings(self.feature, self.exits, self.entries, self.density, self.radius, self.after, forest)
+
+
+def stock(hand: ScannedHand) -> Stock:
+    """What there is to choose from in a hand."""
+    glyphs, count = hand.glyphs, len(hand.glyphs)
+    inner = _inner(hand)
+    bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
+    whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
+    pages = [hand.pages[glyph.page] for glyph in glyphs]
+    both = list(zip(whole, pages, strict=True))
+    lengths = np.array([len(body) / page.unit for body, page in both])
+    exits, entries = _ligatures(glyphs)
+    return Stock(
+        hand,
+        tuple(glyph.letter for glyph in glyphs),
+        readonly_indices([PLACES.index(glyph.place) for glyph in glyphs], count),
+        readonly_indices([glyph.before for glyph in glyphs], count),
+        readonly_indices([glyph.after for glyph in glyphs], count),
+        readonly([page.graph.density[body].mean() for body, page in both], count),
+        readonly([page.graph.radius[body].mean() / page.pitch for body, page in both], count),
+        _features(hand, whole),
+        exits,
+        entries,
+        readonly(_doubt(glyphs, bodies, lengths), count),
+    )
+
+
+def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
+    """For each page, which vertices are on the way from one letter to another."""
+    inner = [np.zeros(len(page.graph), dtype=bool) for page in hand.pages]
+    for glyph in hand.glyphs:
+        for way in glyph.ligatures:
+            inner[glyph.page][way.path[1:-1]] = True
+    return inner
+
+
+def _features(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
+    """(n, 216): of each glyph by itself, as no walk leaves a body."""
+    found = np.zeros((len(bodies), SIZE))
+    for number, page in enumerate(hand.pages):
+        here = [i for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
+        owner = np.full(len(page.graph), -1, dtype=np.intp)
+        for i in here:
+            owner[bodies[i]] = i
+        owned = np.flatnonzero(owner >= 0)
+        if len(owned):
+            sums = csr_matrix((np.ones(len(owned)), (owner[owned], np.arange(len(owned)))), (len(bodies), len(owned)))
+            found += sums @ line_features(_apart(page, owner), _STEP)
+    return readonly(found / np.maximum(found.sum(axis=1), 1e-12)[:, None], None, SIZE)
+
+
+def _apart(page: ScannedPage, owner: Indices) -> LineGraph:
+    """The vertices of a page that have an owner, with the edges that lie within one."""
+    graph = page.graph
+    one = owner[graph.edges]
+    edges = graph.edges[(one[:, 0] == one[:, 1]) & (one[:, 0] >= 0)]
+    return LineGraph(graph.xy, graph.radius, graph.density, graph.uv, edges).take(owner >= 0)
+
+
+def _ligatures(glyphs: Sequence[ScannedGlyph]) -> tuple[Array, Array]:
+    """The steps of the ligatures of each glyph to the next, and of those from the one before."""
+    most = max((len(glyph.ligatures) for glyph in glyphs), default=0)
+    exits = np.full((len(glyphs), max(1, most), 2), np.nan)
+    entries = exits.copy()
+    for number, glyph in enumerate(glyphs):
+        for k, way in enumerate(glyph.ligatures):
+            exits[number, k] = entries[glyph.after, k] = way.end - way.start
+    for array in (exits, entries):
+        array.flags.writeable = False
+    return exits, entries
+
+
+def _doubt(glyphs: Sequence[ScannedGlyph], bodies: Sequence[Indices], lengths: Array) -> Array:
+    cost = np.zeros(len(glyphs))
+    usual: dict[str, list[float]] = {}
+    for glyph, length in zip(glyphs, lengths.tolist(), strict=True):
+        usual.setdefault(glyph.letter, []).append(length)
+    medians = {letter: float(np.median(found)) for letter, found in usual.items() if len(found) >= _ENOUGH}
+    for i, glyph in enumerate(glyphs):
+        if glyph.confidence < DOUBTFUL:
+            cost[i] += _DOUBT * (2 - glyph.confidence / DOUBTFUL)
+        if not len(bodies[i]) or lengths[i] < _SCRAP * medians.get(glyph.letter, 0.0):
+            cost[i] += _BROKEN
+    return cost
