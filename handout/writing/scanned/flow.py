@@ -13,7 +13,6 @@ Source: seed 000, §6.3.
 
 from __future__ import annotations
 
-import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,7 +132,7 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
 def flow(forms: Forms, beside: Beside) -> Flow:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
-    marks = np.array([_mark(glyph.letter) for glyph in forms.hand.glyphs])
+    marks = forms.marks
     told = _told(forms, height, ~marks)
     deviation = np.array([_misses(beside.pairs(parted), height - told, marks) for parted in (False, True)])
     meets = _meeting(forms, told, float(deviation[0]))
@@ -153,10 +152,6 @@ def _meeting(forms: Forms, told: Array, deviation: float) -> float:
     found = 1.4826 * float(np.median(np.abs(away))) if away else 0.0
     # what is seen is the miss of both, of the ligatures and of what the shapes tell
     return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
-
-
-def _mark(letter: str) -> bool:
-    return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
 
 
 def _misses(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:

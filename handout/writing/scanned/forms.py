@@ -7,6 +7,7 @@ Source: seed 000, §6.3, §6.4.
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -70,11 +71,13 @@ class Forms:
     """The forms of a hand, each taken off its page when it is first asked for.
 
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
+    marks : (n,) bool: what is neither a letter nor a digit.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
         self.centre = readonly([hand.centre(number) for number in range(len(hand.glyphs))], len(hand.glyphs), 2)
+        self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
         self._ways = _ways(hand)
         self._edges = _edges(hand)
         self._made: dict[int, Form] = {}
@@ -119,6 +122,11 @@ class Forms:
         height = float(place[[0, -1], 1].mean() + self.centre[number, 1])
         anchor = int(np.searchsorted(body, outwards[0]))
         return Way(place, radius, density, uv, anchor, max(own, 1), height)
+
+
+def is_mark(letter: str) -> bool:
+    """Whether a grapheme is punctuation or a symbol."""
+    return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
 
 
 def _ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:

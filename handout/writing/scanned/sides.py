@@ -16,42 +16,44 @@ from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
-_SEEN = (0.04, 0.12)  # ink within this much of a height counts there: in words, and between words
+LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
+_SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
 
 
 @dataclass(frozen=True, eq=False)
 class Sides:
     """Where the ink of the glyphs of a hand ends, from each one's upright centre; line space.
 
-    Everything is twice there: for letters in one word (0), where the bodies count, and for words (1), where strokes
-    count too that are loose at the end of a word because the letter was joined in the source.
+    Everything is there three times.  For letters in one word the bodies count; for words, strokes too that are loose at
+    the end of a word because the letter was joined in the source; for punctuation, which stands over or under the
+    letters, height does not matter.
 
-    left, right : (2, n, heights) float: ±inf at heights where there is no ink.
-    edges : (2, n, 2) float: the same over all heights.
+    left, right : (3, n, heights) float: ±inf at heights where there is no ink.
+    edges : (3, n, 2) float: the same over all heights.
     """
 
     left: Array
     right: Array
     edges: Array
 
-    def clearance(self, first: Indices, second: Indices, parted: Indices) -> Array:
+    def clearance(self, first: Indices, second: Indices, kind: Indices) -> Array:
         """(n,): how near pairs of glyphs come at any one height were their centres in one place; mostly negative."""
-        near = (self.left[parted, second] - self.right[parted, first]).min(axis=1, initial=np.inf)
-        edge = self.edges[parted, second, 0] - self.edges[parted, first, 1]
+        near = (self.left[kind, second] - self.right[kind, first]).min(axis=1, initial=np.inf)
+        edge = self.edges[kind, second, 0] - self.edges[kind, first, 1]
         return np.asarray(np.where(np.isfinite(near), near, edge))
 
 
 def sides(forms: Forms, slant: float) -> Sides:
     """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""
-    left = np.full((2, len(forms), len(_HEIGHTS)), np.inf)
-    right, edges = -left, np.zeros((2, len(forms), 2))
-    for parted, seen in enumerate(_SEEN):
+    left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
+    right, edges = -left, np.zeros((3, len(forms), 2))
+    for kind, seen in enumerate(_SEEN):
         for number in range(len(forms)):
-            low, high, height = _outline(forms, number, slant, loose=parted == 1)
+            low, high, height = _outline(forms, number, slant, loose=kind != LETTERS)
             near = np.abs(height[:, None] - _HEIGHTS) < seen
-            left[parted, number] = np.where(near, low[:, None], np.inf).min(axis=0)
-            right[parted, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
-            edges[parted, number] = low.min(), high.max()
+            left[kind, number] = np.where(near, low[:, None], np.inf).min(axis=0)
+            right[kind, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
+            edges[kind, number] = low.min(), high.max()
     return Sides(left, right, edges)
 
 

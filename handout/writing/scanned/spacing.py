@@ -19,19 +19,21 @@ from numpy.typing import NDArray
 from handout.values import Array, Indices
 from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
-from handout.writing.scanned.sides import Sides, apart, sides
+from handout.writing.scanned.sides import LETTERS, MARKS, WORDS, Sides, apart, sides
 
 _MARGIN = 0.15  # of the difference of two estimates, and of the usual spread, that the range is widened by
 _PUSHES = 2
+# mean, deviation, least and most of hands that show none
+_USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """What a hand's clearances are: in words (0) and between words (1).
+    """What a hand's clearances are, for each kind of pair: see `sides`.
 
-    mean, deviation, low, high : (2,) float: of all of them; `low` and `high` are the least and the most it ever has.
-    to_right, to_left : (2, n) float: what every glyph had on either side in the source, nan where nothing.
+    mean, deviation, low, high : (3,) float: of all of them; `low` and `high` are the least and the most it ever has.
+    to_right, to_left : (3, n) float: what every glyph had on either side in the source, nan where nothing.
     """
 
     mean: Array
@@ -60,16 +62,17 @@ class Spacing:
         self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
     ) -> Array:
         """(n − 1,): see `gaps`."""
-        first, second, parted = numbers[:-1], numbers[1:], new_word[1:].astype(np.intp)
-        estimates = np.stack([self.gaps.to_right[parted, first], self.gaps.to_left[parted, second]])
-        usual, spread = self.gaps.mean[parted], self.gaps.deviation[parted]
+        first, second = numbers[:-1], numbers[1:]
+        kind = kinds(self.forms, first, second, new_word[1:])
+        estimates = np.stack([self.gaps.to_right[kind, first], self.gaps.to_left[kind, second]])
+        usual, spread = self.gaps.mean[kind], self.gaps.deviation[kind]
         wanted = _drawn(estimates, usual, spread, rng, variation)
-        low, high = self.gaps.low[parted], self.gaps.high[parted]
+        low, high = self.gaps.low[kind], self.gaps.high[kind]
         # what two neighbours of the source had is theirs, be it more or less than is usual
         own = estimates[0] == estimates[1]
         held = np.where(own, wanted, np.clip(wanted, low, high))
-        away = held - self.sides.clearance(first, second, parted) + self.lean[second] - self.lean[first]
-        for k in np.flatnonzero(~own & (parted == 0)):
+        away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
+        for k in np.flatnonzero(~own & (kind != WORDS)):
             away[k] += self._short(int(first[k]), int(second[k]), float(away[k]))
         return np.asarray(away)
 
@@ -101,19 +104,26 @@ def spacing(forms: Forms, beside: Beside) -> Spacing:
         apart(forms[int(i)], forms[int(j)], forms.centre[j] - forms.centre[i]) for i, j in beside.pairs(parted=False)
     ]
     least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
-    return Spacing(forms, beyond, lean, _gaps(beyond, beside, forms.centre[:, 0] - lean), least)
+    return Spacing(forms, beyond, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
 
 
-def _gaps(beyond: Sides, beside: Beside, x: Array) -> Gaps:
+def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:
+    """(n,) int: of what kind pairs of glyphs are."""
+    return np.where(parted, WORDS, np.where(forms.marks[first] | forms.marks[second], MARKS, LETTERS))
+
+
+def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
-    to_right, to_left = np.full((2, 2, len(x)), np.nan)
-    mean, deviation, low, high = np.array([[0.05, 0.3], [0.05, 0.08], [0.0, 0.15], [0.2, 0.6]])
-    for parted in (0, 1):
-        first, second = beside.pairs(bool(parted)).T
-        found = x[second] - x[first] + beyond.clearance(first, second, np.full(len(first), parted))
-        to_right[parted, first], to_left[parted, second] = found, found
-        if len(found) > 1:
-            low[parted], high[parted] = np.percentile(found, [_SHARE, 100 - _SHARE])
-            kept = found[(found >= low[parted]) & (found <= high[parted])]
-            mean[parted], deviation[parted] = kept.mean(), kept.std()
+    to_right, to_left = np.full((2, 3, len(x)), np.nan)
+    mean, deviation, low, high = np.array(_USUAL)
+    first, second = np.concatenate([beside.pairs(parted=False), beside.pairs(parted=True)]).T
+    kind = kinds(forms, first, second, beside.parted[second])
+    found = x[second] - x[first] + beyond.clearance(first, second, kind)
+    to_right[kind, first], to_left[kind, second] = found, found
+    for one in (LETTERS, WORDS, MARKS):
+        own = found[kind == one]
+        if len(own) > 1:
+            low[one], high[one] = np.percentile(own, [_SHARE, 100 - _SHARE])
+            kept = own[(own >= low[one]) & (own <= high[one])]
+            mean[one], deviation[one] = kept.mean(), kept.std()
     return Gaps(mean, deviation, low, high, to_right, to_left)

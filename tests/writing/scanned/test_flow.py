@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.writing.scanned.flow import LEAST, _mark, smoothed
+from handout.writing.scanned.flow import LEAST, smoothed
+from handout.writing.scanned.forms import is_mark
 from handout.writing.scanned.joining import matches, rises
 from handout.writing.scanned.setting import heights
 
@@ -87,7 +88,7 @@ def test_marks_stand_at_their_own_height(small_manner):
 
 @pytest.mark.parametrize(("letter", "mark"), [("a", False), ("7", False), (",", True), ("€", True), ("", False)])
 def test_marks_are_not_letters_nor_digits(letter, mark):
-    assert _mark(letter) is mark
+    assert is_mark(letter) is mark
 
 
 def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):

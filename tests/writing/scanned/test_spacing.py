@@ -8,7 +8,7 @@ import pytest
 from handout.writing.scanned.beside import beside
 from handout.writing.scanned.setting import gaps
 from handout.writing.scanned.sides import apart
-from handout.writing.scanned.spacing import _drawn
+from handout.writing.scanned.spacing import _drawn, kinds
 
 
 def test_neighbours_of_the_source_have_their_own_distance(small_manner, small_lines):
@@ -62,14 +62,15 @@ def test_letters_neither_collide_nor_gape(small_manner, jumbles):
     for numbers, new_word in jumbles:
         for seed in range(3):
             dx = gaps(small_manner, numbers, new_word, np.random.default_rng(seed), variation=1)
-            first, second, parted = numbers[:-1], numbers[1:], new_word[1:].astype(int)
+            first, second = numbers[:-1], numbers[1:]
+            parted = kinds(small_manner.forms, first, second, new_word[1:])
             upright = dx - space.lean[second] + space.lean[first]
             clear = upright + space.sides.clearance(first, second, parted)
             low, high = space.gaps.low[parted], space.gaps.high[parted]
             strange = small_manner.beside.after[first] != second
             assert (clear >= low - 1e-9)[strange].all()
             assert (clear <= high + 1e-9)[strange & (parted == 1)].all()
-            for k in np.flatnonzero(strange & (parted == 0)):
+            for k in np.flatnonzero(strange & (parted != 1)):
                 shift = np.array([dx[k], centre[second[k], 1] - centre[first[k], 1]])
                 away = apart(small_manner.forms[int(first[k])], small_manner.forms[int(second[k])], shift)
                 assert away > space.least - 0.02
@@ -111,3 +112,18 @@ def test_few_glyphs_and_wrong_lengths(small_manner):
 def test_ink_apart_is_seen_in_the_plane():
     dot = SimpleNamespace(xy=np.zeros((1, 2)), radius=np.array([0.1]))
     assert apart(dot, dot, np.array([0.3, 0.4])) == pytest.approx(0.3)
+
+
+def test_punctuation_keeps_its_own_distance(small_manner):
+    """A comma is told apart from letters: what it had before it is what it gets after a letter that never had one."""
+    letters = [glyph.letter for glyph in small_manner.forms.hand.glyphs]
+    comma, space = letters.index(","), small_manner.spacing
+    first, second = np.array([3]), np.array([comma])
+    assert kinds(small_manner.forms, first, second, np.array([False])) == 2
+    edges = space.sides.edges[2]
+    dx = gaps(small_manner, [3, comma], [True, False], np.random.default_rng(0), variation=0)
+    gap = dx[0] - space.lean[comma] + space.lean[3] + edges[comma, 0] - edges[3, 1]
+    before = small_manner.beside.before[comma]
+    centre = small_manner.forms.centre[:, 0] - space.lean
+    own = centre[comma] - centre[before] + edges[comma, 0] - edges[before, 1]
+    assert gap == pytest.approx(own)
