@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -76,9 +77,7 @@ def unbent() -> Bend:
     return Bend(np.eye(2), 0.0, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 
 
-def bend(
-    form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float
-) -> Bend:
+def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float) -> Bend:
     """A bend of a glyph within its author's own spread for the letter.
 
     Parameters
@@ -169,7 +168,7 @@ def _apart(forms: Forms, groups: Sequence[Indices]) -> float:
     found = []
     for own in groups:
         boxes = [_boxed(forms[int(number)]) for number in own] if len(own) >= _ENOUGH else []
-        for (one, size), (other, _) in zip(boxes[:-1], boxes[1:], strict=True):
+        for (one, size), (other, _) in pairwise(boxes):
             away = cKDTree(one).query(other)[0]
             found.append(float(np.median(away)) * size)
     return float(np.median(found)) if found else 0.01

@@ -13,7 +13,6 @@ Source: seed 000, §6.3.
 
 from __future__ import annotations
 
-import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +79,11 @@ class Flow:
             found.append(rises(first, second, pairs) if pairs else None)
         return found
 
+    def _sourced(self, numbers: Indices, new_word: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n − 1,) whether each glyph and the next were neighbours in the source, in one word or not as here."""
+        beside, second = self.beside, numbers[1:]
+        return np.asarray((beside.after[numbers[:-1]] == second) & (beside.parted[second] == new_word[1:]))
+
     def _rises(
         self, numbers: Indices, chain: Indices, new_word: NDArray[np.bool_], joined: list[Array | None]
     ) -> tuple[Array, Array]:
@@ -88,7 +92,7 @@ class Flow:
         parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
         rise = self.told[second] - self.told[first]
         deviation = self.deviation[parted.astype(np.intp)]
-        source = (self.beside.after[first] == second) & (self.beside.parted[second] == parted)
+        source = np.logical_and.reduceat(self._sourced(numbers, new_word)[: chain[-1]], chain[:-1])
         rise = np.where(source, self.height[second] - self.height[first], rise)
         deviation = np.where(source, 0.0, deviation)
         for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
@@ -128,7 +132,7 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
 def flow(forms: Forms, beside: Beside) -> Flow:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
-    marks = np.array([_mark(glyph.letter) for glyph in forms.hand.glyphs])
+    marks = forms.marks
     told = _told(forms, height, ~marks)
     deviation = np.array([_misses(beside.pairs(parted), height - told, marks) for parted in (False, True)])
     meets = _meeting(forms, told, float(deviation[0]))
@@ -148,10 +152,6 @@ def _meeting(forms: Forms, told: Array, deviation: float) -> float:
     found = 1.4826 * float(np.median(np.abs(away))) if away else 0.0
     # what is seen is the miss of both, of the ligatures and of what the shapes tell
     return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
-
-
-def _mark(letter: str) -> bool:
-    return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
 
 
 def _misses(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:

@@ -7,9 +7,11 @@ Source: seed 000, §6.3, §6.4.
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,7 +23,8 @@ from handout.values import Array, Indices, readonly, readonly_indices
 class Way:
     """One ligature as one of its two glyphs has it, from the letter on the left to the one on the right.
 
-    line : (n, 5) float: x, y, radius in line space from the glyph's centre, density, and u, v below.
+    xy, radius : (n, 2), (n,) float, line space, from the glyph's centre.
+    density : (n,) float.
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
     own : how many of its vertices, counted from the anchor, belong to the glyph.
@@ -68,11 +71,13 @@ class Forms:
     """The forms of a hand, each taken off its page when it is first asked for.
 
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
+    marks : (n,) bool: what is neither a letter nor a digit.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
         self.centre = readonly([hand.centre(number) for number in range(len(hand.glyphs))], len(hand.glyphs), 2)
+        self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
         self._ways = _ways(hand)
         self._edges = _edges(hand)
         self._made: dict[int, Form] = {}
@@ -119,6 +124,11 @@ class Forms:
         return Way(place, radius, density, uv, anchor, max(own, 1), height)
 
 
+def is_mark(letter: str) -> bool:
+    """Whether a grapheme is punctuation or a symbol."""
+    return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
+
+
 def _ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
     """Glyph → the paths of its ligatures; what is part of two ligatures of one letter is that letter's body."""
     found = {}
@@ -155,7 +165,7 @@ def _within(edges: Indices, body: Indices, ways: list[Indices]) -> Indices:
     """(m, 2) edges between vertices of the body, by their place in it, without those of the ways."""
     at = np.minimum(np.searchsorted(body, edges), len(body) - 1)
     kept = at[(body[at] == edges).all(axis=1)]
-    steps = {(int(a), int(b)) for path in ways for a, b in zip(path[:-1], path[1:], strict=True)}
+    steps = {(int(a), int(b)) for path in ways for a, b in pairwise(path)}
     if steps:
         pairs = body[kept].tolist()
         kept = kept[[(a, b) not in steps and (b, a) not in steps for a, b in pairs]]

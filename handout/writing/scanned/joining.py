@@ -12,7 +12,7 @@ from handout.writing.scanned.forms import Form, Way
 
 
 def matches(first: Form, second: Form) -> tuple[tuple[int, int], ...]:
-    """The exits of one form and the entries of the next that become one ligature: each the other's closest in height."""
+    """The exits of one form and the entries of the next that become one ligature: the closest in height, either way."""
     if not (first.exits and second.entries):
         return ()
     exits = np.array([way.height for way in first.exits])

@@ -19,20 +19,21 @@ from numpy.typing import NDArray
 from handout.values import Array, Indices
 from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
+from handout.writing.scanned.sides import LETTERS, MARKS, WORDS, Sides, apart, sides
 
-_HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
-_SEEN = 0.04  # ink within this much of a height counts there
-_SEEN_APART = 0.12  # the same between words
 _MARGIN = 0.15  # of the difference of two estimates, and of the usual spread, that the range is widened by
+_PUSHES = 2
+# mean, deviation, least and most of hands that show none
+_USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """What a hand's clearances are: in words (0) and between words (1).
+    """What a hand's clearances are, for each kind of pair: see `sides`.
 
-    mean, deviation, low, high : (2,) float: of all of them; `low` and `high` are the least and the most it ever has.
-    to_right, to_left : (2, n) float: what every glyph had on either side in the source, nan where nothing.
+    mean, deviation, low, high : (3,) float: of all of them; `low` and `high` are the least and the most it ever has.
+    to_right, to_left : (3, n) float: what every glyph had on either side in the source, nan where nothing.
     """
 
     mean: Array
@@ -45,39 +46,44 @@ class Gaps:
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """The sides of every glyph, and the clearances of a hand; line space.
+    """How a hand spaces its letters; line space.
 
-    left, right : (2, n, heights) float: the outermost ink of each body from the glyph's upright centre, in words (0)
-        and between words (1), ±inf where it has none.
-    edges : (2, n, 2) float: the same over all heights.
-    lean : (n,) float: how much further right the centre stands than its foot, for the slant of the hand.
+    lean : (n,) float: how much further right each centre stands than its foot, for the slant of the hand.
+    least : how far the ink of two bodies in a word is apart at the least.
     """
 
-    left: Array
-    right: Array
-    edges: Array
+    forms: Forms
+    sides: Sides
     lean: Array
     gaps: Gaps
-
-    def clearance(self, first: Indices, second: Indices, parted: Indices) -> Array:
-        """(n,): of pairs of glyphs whose upright centres coincide; mostly negative."""
-        near = (self.left[parted, second] - self.right[parted, first]).min(axis=1, initial=np.inf)
-        edge = self.edges[parted, second, 0] - self.edges[parted, first, 1]
-        return np.where(np.isfinite(near), near, edge)
+    least: float
 
     def between(
         self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
     ) -> Array:
         """(n − 1,): see `gaps`."""
-        first, second, parted = numbers[:-1], numbers[1:], new_word[1:].astype(np.intp)
-        estimates = np.stack([self.gaps.to_right[parted, first], self.gaps.to_left[parted, second]])
-        usual, spread = self.gaps.mean[parted], self.gaps.deviation[parted]
+        first, second = numbers[:-1], numbers[1:]
+        kind = kinds(self.forms, first, second, new_word[1:])
+        estimates = np.stack([self.gaps.to_right[kind, first], self.gaps.to_left[kind, second]])
+        usual, spread = self.gaps.mean[kind], self.gaps.deviation[kind]
         wanted = _drawn(estimates, usual, spread, rng, variation)
-        low, high = self.gaps.low[parted], self.gaps.high[parted]
+        low, high = self.gaps.low[kind], self.gaps.high[kind]
         # what two neighbours of the source had is theirs, be it more or less than is usual
         own = estimates[0] == estimates[1]
         held = np.where(own, wanted, np.clip(wanted, low, high))
-        return np.asarray(held - self.clearance(first, second, parted) + self.lean[second] - self.lean[first])
+        away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
+        for k in np.flatnonzero(~own & (kind != WORDS)):
+            away[k] += self._short(int(first[k]), int(second[k]), float(away[k]))
+        return np.asarray(away)
+
+    def _short(self, first: int, second: int, away: float) -> float:
+        """What two letters must still be moved apart, since ink may meet from below too."""
+        rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
+        more = 0.0
+        for _ in range(_PUSHES):
+            shift = np.array([away + more, rise])
+            more += max(self.least - apart(self.forms[first], self.forms[second], shift), 0.0)
+        return more
 
 
 def _drawn(estimates: Array, mean: Array, deviation: Array, rng: np.random.Generator, variation: float) -> Array:
@@ -90,46 +96,34 @@ def _drawn(estimates: Array, mean: Array, deviation: Array, rng: np.random.Gener
 
 
 def spacing(forms: Forms, beside: Beside) -> Spacing:
-    """How a hand spaces its letters."""
+    """How a hand spaces its letters, from its pages."""
     slant = float(np.mean([page.slant for page in forms.hand.pages]))
-    bodies = [_outline(forms, number, slant) for number in range(len(forms))]
-    wholes = [_outline(forms, number, slant, loose=True) for number in range(len(forms))]
-    left, right = np.full((2, 2, len(forms), len(_HEIGHTS)), np.inf)
-    edges = np.zeros((2, len(forms), 2))
-    for parted, (outlines, seen) in enumerate(((bodies, _SEEN), (wholes, _SEEN_APART))):
-        for number, (low, high, height) in enumerate(outlines):
-            near = np.abs(height[:, None] - _HEIGHTS) < seen
-            left[parted, number] = np.where(near, low[:, None], np.inf).min(axis=0)
-            right[parted, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
-            edges[parted, number] = low.min(), high.max()
+    beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    empty = np.zeros((2, len(forms)))
-    shapes = Spacing(left, right, edges, lean, Gaps(*np.zeros((4, 2)), empty, empty))
-    return Spacing(left, right, edges, lean, _gaps(shapes, beside, forms.centre[:, 0] - lean))
+    found = [
+        apart(forms[int(i)], forms[int(j)], forms.centre[j] - forms.centre[i]) for i, j in beside.pairs(parted=False)
+    ]
+    least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
+    return Spacing(forms, beyond, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
 
 
-def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
-    """Left and right side of a glyph's line at every vertex, upright, and its height over the baseline."""
-    form = forms[number]
-    parts = [(form.xy, form.radius)]
-    if loose:
-        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in form.exits]
-        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in form.entries]
-    xy, radius = (np.concatenate(values) for values in zip(*parts, strict=True))
-    upright = xy[:, 0] - slant * xy[:, 1]
-    return upright - radius, upright + radius, xy[:, 1] + forms.centre[number, 1]
+def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:
+    """(n,) int: of what kind pairs of glyphs are."""
+    return np.where(parted, WORDS, np.where(forms.marks[first] | forms.marks[second], MARKS, LETTERS))
 
 
-def _gaps(shapes: Spacing, beside: Beside, x: Array) -> Gaps:
+def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
-    to_right, to_left = np.full((2, 2, len(x)), np.nan)
-    mean, deviation, low, high = np.array([[0.05, 0.3], [0.05, 0.08], [0.0, 0.15], [0.2, 0.6]])
-    for parted in (0, 1):
-        first, second = beside.pairs(bool(parted)).T
-        found = x[second] - x[first] + shapes.clearance(first, second, np.full(len(first), parted))
-        to_right[parted, first], to_left[parted, second] = found, found
-        if len(found) > 1:
-            low[parted], high[parted] = np.percentile(found, [_SHARE, 100 - _SHARE])
-            kept = found[(found >= low[parted]) & (found <= high[parted])]
-            mean[parted], deviation[parted] = kept.mean(), kept.std()
+    to_right, to_left = np.full((2, 3, len(x)), np.nan)
+    mean, deviation, low, high = np.array(_USUAL)
+    first, second = np.concatenate([beside.pairs(parted=False), beside.pairs(parted=True)]).T
+    kind = kinds(forms, first, second, beside.parted[second])
+    found = x[second] - x[first] + beyond.clearance(first, second, kind)
+    to_right[kind, first], to_left[kind, second] = found, found
+    for one in (LETTERS, WORDS, MARKS):
+        own = found[kind == one]
+        if len(own) > 1:
+            low[one], high[one] = np.percentile(own, [_SHARE, 100 - _SHARE])
+            kept = own[(own >= low[one]) & (own <= high[one])]
+            mean[one], deviation[one] = kept.mean(), kept.std()
     return Gaps(mean, deviation, low, high, to_right, to_left)

@@ -1,0 +1,75 @@
+"""The two sides of every glyph, height by height: how near two letters come to each other.
+
+Everything is level and in the upright frame, where the slant of the hand is taken out.
+
+Source: seed 000, §6.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from handout.values import Array, Indices
+from handout.writing.scanned.forms import Form, Forms
+
+_HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
+LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
+_SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Where the ink of the glyphs of a hand ends, from each one's upright centre; line space.
+
+    Everything is there three times.  For letters in one word the bodies count; for words, strokes too that are loose at
+    the end of a word because the letter was joined in the source; for punctuation, which stands over or under the
+    letters, height does not matter.
+
+    left, right : (3, n, heights) float: ±inf at heights where there is no ink.
+    edges : (3, n, 2) float: the same over all heights.
+    """
+
+    left: Array
+    right: Array
+    edges: Array
+
+    def clearance(self, first: Indices, second: Indices, kind: Indices) -> Array:
+        """(n,): how near pairs of glyphs come at any one height were their centres in one place; mostly negative."""
+        near = (self.left[kind, second] - self.right[kind, first]).min(axis=1, initial=np.inf)
+        edge = self.edges[kind, second, 0] - self.edges[kind, first, 1]
+        return np.asarray(np.where(np.isfinite(near), near, edge))
+
+
+def sides(forms: Forms, slant: float) -> Sides:
+    """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""
+    left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
+    right, edges = -left, np.zeros((3, len(forms), 2))
+    for kind, seen in enumerate(_SEEN):
+        for number in range(len(forms)):
+            low, high, height = _outline(forms, number, slant, loose=kind != LETTERS)
+            near = np.abs(height[:, None] - _HEIGHTS) < seen
+            left[kind, number] = np.where(near, low[:, None], np.inf).min(axis=0)
+            right[kind, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
+            edges[kind, number] = low.min(), high.max()
+    return Sides(left, right, edges)
+
+
+def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
+    """Left and right side of a glyph's line at every vertex, upright, and its height over the baseline."""
+    form = forms[number]
+    parts = [(form.xy, form.radius)]
+    if loose:
+        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in form.exits]
+        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in form.entries]
+    xy, radius = (np.concatenate(values) for values in zip(*parts, strict=True))
+    upright = xy[:, 0] - slant * xy[:, 1]
+    return upright - radius, upright + radius, xy[:, 1] + forms.centre[number, 1]
+
+
+def apart(first: Form, second: Form, shift: Array) -> float:
+    """How far the ink of two bodies is apart, the second one's centre shifted (2,) from the first one's; line space."""
+    away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
+    return float(away.min())
