@@ -81,8 +81,9 @@ class Source:
         mine = np.unique(at[np.isfinite(away)])
         x, y = self.page.graph.uv.T
         left, top, right, bottom = box
-        inside = np.flatnonzero((x > left) & (x < right - 1) & (y > top) & (y < bottom - 1))
-        return mine, np.setdiff1d(inside, mine, assume_unique=True)
+        others = (x > left) & (x < right - 1) & (y > top) & (y < bottom - 1)
+        others[mine] = False
+        return mine, np.flatnonzero(others)
 
     def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: pixels nearer to a glyph's own line than to others, with a soft edge outside.

@@ -131,23 +131,17 @@ def _sampled(
     line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64] | None
 ) -> _Pixels:
     """(h, w, 4) ink of a window, premultiplied."""
-    import cv2
-
-    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
     inside = near >= 0
     if not inside.any():
-        return rgba
+        return np.zeros((*near.shape, 4), dtype=np.float32)
     back, bent = _back(line, near, place, inside)
-    back = (np.rint(back.real * _PARTS) + 1j * np.rint(back.imag * _PARTS)) / _PARTS
-    own = back[inside]
-    box = (
-        int(own.real.min()) - _PAD, int(own.imag.min()) - _PAD,
-        int(own.real.max()) + _PAD + 2, int(own.imag.max()) + _PAD + 2,
-    )  # fmt: skip
+    x, y = (np.rint(part * _PARTS) / _PARTS for part in (back.real, back.imag))
+    left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
+    box = (left, top, int(x.max()) + _PAD + 2, int(y.max()) + _PAD + 2)
     patch = source.patch(box, uv)
-    back -= box[0] + 1j * box[1]
-    x, y = back.real.astype(np.float32), back.imag.astype(np.float32)
-    rgba = _cubic(patch, x, y)
+    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
+    places[0][inside], places[1][inside] = x - left, y - top
+    rgba = _cubic(patch, places[0], places[1])
     rgba[~inside] = 0
     if bent and uv is not None:
         rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
@@ -173,23 +167,23 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
 def _back(
     line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], inside: NDArray[np.bool_]
 ) -> tuple[NDArray[np.complex128], bool]:
-    """Where in the picture the pixels (h, w) come from, and whether by more than one even movement."""
+    """Where in the picture the pixels `inside`, (m,), come from, and whether by more than one even movement."""
     import cv2
 
-    back = np.zeros(place.shape, dtype=np.complex128)
-    back[inside] = line.back(place[inside], near[inside].astype(np.intp))
-    base = _even(line)
-    rest = np.where(inside, back - base(place), 0)
-    if np.abs(rest).max() < _EXACT:
+    own = place[inside]
+    back = line.back(own, near[inside].astype(np.intp))
+    even = _even(line)(own)
+    rest = back - even
+    if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
         return back, False
     side = 2 * max(1, round(float(np.median(line.radius)))) + 1
-    parts = np.stack([rest.real, rest.imag, inside], axis=2).astype(np.float32)
+    parts = np.zeros((*place.shape, 3), dtype=np.float32)
+    parts[inside] = np.stack([rest.real, rest.imag, np.ones(len(rest))], axis=1)
     for _ in range(2):
         parts = np.asarray(cv2.blur(parts, (side, side)))
         parts[~inside] = 0
-    weight = np.maximum(parts[:, :, 2], 1e-6)
-    evened = base(place) + (parts[:, :, 0] + 1j * parts[:, :, 1]) / weight
-    return np.where(inside, evened, 0), True
+    x, y, weight = parts[inside].T
+    return even + (x + 1j * y) / weight, True
 
 
 def _even(line: Course) -> Any:
@@ -222,15 +216,15 @@ def _unghosted(
     """
     import cv2
 
-    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
     inside = near >= 0
-    x = np.clip(np.rint(back.real[inside]).astype(np.intp), 0, shape[1] - 1)
-    y = np.clip(np.rint(back.imag[inside]).astype(np.intp), 0, shape[0] - 1)
+    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    x = np.clip(np.rint(back.real - box[0]).astype(np.intp), 0, shape[1] - 1)
+    y = np.clip(np.rint(back.imag - box[1]).astype(np.intp), 0, shape[0] - 1)
     vertex, at = own[y, x], near[inside]
-    there = np.abs(back[inside] + (box[0] + 1j * box[1]) - line.uv[vertex]) / np.abs(line.turn[vertex])
+    there = np.abs(back - line.uv[vertex]) / np.abs(line.turn[vertex])
     here = np.abs(place[inside] - line.at[vertex])
     ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
     beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
-    kept = np.ones(back.shape, dtype=np.float32)
+    kept = np.ones(near.shape, dtype=np.float32)
     kept[inside] = 1 - ghost * beside
     return np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32)
