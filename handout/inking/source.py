@@ -40,6 +40,15 @@ class Source:
         edges = self.page.graph.edges
         return np.concatenate([edges, edges[:, ::-1]])
 
+    @cached_property
+    def premultiplied(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
+        ink = self.page.texture.rgba.copy()
+        alpha = ink[:, :, 3].astype(np.uint16)
+        for k in range(3):
+            ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
+        return ink
+
     def radius_at(self, uv: Array) -> Array:
         """(n,) float, pixels of the picture: radius of the line at places (n, 2) on it."""
         if not len(self.radius):

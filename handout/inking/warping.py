@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from handout.inking.course import Course, course
 from handout.inking.layer import Layer
 from handout.inking.source import Source
+from handout.inking.swatches import CLEAR
 from handout.values import Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
@@ -47,11 +48,14 @@ def warp(
     """
     finer = _finer(ink, source, dpi)
     line = course(ink, source, dpi / 25.4 * finer)
-    window = _window(line, margin * dpi / 25.4 * finer, (shape[0] * finer, shape[1] * finer), finer)
+    lone = ink.number < 0
+    reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
+    window = _window(line, reach, (shape[0] * finer, shape[1] * finer), finer)
     if window is None:
         return None
-    near, place = _nearest(line, window, margin * dpi / 25.4 * finer)
-    rgba = _sampled(line, near, place, source, None if ink.number < 0 else ink.graph.uv)
+    # what is taken from the middle of a line would go on past the end of the piece: there it ends round
+    near, place = _nearest(line, window, np.where(line.loose & lone, 0.5, reach))
+    rgba = _pieces(line, near, place, source) if lone else _sampled(line, near, place, source, ink.graph.uv)
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
     layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
@@ -100,13 +104,13 @@ def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> 
 
 
 def _nearest(
-    line: Course, window: tuple[int, int, int, int], margin: float
+    line: Course, window: tuple[int, int, int, int], margin: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.complex128]]:
     """Nearest vertex (h, w) of every pixel, −1 beyond radius and margin, and the pixels' places (h, w)."""
     left, top, right, bottom = window
     place = np.arange(left, right)[None, :] + 1j * np.arange(top, bottom)[:, None]
     near = nearest(line.at - (left + 1j * top), place.shape)
-    near[np.abs(place - line.at[near]) > line.radius[near] + margin] = -1
+    near[np.abs(place - line.at[near]) > (line.radius + margin)[near]] = -1
     return near, place
 
 
@@ -128,7 +132,7 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
 
 
 def _sampled(
-    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64] | None
+    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64]
 ) -> _Pixels:
     """(h, w, 4) ink of a window, premultiplied."""
     inside = near >= 0
@@ -143,9 +147,24 @@ def _sampled(
     places[0][inside], places[1][inside] = x - left, y - top
     rgba = _cubic(patch, places[0], places[1])
     rgba[~inside] = 0
-    if bent and uv is not None:
+    if bent:
         rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
     return rgba
+
+
+def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source) -> _Pixels:
+    """(h, w, 4) ink of a window, premultiplied, put together from pieces that lie clear anywhere in the picture."""
+    import cv2
+
+    inside = near >= 0
+    back = line.back(place[inside], near[inside].astype(np.intp))
+    x, y = source.page.texture.corner
+    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
+    places[0][inside], places[1][inside] = back.real - x, back.imag - y
+    found = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+    rgba = np.asarray(found, dtype=np.float32) / np.float32(255)
+    rgba[~inside] = 0
+    return np.minimum(rgba, rgba[:, :, 3:])
 
 
 def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
