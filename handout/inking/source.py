@@ -40,6 +40,15 @@ class Source:
         edges = self.page.graph.edges
         return np.concatenate([edges, edges[:, ::-1]])
 
+    @cached_property
+    def premultiplied(self) -> NDArray[np.uint8]:
+        """(h, w, 4) uint8: all ink of the page, from the corner of its texture."""
+        ink = self.page.texture.rgba.copy()
+        alpha = ink[:, :, 3].astype(np.uint16)
+        for k in range(3):
+            ink[:, :, k] = (ink[:, :, k] * alpha + 127) // 255
+        return ink
+
     def radius_at(self, uv: Array) -> Array:
         """(n,) float, pixels of the picture: radius of the line at places (n, 2) on it."""
         if not len(self.radius):
@@ -81,8 +90,9 @@ class Source:
         mine = np.unique(at[np.isfinite(away)])
         x, y = self.page.graph.uv.T
         left, top, right, bottom = box
-        inside = np.flatnonzero((x > left) & (x < right - 1) & (y > top) & (y < bottom - 1))
-        return mine, np.setdiff1d(inside, mine, assume_unique=True)
+        others = (x > left) & (x < right - 1) & (y > top) & (y < bottom - 1)
+        others[mine] = False
+        return mine, np.flatnonzero(others)
 
     def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
         """(h, w) 0–1: pixels nearer to a glyph's own line than to others, with a soft edge outside.

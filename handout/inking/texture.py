@@ -102,7 +102,7 @@ def _lay(page: NDArray[np.float32], layer: Layer) -> None:
     """Lay ink on the page; where there is some already, that which covers more is seen."""
     (x, y), (h, w) = layer.corner, layer.near.shape
     under = page[y : y + h, x : x + w]
-    seen = layer.rgba[:, :, 3] > under[:, :, 3]
-    ink = layer.rgba[seen]
+    at = np.nonzero(layer.rgba[:, :, 3] > under[:, :, 3])
+    ink = layer.rgba[at]
     ink[:, :3] /= ink[:, 3:]
-    under[seen] = ink
+    under[at] = ink

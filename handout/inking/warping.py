@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from handout.inking.course import Course, course
 from handout.inking.layer import Layer
 from handout.inking.source import Source
+from handout.inking.swatches import CLEAR
 from handout.values import Ink
 
 MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the tips of sharp turns are lost
@@ -47,11 +48,14 @@ def warp(
     """
     finer = _finer(ink, source, dpi)
     line = course(ink, source, dpi / 25.4 * finer)
-    window = _window(line, margin * dpi / 25.4 * finer, (shape[0] * finer, shape[1] * finer), finer)
+    lone = ink.number < 0
+    reach = (min(margin, CLEAR) if lone else margin) * dpi / 25.4 * finer
+    window = _window(line, reach, (shape[0] * finer, shape[1] * finer), finer)
     if window is None:
         return None
-    near, place = _nearest(line, window, margin * dpi / 25.4 * finer)
-    rgba = _sampled(line, near, place, source, None if ink.number < 0 else ink.graph.uv)
+    # what is taken from the middle of a line would go on past the end of the piece: there it ends round
+    near, place = _nearest(line, window, np.where(line.loose & lone, 0.5, reach))
+    rgba = _pieces(line, near, place, source) if lone else _sampled(line, near, place, source, ink.graph.uv)
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
     layer = Layer(rgba, near, (left, top), xy, line.radius, line.twice, line.loose)
@@ -100,13 +104,13 @@ def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> 
 
 
 def _nearest(
-    line: Course, window: tuple[int, int, int, int], margin: float
+    line: Course, window: tuple[int, int, int, int], margin: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.complex128]]:
     """Nearest vertex (h, w) of every pixel, −1 beyond radius and margin, and the pixels' places (h, w)."""
     left, top, right, bottom = window
     place = np.arange(left, right)[None, :] + 1j * np.arange(top, bottom)[:, None]
     near = nearest(line.at - (left + 1j * top), place.shape)
-    near[np.abs(place - line.at[near]) > line.radius[near] + margin] = -1
+    near[np.abs(place - line.at[near]) > (line.radius + margin)[near]] = -1
     return near, place
 
 
@@ -128,30 +132,39 @@ def nearest(at: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[np.in
 
 
 def _sampled(
-    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64] | None
+    line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source, uv: NDArray[np.float64]
 ) -> _Pixels:
     """(h, w, 4) ink of a window, premultiplied."""
-    import cv2
-
-    rgba = np.zeros((*near.shape, 4), dtype=np.float32)
     inside = near >= 0
     if not inside.any():
-        return rgba
+        return np.zeros((*near.shape, 4), dtype=np.float32)
     back, bent = _back(line, near, place, inside)
-    back = (np.rint(back.real * _PARTS) + 1j * np.rint(back.imag * _PARTS)) / _PARTS
-    own = back[inside]
-    box = (
-        int(own.real.min()) - _PAD, int(own.imag.min()) - _PAD,
-        int(own.real.max()) + _PAD + 2, int(own.imag.max()) + _PAD + 2,
-    )  # fmt: skip
+    x, y = (np.rint(part * _PARTS) / _PARTS for part in (back.real, back.imag))
+    left, top = int(x.min()) - _PAD, int(y.min()) - _PAD
+    box = (left, top, int(x.max()) + _PAD + 2, int(y.max()) + _PAD + 2)
     patch = source.patch(box, uv)
-    back -= box[0] + 1j * box[1]
-    x, y = back.real.astype(np.float32), back.imag.astype(np.float32)
-    rgba = _cubic(patch, x, y)
+    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
+    places[0][inside], places[1][inside] = x - left, y - top
+    rgba = _cubic(patch, places[0], places[1])
     rgba[~inside] = 0
-    if bent and uv is not None:
+    if bent:
         rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
     return rgba
+
+
+def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source) -> _Pixels:
+    """(h, w, 4) ink of a window, premultiplied, put together from pieces that lie clear anywhere in the picture."""
+    import cv2
+
+    inside = near >= 0
+    back = line.back(place[inside], near[inside].astype(np.intp))
+    x, y = source.page.texture.corner
+    places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
+    places[0][inside], places[1][inside] = back.real - x, back.imag - y
+    found = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+    rgba = np.asarray(found, dtype=np.float32) / np.float32(255)
+    rgba[~inside] = 0
+    return np.minimum(rgba, rgba[:, :, 3:])
 
 
 def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
@@ -173,23 +186,23 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
 def _back(
     line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], inside: NDArray[np.bool_]
 ) -> tuple[NDArray[np.complex128], bool]:
-    """Where in the picture the pixels (h, w) come from, and whether by more than one even movement."""
+    """Where in the picture the pixels `inside`, (m,), come from, and whether by more than one even movement."""
     import cv2
 
-    back = np.zeros(place.shape, dtype=np.complex128)
-    back[inside] = line.back(place[inside], near[inside].astype(np.intp))
-    base = _even(line)
-    rest = np.where(inside, back - base(place), 0)
-    if np.abs(rest).max() < _EXACT:
+    own = place[inside]
+    back = line.back(own, near[inside].astype(np.intp))
+    even = _even(line)(own)
+    rest = back - even
+    if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
         return back, False
     side = 2 * max(1, round(float(np.median(line.radius)))) + 1
-    parts = np.stack([rest.real, rest.imag, inside], axis=2).astype(np.float32)
+    parts = np.zeros((*place.shape, 3), dtype=np.float32)
+    parts[inside] = np.stack([rest.real, rest.imag, np.ones(len(rest))], axis=1)
     for _ in range(2):
         parts = np.asarray(cv2.blur(parts, (side, side)))
         parts[~inside] = 0
-    weight = np.maximum(parts[:, :, 2], 1e-6)
-    evened = base(place) + (parts[:, :, 0] + 1j * parts[:, :, 1]) / weight
-    return np.where(inside, evened, 0), True
+    x, y, weight = parts[inside].T
+    return even + (x + 1j * y) / weight, True
 
 
 def _even(line: Course) -> Any:
@@ -222,15 +235,15 @@ def _unghosted(
     """
     import cv2
 
-    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
     inside = near >= 0
-    x = np.clip(np.rint(back.real[inside]).astype(np.intp), 0, shape[1] - 1)
-    y = np.clip(np.rint(back.imag[inside]).astype(np.intp), 0, shape[0] - 1)
+    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    x = np.clip(np.rint(back.real - box[0]).astype(np.intp), 0, shape[1] - 1)
+    y = np.clip(np.rint(back.imag - box[1]).astype(np.intp), 0, shape[0] - 1)
     vertex, at = own[y, x], near[inside]
-    there = np.abs(back[inside] + (box[0] + 1j * box[1]) - line.uv[vertex]) / np.abs(line.turn[vertex])
+    there = np.abs(back - line.uv[vertex]) / np.abs(line.turn[vertex])
     here = np.abs(place[inside] - line.at[vertex])
     ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
     beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
-    kept = np.ones(back.shape, dtype=np.float32)
+    kept = np.ones(near.shape, dtype=np.float32)
     kept[inside] = 1 - ghost * beside
     return np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32)

@@ -1,0 +1,220 @@
+"""Short pieces of a pen's line, from any pages written with it, to write another line with.
+
+A piece is known by its course and by how wide and how dense the line is along it, each in four parts.  It lies clear of
+all other lines of its page, so that its surroundings can be taken along.
+
+Source: seed 000, §7.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.values import Array, Indices, LineGraph
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+LENGTH = 3.2  # median radii of the line: length of a piece
+CLEAR = 0.25  # mm beside the line where there must be no other
+BINS = 4
+_STARTS = 6  # pieces begin so many times in each length
+_FEWEST = 12
+_WIDTH, _DENSITY, _END = 0.5, 0.5, 1.0  # weights beside that of the course
+_LIKE, _AFTER = 24, 90  # pieces looked at for each place; choices after which a piece is as good as new
+_AGAIN, _GOES_ON = 0.5, 0.15  # cost of a piece that has just been used; gain of one that goes on where the last ended
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A line from junction or end to junction or end, laid out by length.
+
+    along : (n,) float, mm from its beginning.
+    xy : (n, 2) float, mm.
+    uv : (n, 2) float, pixels of the picture.
+    radius : (n,) float, mm.
+    density : (n,) float.
+    loose : whether it begins, and whether it ends, without touching another.
+    """
+
+    along: Array
+    xy: Array
+    uv: Array
+    radius: Array
+    density: Array
+    loose: tuple[bool, bool]
+
+    @property
+    def length(self) -> float:
+        """mm."""
+        return float(self.along[-1])
+
+    def places(self, at: Array, name: str = "xy") -> Array:
+        """(…, 2) float: places on the page, or `uv` in the picture, after so many mm."""
+        values = getattr(self, name)
+        return np.stack([np.interp(at, self.along, values[:, k]) for k in (0, 1)], axis=-1)
+
+    def features(self, start: Array, length: float, radius: float) -> Array:
+        """(m, 18) float: what pieces are told by that begin after so many mm, (m,), and are `length` mm long.
+
+        radius : mm, of the usual line.
+        """
+        ends = start[:, None] + np.linspace(0, length, BINS + 1)
+        middle = (ends[:, 1:] + ends[:, :-1]) / 2
+        course = np.diff(self.places(ends), axis=1).reshape(len(start), -1) / length * 2
+        width = np.interp(middle, self.along, self.radius) / radius
+        dense = np.interp(middle, self.along, self.density)
+        slack = 0.3 * length
+        first = self.loose[0] & (start < slack)
+        last = self.loose[1] & (start + length > self.length - slack)
+        rows = [course, _WIDTH * width, _DENSITY * dense, _END * np.stack([first, last], axis=1)]
+        return np.concatenate(rows, axis=1)
+
+
+def tracks(graph: LineGraph) -> list[Track]:
+    """The lines of a graph in mm; a dot is one of no length."""
+    found = []
+    for path in graph.branches:
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1))])
+        loose = (bool(graph.degree[path[0]] < 2), bool(graph.degree[path[-1]] < 2))
+        found.append(
+            Track(along, graph.xy[path], graph.uv[path], graph.radius[path], graph.density[path], loose)
+        )
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Swatches:
+    """Pieces of a pen's line on one page, each in both directions.
+
+    page : number of the page.
+    tracks : the lines that they are pieces of.
+    track : (k,) int; start : (k,) float, mm along it; back : (k,) bool, whether read from its end.
+    features : (k, 18), see `Track.features`.
+    length, radius : mm, of a piece and of the usual line.
+    """
+
+    page: int
+    tracks: tuple[Track, ...]
+    track: Indices
+    start: Array
+    features: Array
+    length: float
+    radius: float
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.features)
+
+    def choose(self, wanted: Array, follows: NDArray[np.bool_]) -> Indices:
+        """(n,) int: a piece for each of the features (n, 18), like it, but not one that was used shortly before.
+
+        follows : (n,) bool: whether a piece lies half a length further on the same line than the one before.
+        """
+        near, at = self._tree.query(wanted, k=min(_LIKE, len(self.features)))
+        near, at = near.reshape(len(wanted), -1), at.reshape(len(wanted), -1)
+        # pieces that overlap are one and the same to the eye
+        place = np.floor(self.start / (self.length / 2)).astype(np.intp)
+        _, same = np.unique(np.stack([self.track, place]), axis=1, return_inverse=True)
+        same = np.asarray(same, dtype=np.intp).ravel()
+        used = np.full(int(same.max()) + 1, -_AFTER)
+        chosen = np.zeros(len(wanted), dtype=np.intp)
+        last = -1
+        for number in range(len(wanted)):
+            some = at[number]
+            cost = near[number] + _AGAIN * np.clip(1 - (number - used[same[some]]) / _AFTER, 0, None)
+            if follows[number] and last >= 0:
+                on = (self.track[some] == self.track[last]) & (
+                    np.abs(self.start[some] - self.start[last] - self.length / 2) < self.length / _STARTS
+                )
+                cost -= _GOES_ON * on
+            last = int(some[cost.argmin()])
+            used[same[last]] = number
+            chosen[number] = last
+        return chosen
+
+
+def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
+    """The pieces of every page that has enough of them.
+
+    Raises
+    ------
+    InputError
+        No page has.
+
+    Source: seed 000, §7.2.
+    """
+    found = [_of_page(number, page) for number, page in enumerate(sample.pages)]
+    enough = tuple(one for one in found if len(one.start) >= _FEWEST)
+    if not enough:
+        raise InputError(
+            f"{sample.name}: there are too few clear pieces of line to take a pen from; scribble half a page of loose "
+            "waves and strokes with it, not over each other."
+        )
+    return enough
+
+
+def _of_page(number: int, page: ScannedPage) -> Swatches:
+    graph = page.graph
+    radius = float(np.median(graph.radius)) if len(graph) else 1.0
+    length = LENGTH * radius
+    lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 18))]
+    clear = _clear(graph)
+    for path, line in zip(graph.branches, tracks(graph), strict=True):
+        for one, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
+            begin = np.arange(0, one.length - length, length / _STARTS)
+            lost = np.interp(begin + length, one.along, np.cumsum(~free)) > np.interp(
+                begin, one.along, np.cumsum(~free)
+            )
+            begin = begin[~lost & free[np.searchsorted(one.along, begin)]]
+            if len(begin):
+                track.append(np.full(len(begin), len(lines)))
+                start.append(begin)
+                features.append(one.features(begin, length, radius))
+                lines.append(one)
+    return Swatches(
+        number,
+        tuple(lines),
+        np.concatenate(track).astype(np.intp),
+        np.concatenate(start),
+        np.concatenate(features),
+        length,
+        radius,
+    )
+
+
+def _reversed(line: Track) -> Track:
+    xy, uv, radius, density = (values[::-1] for values in (line.xy, line.uv, line.radius, line.density))
+    return Track(line.along[-1] - line.along[::-1], xy, uv, radius, density, line.loose[::-1])
+
+
+def _clear(graph: LineGraph) -> NDArray[np.bool_]:
+    """Vertices (n,) beside which no other line, nor another part of their own, comes near."""
+    from scipy.spatial import cKDTree
+
+    clear = np.ones(len(graph), dtype=bool)
+    branch, along = np.full(len(graph), -1), np.zeros(len(graph))
+    for number, path in enumerate(graph.branches):
+        step = np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1)
+        branch[path], along[path] = number, np.concatenate([[0.0], np.cumsum(step)])
+    branch[graph.degree > 2] = -1
+    reach = 2 * graph.radius + CLEAR
+    if not len(graph):
+        return clear
+    pairs = cKDTree(graph.xy).query_pairs(float(np.percentile(reach, 90)), output_type="ndarray")
+    a, b = pairs.T
+    away = np.linalg.norm(graph.xy[a] - graph.xy[b], axis=1)
+    other = (branch[a] != branch[b]) | (np.abs(along[a] - along[b]) > 2 * away + CLEAR)
+    for one in (a, b):
+        clear[one[other & (away < reach[one])]] = False
+    clear[branch < 0] = False
+    return clear
