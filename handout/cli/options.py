@@ -18,9 +18,9 @@ from handout.inking.pen import PENS
 if TYPE_CHECKING:
     import numpy as np
 
+    from handout.hand.scanned import ScannedHand
     from handout.inking.papers import Paper
     from handout.inking.pen import Pen
-    from handout.hand.scanned import ScannedHand
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
 
@@ -30,7 +30,9 @@ _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written
 _HURRIED = 2.5  # --speed fast, for a file
 
 _WRITING = (
-    click.option("--hand", default="house-joined", show_default=True, help="A built-in hand, one of your own, or a .hand or .toml file."),
+    click.option(
+        "--hand", default="house-joined", show_default=True, help="A built-in hand, your own, or a .hand or .toml file."
+    ),
     click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
     click.option("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
     click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
@@ -46,7 +48,12 @@ _WRITING = (
     ),
     click.option("--speed", default="human", show_default=True, help="human, fast, or a factor such as 1.5."),
     click.option(
-        "--variation", "--jitter", "jitter", type=float, default=1.0, show_default=True,
+        "--variation",
+        "--jitter",
+        "jitter",
+        type=float,
+        default=1.0,
+        show_default=True,
         help="1 as people vary, 0 none.",
     ),
     click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),

@@ -88,9 +88,7 @@ def _rewritten(word: Sequence[Placed], pen: Swatches, usual: float, width: float
     pieces = [piece for track in tracks(own) for piece in _cut(track, pen.length * larger)]
     if not pieces:
         return []
-    features = [
-        p.track.features(np.array([p.start]), max(p.end - p.start, 1e-6), wanted) for p in pieces
-    ]
+    features = [p.track.features(np.array([p.start]), max(p.end - p.start, 1e-6), wanted) for p in pieces]
     follows = [False] + [b.track is a.track for a, b in zip(pieces, pieces[1:], strict=False)]
     chosen = pen.choose(np.concatenate(features), np.array(follows))
     inks = (_layer(pieces, chosen, layer, pen, larger) for layer in (0, 1))
@@ -116,7 +114,9 @@ def _layer(pieces: Sequence[_Piece], chosen: Indices, layer: int, pen: Swatches,
     if not parts:
         return None
     first = np.cumsum([0] + [len(part[0]) for part in parts])
-    edges = [np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in zip(first, first[1:], strict=False)]
+    edges = [
+        np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in zip(first, first[1:], strict=False)
+    ]
     xy, radius, density, uv = (np.concatenate(values) for values in zip(*parts, strict=True))
     return Ink(LineGraph(xy, radius, density, uv, np.concatenate(edges)), pen.page, NOBODY)
 

@@ -136,4 +136,3 @@ def _without(layer: Layer, window: tuple[int, int, int, int], gone: _Mask) -> La
     rgba = layer.rgba.copy()
     rgba[top - y : bottom - y, left - x : right - x][gone] = 0
     return replace(layer, rgba=rgba)
-

@@ -84,9 +84,7 @@ def tracks(graph: LineGraph) -> list[Track]:
     for path in graph.branches:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1))])
         loose = (bool(graph.degree[path[0]] < 2), bool(graph.degree[path[-1]] < 2))
-        found.append(
-            Track(along, graph.xy[path], graph.uv[path], graph.radius[path], graph.density[path], loose)
-        )
+        found.append(Track(along, graph.xy[path], graph.uv[path], graph.radius[path], graph.density[path], loose))
     return found
 
 

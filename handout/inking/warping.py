@@ -32,9 +32,7 @@ _GHOST = 2.0  # pixels that ink may lie further from its own line on the page th
 _Pixels = NDArray[np.float32]
 
 
-def warp(
-    ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN
-) -> Layer | None:
+def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin: float = MARGIN) -> Layer | None:
     """The ink of a glyph on a page of `shape` (height, width) pixels; None where it lies outside.
 
     Parameters
@@ -97,9 +95,7 @@ def _window(line: Course, margin: float, shape: tuple[int, int], finer: int) -> 
     low = [float((part - reach).min()) for part in (line.at.real, line.at.imag)]
     high = [float((part + reach).max()) for part in (line.at.real, line.at.imag)]
     left, top = (max(0, int(v // finer) * finer) for v in low)
-    right, bottom = (
-        min(side, int(-((-v - 1) // finer)) * finer) for v, side in zip(high, shape[::-1], strict=True)
-    )
+    right, bottom = (min(side, int(-((-v - 1) // finer)) * finer) for v, side in zip(high, shape[::-1], strict=True))
     return (left, top, right, bottom) if left < right and top < bottom else None
 
 

@@ -76,8 +76,6 @@ def _compose(
     return paginate(rows, scribe, layout, rng)
 
 
-
-
 def _paragraphs(tokens: Sequence[Letter | str]) -> list[list[Piece]]:
     """What is written in one go, and between that the numbers of spaces, of every paragraph."""
     return [list(_pieces(paragraph)) for paragraph in _split(tokens, "\n")]

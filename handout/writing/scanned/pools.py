@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.hand.scanned import PLACES, Place
+from handout.hand.places import PLACES, Place
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.stock import Stock
 from handout.writing.scanned.wanted import Wanted, check, stand_in

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from handout.hand.places import places
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
+from handout.values import Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.manner import Manner, manner
 from handout.writing.scanned.setting import gaps, heights, set_line
@@ -98,12 +98,11 @@ class ScannedScribe:
         return indent, units
 
     def _extent(self, number: int) -> tuple[float, float]:
-        """Where the body of a glyph begins and ends, x-heights from its centre."""
+        """Where the ink of a glyph begins and ends, its own parts of ligatures included; x-heights from its centre."""
         form = self._manner.forms[number]
-        return (
-            float((form.xy[:, 0] - form.radius).min()) * self.pitch,
-            float((form.xy[:, 0] + form.radius).max()) * self.pitch,
-        )
+        own = [way.xy[::-1][: way.own, 0] for way in form.entries] + [way.xy[: way.own, 0] for way in form.exits]
+        x = np.concatenate([form.xy[:, 0] - form.radius, form.xy[:, 0] + form.radius, *own])
+        return float(x.min()) * self.pitch, float(x.max()) * self.pitch
 
     def _space(self) -> float:
         """The usual gap between words, x-heights."""

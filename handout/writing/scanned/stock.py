@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from handout.hand.scanned import DOUBTFUL, PLACES, Place, ScannedGlyph, ScannedHand, ScannedPage
+from handout.hand.places import PLACES, Place
+from handout.hand.scanned import DOUBTFUL, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.feature import SIZE, line_features
 from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
 from handout.writing.scanned.learning import learn

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from handout.errors import MissingCharacters
-from handout.hand.scanned import Place
+from handout.hand.places import Place
 from handout.writing.scanned.stock import Stock
 
 _MOST_NAMED = 20
