@@ -50,7 +50,7 @@ def pools_of(stock: Stock, wanted: Sequence[Wanted]) -> list[Pool]:
 def _pool(stock: Stock, letter: str, place: Place) -> Pool:
     own = stand_in(stock, letter)
     numbers = stock.of(own, place)
-    if (stock.doubt[numbers] == 0).sum() < ENOUGH:
+    if (stock.doubt[numbers] < _ELSEWHERE).sum() < ENOUGH:
         numbers = stock.of(own)
     cost = stock.doubt[numbers] + _ELSEWHERE * (stock.places[numbers] != PLACES.index(place))
     best = np.sort(np.argsort(cost, kind="stable")[:_MOST])

@@ -21,12 +21,11 @@ from handout.scanning.feature import SIZE, line_features
 from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
 from handout.writing.scanned.learning import learn
 from handout.writing.scanned.meeting import Meetings
+from handout.writing.scanned.oddity import oddity
 
 _DOUBT = 1.0  # cost of a glyph just under the bound of doubt; twice that for one that is nowhere near sure
 _BROKEN = 3.0  # cost of a glyph without a body
-_SCRAP = 0.3  # a glyph with less than this share of the line that is usual for its letter is a piece of it
 _STEP = 0.8  # mm between the places that features are worked out at: half the time, and sums hardly tell
-_ENOUGH = 3  # glyphs of a letter for it to have a usual length
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ class Stock:
     feature : (n, 216) float: its summed line feature, the near half first, without its ligatures; sums to 1.
     exits, entries : (n, k, 2) float: from start to end of each ligature to the glyph after, and from the one before;
         nan where there are fewer.
-    doubt : (n,) float: cost of writing it, 0 unless its reading is doubtful or its ink is not all there.
+    doubt : (n,) float: cost of writing it, 0 unless its reading is doubtful, its ink is not all there or its size odd.
     """
 
     hand: ScannedHand
@@ -86,7 +85,6 @@ def stock(hand: ScannedHand) -> Stock:
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     pages = [hand.pages[glyph.page] for glyph in glyphs]
     both = list(zip(whole, pages, strict=True))
-    lengths = np.array([len(body) / page.unit for body, page in both])
     exits, entries = _ligatures(glyphs)
     return Stock(
         hand,
@@ -99,7 +97,7 @@ def stock(hand: ScannedHand) -> Stock:
         _features(hand, whole),
         exits,
         entries,
-        readonly(_doubt(glyphs, bodies, lengths), count),
+        readonly(_doubt(glyphs, bodies) + oddity(hand, whole), count),
     )
 
 
@@ -148,15 +146,11 @@ def _ligatures(glyphs: Sequence[ScannedGlyph]) -> tuple[Array, Array]:
     return exits, entries
 
 
-def _doubt(glyphs: Sequence[ScannedGlyph], bodies: Sequence[Indices], lengths: Array) -> Array:
+def _doubt(glyphs: Sequence[ScannedGlyph], bodies: Sequence[Indices]) -> Array:
     cost = np.zeros(len(glyphs))
-    usual: dict[str, list[float]] = {}
-    for glyph, length in zip(glyphs, lengths.tolist(), strict=True):
-        usual.setdefault(glyph.letter, []).append(length)
-    medians = {letter: float(np.median(found)) for letter, found in usual.items() if len(found) >= _ENOUGH}
     for i, glyph in enumerate(glyphs):
         if glyph.confidence < DOUBTFUL:
             cost[i] += _DOUBT * (2 - glyph.confidence / DOUBTFUL)
-        if not len(bodies[i]) or lengths[i] < _SCRAP * medians.get(glyph.letter, 0.0):
+        if not len(bodies[i]):
             cost[i] += _BROKEN
     return cost

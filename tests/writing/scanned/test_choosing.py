@@ -1,0 +1,146 @@
+"""Choice of glyphs: exact, repeatable, varied, and clear about what a hand lacks."""
+
+from itertools import groupby, pairwise, product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from handout.errors import MissingCharacters
+from handout.writing.scanned.choosing import AGAIN, FORGOTTEN, Used, choose, viterbi
+from handout.writing.scanned.explaining import choices_sheet, explain, reasons
+from handout.writing.scanned.pools import pools_of
+from handout.writing.scanned.stock import stock
+from handout.writing.scanned.wanted import Wanted, borrowed
+
+
+@pytest.fixture(scope="module")
+def kept(small_hand):
+    return stock(small_hand)
+
+
+def asked(text):
+    """A text as letters that are wanted."""
+    found, at = [], 0
+    for word, letters in enumerate(text.split(" ")):
+        for i, letter in enumerate(letters):
+            place = (
+                "alone" if len(letters) == 1 else "start" if i == 0 else "end" if i == len(letters) - 1 else "middle"
+            )
+            found.append(Wanted(letter, place, word, at))
+            at += 1
+        at += 1
+    return found
+
+
+def total(kept, wanted, numbers):
+    """What a whole choice costs without chance, letter by letter."""
+    pools = pools_of(kept, wanted)
+    own = sum(float(p.cost[p.numbers == n][0]) for p, n in zip(pools, numbers, strict=True))
+    pairs = zip(wanted, wanted[1:], numbers, numbers[1:], strict=False)
+    one = [kept.meetings.cost(np.array([a]), np.array([b]), v.word != w.word)[0, 0] for v, w, a, b in pairs]
+    return own + sum(one)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(1, 4), min_size=1, max_size=5), st.integers(0, 2**32 - 1))
+def test_the_cheapest_sequence_is_the_cheapest_of_all(sizes, seed):
+    rng = np.random.default_rng(seed)
+    unary = [rng.normal(size=k) for k in sizes]
+    steps = [rng.normal(size=pair) for pair in pairwise(sizes)]
+
+    def cost(path):
+        between = sum(step[a, b] for step, a, b in zip(steps, path, path[1:], strict=False))
+        return between + sum(own[k] for own, k in zip(unary, path, strict=True))
+
+    path = viterbi(unary, steps)
+    assert cost(path) == pytest.approx(min(cost(p) for p in product(*map(range, sizes))))
+
+
+@pytest.mark.parametrize("text", ["th", "an", "mite", "it me"])
+def test_without_variation_nothing_is_cheaper(kept, text):
+    wanted = asked(text)
+    pools = pools_of(kept, wanted)
+    least = min(total(kept, wanted, numbers) for numbers in product(*(p.numbers.tolist() for p in pools)))
+    chosen = choose(kept, wanted, np.random.default_rng(0), variation=0)
+    assert total(kept, wanted, chosen) == pytest.approx(least)
+    assert list(chosen) == list(choose(kept, wanted, np.random.default_rng(1), variation=0))
+
+
+def test_a_word_of_the_source_comes_over_whole(kept):
+    numbers = choose(kept, asked("minute"), np.random.default_rng(0), variation=0)
+    assert all(kept.after[a] == b for a, b in pairwise(numbers.tolist()))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.text("aehimnotu", min_size=1, max_size=6), min_size=1, max_size=6), st.integers(0, 99))
+def test_every_letter_is_what_was_wanted_and_a_seed_tells_all(kept, words, seed):
+    wanted = asked(" ".join(words))
+    numbers = choose(kept, wanted, np.random.default_rng(seed))
+    assert [kept.letters[n] for n in numbers] == [one.letter for one in wanted]
+    assert np.array_equal(numbers, choose(kept, wanted, np.random.default_rng(seed)))
+    # no glyph twice in a word that could do without
+    for _, word in groupby(zip(wanted, numbers, strict=True), lambda pair: pair[0].word):
+        for letter, same in groupby(sorted((one.letter, int(n)) for one, n in word), lambda pair: pair[0]):
+            own = [n for _, n in same]
+            assert len(set(own)) == len(own) or len(kept.of(letter)) <= 2 * len(own)
+
+
+def test_texts_and_words_differ(kept):
+    wanted = asked("ten hen then " * 4)[:-1]
+    first, second = (choose(kept, wanted, np.random.default_rng(seed)) for seed in (1, 2))
+    assert (first == second).mean() < 0.7
+    words = {tuple(first[i : i + 3]) for i in range(0, len(first), 10)}
+    assert len(words) > 1
+    still = choose(kept, wanted, np.random.default_rng(1), variation=0)
+    assert total(kept, wanted, still) < total(kept, wanted, first)
+
+
+def test_what_was_written_lately_is_dear_and_forgotten(kept):
+    used = Used(kept, np.random.default_rng(0))
+    number = kept.of("e")[:1]
+    used.write(number)
+    assert used.cost(number, 0)[0] == pytest.approx(AGAIN * (1 - 1 / FORGOTTEN))
+    costs = [used.cost(number, ahead)[0] for ahead in range(0, 300, 10)]
+    assert costs == sorted(costs, reverse=True) and costs[-1] == 0
+    # the second part of a text knows the first
+    wanted = asked("e")
+    number = choose(kept, wanted, np.random.default_rng(3), used=used)
+    assert number[0] != kept.of("e")[0] and used.cost(number, 0)[0] > 0.9 * AGAIN
+
+
+def test_what_is_missing_is_listed_with_its_places(kept):
+    with pytest.raises(MissingCharacters, match=r"'X' \(characters 4, 6 of the text\), 'ß' \(character 8") as error:
+        choose(kept, asked("an XaXaß"), np.random.default_rng(0))
+    assert "small" in str(error.value)
+    assert choose(kept, [], np.random.default_rng(0)).tolist() == []
+
+
+def test_a_capital_is_borrowed_and_said(kept):
+    wanted = asked("Men")
+    assert borrowed(kept, wanted) == {"M": [0]} and borrowed(kept, asked("men")) == {}
+    numbers = choose(kept, wanted, np.random.default_rng(0))
+    assert kept.letters[numbers[0]] == "m"
+    small, capital = (pools_of(kept, asked(text))[0].cost.min() for text in ("men", "Men"))
+    assert capital == pytest.approx(small + 1)
+
+
+def test_few_exact_glyphs_let_others_in_at_a_cost(kept):
+    (pool,) = pools_of(kept, [Wanted("e", "alone", 0, 0)])
+    assert len(kept.of("e", "alone")) == 0 and (pool.cost >= 0.5).all()
+    assert set(pool.numbers) == set(kept.of("e"))
+
+
+@pytest.mark.parametrize("variation", [0.0, 1.0])
+def test_an_explanation_tells_of_the_choice(kept, small_hand, variation):
+    wanted = asked("the hen")
+    told = explain(kept, wanted, np.random.default_rng(4), variation=variation)
+    chosen = choose(kept, wanted, np.random.default_rng(4), variation=variation)
+    assert [one.numbers[one.taken] for one in told] == chosen.tolist()
+    for one in told:
+        assert one.order[0] == one.taken or one.total[one.taken] == pytest.approx(one.total.min())
+    lines = reasons(kept, told)
+    assert len(lines) == 6 and lines[0].startswith("t start: glyph")
+    sheet = choices_sheet(small_hand, told)
+    assert sheet.dtype == np.uint8 and sheet.shape[2] == 3 and (sheet < 128).any(axis=2).sum() > 500
