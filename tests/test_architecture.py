@@ -16,7 +16,7 @@ MAY = {
     "hand": set(),
     "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},
-    "inking": {"hand", "writing", "motion"},
+    "inking": {"hand", "writing", "motion", "scanning"},
     "author": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},

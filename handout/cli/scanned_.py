@@ -1,4 +1,4 @@
-"""`handout hand check`, `edit`, `export`, `import`, `remove`: what is done with hands that were read from scans."""
+"""`handout hand check`, `edit`, `export`, `import`, `remove`: what is done with hands read from scans; and `pen`."""
 
 from __future__ import annotations
 
@@ -151,6 +151,41 @@ def edit(name: str, corrections: str, output: str | None, as_json: bool, quiet: 
     results.report(result, said, as_json=as_json, quiet=quiet)
 
 
+@click.command("pen")
+@click.argument("scans", metavar="SCAN...", nargs=-1, required=True)
+@click.option("--output", "-o", required=True, help="The .hand file.")
+@click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
+@_as_json
+@_quiet
+def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, quiet: bool) -> None:
+    """Keep a pen, to write in a scanned hand with: from scans of anything drawn with it, without a text.
+
+    Half a page of loose waves, loops and strokes in all directions is enough, not over each other.
+
+    \b
+    handout hand pen scribble.png -o pen.hand
+    """
+    from dataclasses import replace
+
+    from handout import atomic
+    from handout.hand import file
+    from handout.inking.swatches import swatches
+    from handout.scanning.page import read_scan
+    from handout.scanning.reading import read_page
+    from handout.tagging.making import read_pen
+
+    path = hand_path(output)
+    atomic.check_writable(path)
+    # the size of what is drawn tells nothing of the resolution
+    pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
+    hand = read_pen(path.stem, pages)
+    radius, pieces = swatches(hand)[0].radius, sum(len(one.start) for one in swatches(hand))
+    file.save(hand, path)
+    result = {"files": [str(path)], "pieces": pieces, "width": round(2 * radius, 3)}
+    said = f"Wrote {path}: a line {2 * radius:.2f} mm wide, {pieces} pieces of it."
+    results.report(result, said, as_json=as_json, quiet=quiet)
+
+
 @click.command("export")
 @click.argument("name")
 @click.option("--output", "-o", required=True, help="The .hand file.")
@@ -231,4 +266,4 @@ def show(hand: ScannedHand, output: Sequence[str], *, as_json: bool, quiet: bool
     results.report({**report.facts(hand), "files": [str(path) for path in paths]}, said, as_json=as_json, quiet=quiet)
 
 
-COMMANDS = (check, edit, export, import_, remove)
+COMMANDS = (check, edit, pen, export, import_, remove)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,7 @@ def _plane(xy: NDArray[np.float64]) -> _Complex:
     return np.asarray(xy[:, 0] + 1j * xy[:, 1])
 
 
-def _spread(edges: NDArray[np.intp], count: int) -> object:
+def _spread(edges: NDArray[np.intp], count: int) -> Any:
     """Matrix (n, n) that gives every vertex the mean of itself and its neighbours."""
     from scipy.sparse import csr_matrix
 
@@ -94,7 +95,7 @@ def _spread(edges: NDArray[np.intp], count: int) -> object:
     return csr_matrix((weight[rows], (rows, columns)), shape=(count, count))
 
 
-def _smooth(values: NDArray[np.float64], spread: object) -> NDArray[np.float64]:
+def _smooth(values: NDArray[np.float64], spread: Any) -> NDArray[np.float64]:
     for _ in range(_SMOOTH):
         values = spread @ values
     return values
@@ -109,9 +110,10 @@ def _finer(line: Course, a: NDArray[np.intp], b: NDArray[np.intp], length: NDArr
     part = (np.arange(len(edge)) - np.repeat(np.cumsum(more) - more, more) + 1) / (more[edge] + 1)
     a, b = a[edge], b[edge]
 
-    def both(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def both(values: NDArray[Any]) -> NDArray[Any]:
         return np.concatenate([values, values[a] * (1 - part) + values[b] * part])
 
-    names = ("at", "uv", "radius", "turn", "width", "twice")
     loose = np.concatenate([line.loose, np.zeros(len(edge), dtype=bool)])
-    return Course(**{name: both(getattr(line, name)) for name in names}, loose=loose)
+    parts = (line.at, line.uv, line.radius, line.turn, line.width, line.twice)
+    at, uv, radius, turn, width, twice = (both(values) for values in parts)
+    return Course(at, uv, radius, turn, width, twice, loose)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.inking import plain
 from handout.inking.tooth import Tooth, tooth
-from handout.values import Array, Page
+from handout.values import Array, Page, Raster
 
 PAPERS = ("none", "plain", "laid", "ruled", "squared")
 _PITCH = {"ruled": 8.0, "squared": 5.0}
@@ -80,6 +81,22 @@ def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDA
     if paper.name not in PAPERS:
         return _picture(Path(paper.name), size)
     return _made(paper, size, 25.4 / dpi, tooth(rng))
+
+
+def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8, device RGB: ink on paper (h, w, 3), or on white.
+
+    Paper gives back less light where there is ink, by what ink on white does: its grain is seen through thin ink.
+    """
+    flat = plain.flatten(raster)
+    if ground is None:
+        return flat
+    under = ground.reshape(-1, 3)
+    made = ground.copy()
+    for at in plain.inked(raster.rgba[..., 3]):
+        light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
+        made.reshape(-1, 3)[at] = np.rint(under[at] * light)
+    return made
 
 
 def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def _rewritten(word: Sequence[Placed], pen: Swatches, usual: float, width: float
     if not pieces:
         return []
     features = [p.track.features(np.array([p.start]), max(p.end - p.start, 1e-6), wanted) for p in pieces]
-    follows = [False] + [b.track is a.track for a, b in zip(pieces, pieces[1:], strict=False)]
+    follows = [False] + [b.track is a.track for a, b in pairwise(pieces)]
     chosen = pen.choose(np.concatenate(features), np.array(follows))
     inks = (_layer(pieces, chosen, layer, pen, larger) for layer in (0, 1))
     return [replace(word[0], ink=ink) for ink in inks if ink is not None]
@@ -114,9 +114,7 @@ def _layer(pieces: Sequence[_Piece], chosen: Indices, layer: int, pen: Swatches,
     if not parts:
         return None
     first = np.cumsum([0] + [len(part[0]) for part in parts])
-    edges = [
-        np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in zip(first, first[1:], strict=False)
-    ]
+    edges = [np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in pairwise(first.tolist())]
     xy, radius, density, uv = (np.concatenate(values) for values in zip(*parts, strict=True))
     return Ink(LineGraph(xy, radius, density, uv, np.concatenate(edges)), pen.page, NOBODY)
 
@@ -128,9 +126,9 @@ def _laid(
     long = piece.end - piece.start
     at = np.linspace(piece.start, piece.end, max(1 if long == 0 else 2, int(np.ceil(long / _STEP)) + 1))
     # a short piece takes the end of its swatch that is an end of a line, or else the middle
-    spare = length - long / larger
+    taken = min(long / larger, length)
     loose = swatch.loose[0] and start < 0.3 * length
-    there = start + (0 if loose and long > 0 else spare / 2) + (at - piece.start) / larger
+    there = start + (0 if loose else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
     track = piece.track
     radius, density = (np.interp(at, track.along, values) for values in (track.radius, track.density))
     return track.places(at), radius, density, swatch.places(there, "uv")

@@ -16,6 +16,7 @@ from handout.scanning.cut import minimum_cut
 
 _FINE = 64.0  # capacities become whole numbers: so much finer than they would
 _NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which two lines are one
+_ENDING = 0.5  # radii before its end where a line gives way to one that goes on
 _ALIKE = 0.5  # cosine of twice the angle between them, at least
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
 
@@ -41,9 +42,8 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask, *, gradi
     apart = np.sqrt(((a - b) ** 2).sum(axis=2))
     light = [gradient * _luma(layer) for layer in (a, b)] if gradient else []
     at = np.flatnonzero(both)
-    number = np.full(both.size, -1, dtype=np.intp)
-    number[at] = np.arange(len(at))
-    number = number.reshape(both.shape)
+    number = np.full(both.shape, -1, dtype=np.intp)
+    number[both] = np.arange(len(at))
     pairs, prices = [], []
     for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
         edge = both[one] & both[other]
@@ -82,7 +82,7 @@ def parted(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
     lines = [_part(near, own) for (_, near), own in zip(views, same, strict=True)]
     both = lines[0] | lines[1]
     rest = [_grown((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
-    ends = [_part(near, layer.loose & own) for (_, near), layer, own in zip(views, (a, b), same, strict=True)]
+    ends = [_part(near, _ending(layer) & own) for (_, near), layer, own in zip(views, (a, b), same, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
     unsure = to_a & to_b
@@ -116,6 +116,16 @@ def _same(layer: Layer, other: Layer) -> _Mask:
     at = np.where(near, at, 0)
     cosine = (layer.twice * np.conj(other.twice[at])).real
     return np.asarray(near & (cosine >= _ALIKE * np.abs(layer.twice) * np.abs(other.twice[at])))
+
+
+def _ending(layer: Layer) -> _Mask:
+    """Vertices (n,) where lines end, and those just before."""
+    from scipy.spatial import cKDTree
+
+    if not layer.loose.any():
+        return layer.loose
+    away, _ = cKDTree(layer.xy[layer.loose]).query(layer.xy)
+    return np.asarray(away <= _ENDING * layer.radius)
 
 
 def _part(near: NDArray[np.int32], vertices: _Mask) -> _Mask:

@@ -76,12 +76,12 @@ class Source:
         x, y = self.page.texture.corner
         h, w = self.page.texture.shape
         ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
-        l, t, r, b = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
-        if l < r and t < b:
-            own = self.page.texture.rgba[t - y : b - y, l - x : r - x].astype(np.float32)
+        x0, y0, x1, y1 = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
+        if x0 < x1 and y0 < y1:
+            own = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
             own *= np.float32(1 / 255)
             own[:, :, :3] *= own[:, :, 3:]
-            ink[t - top : b - top, l - left : r - left] = own
+            ink[y0 - top : y1 - top, x0 - left : x1 - left] = own
         return ink
 
     def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -114,7 +114,7 @@ class Source:
         kept = (at[label] >= len(others)).astype(np.float32)
         for (cx, cy), radius in self._cuts(mine, corner):
             cv2.circle(kept, (cx, cy), radius, 1.0, -1, shift=_BITS)
-        return np.maximum(kept, np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32))
+        return np.asarray(np.maximum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
 
     def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[int, int], int]]:
         """Discs of the glyph's vertices from which the line goes on into another letter, in parts of pixels."""

@@ -29,7 +29,7 @@ _STARTS = 6  # pieces begin so many times in each length
 _FEWEST = 12
 _WIDTH, _DENSITY, _END = 0.5, 0.5, 1.0  # weights beside that of the course
 _LIKE, _AFTER = 24, 90  # pieces looked at for each place; choices after which a piece is as good as new
-_AGAIN, _GOES_ON = 0.5, 0.15  # cost of a piece that has just been used; gain of one that goes on where the last ended
+_AGAIN, _GOES_ON = 0.5, 0.4  # cost of a piece that has just been used; gain of one that goes on where the last ended
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,15 +126,14 @@ class Swatches:
         same = np.asarray(same, dtype=np.intp).ravel()
         used = np.full(int(same.max()) + 1, -_AFTER)
         chosen = np.zeros(len(wanted), dtype=np.intp)
-        last = -1
+        last, on = -1, _STARTS // 2
         for number in range(len(wanted)):
-            some = at[number]
-            cost = near[number] + _AGAIN * np.clip(1 - (number - used[same[some]]) / _AFTER, 0, None)
-            if follows[number] and last >= 0:
-                on = (self.track[some] == self.track[last]) & (
-                    np.abs(self.start[some] - self.start[last] - self.length / 2) < self.length / _STARTS
-                )
-                cost -= _GOES_ON * on
+            some, cost = at[number], near[number]
+            onward = last + on
+            if follows[number] and onward < len(self.track) and self.track[onward] == self.track[last]:
+                goes_on = float(np.linalg.norm(self.features[onward] - wanted[number])) - _GOES_ON
+                some, cost = np.append(some, onward), np.append(cost, goes_on)
+            cost = cost + _AGAIN * np.clip(1 - (number - used[same[some]]) / _AFTER, 0, None)
             last = int(some[cost.argmin()])
             used[same[last]] = number
             chosen[number] = last

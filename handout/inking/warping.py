@@ -27,6 +27,7 @@ _MOST_FINER = 16
 _EXACT = 0.02  # pixels: what one even movement may be off by
 _PAD = 8  # pixels around what is needed of the picture, so that lines beside it are seen
 _PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
+_ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
 _GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
@@ -52,7 +53,7 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     if window is None:
         return None
     # what is taken from the middle of a line would go on past the end of the piece: there it ends round
-    near, place = _nearest(line, window, np.where(line.loose & lone, 0.5, reach))
+    near, place = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
     rgba = _pieces(line, near, place, source) if lone else _sampled(line, near, place, source, ink.graph.uv)
     left, top = window[0] // finer, window[1] // finer
     xy = np.stack([line.at.real, line.at.imag], axis=1)
@@ -74,7 +75,7 @@ def _coarser(layer: Layer, finer: int) -> Layer:
     import cv2
 
     h, w = (side // finer for side in layer.near.shape)
-    rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA))
+    rgba = np.asarray(cv2.resize(layer.rgba, (w, h), interpolation=cv2.INTER_AREA), dtype=np.float32)
     near = np.ascontiguousarray(layer.near[finer // 2 :: finer, finer // 2 :: finer])
     inked = rgba[:, :, 3] > 0
     near = np.where(inked, np.maximum(near, np.asarray(_highest(layer.near, finer))), near)
@@ -153,14 +154,21 @@ def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128]
     import cv2
 
     inside = near >= 0
-    back = line.back(place[inside], near[inside].astype(np.intp))
+    vertex = near[inside]
+    back = line.back(place[inside], vertex.astype(np.intp))
+    # of what lies beside the line only so much is known to be clear
+    away = np.abs(back - line.uv[vertex]) - (line.width * line.radius)[vertex]
+    back[away > CLEAR / source.page.pixel] = -_PAD
     x, y = source.page.texture.corner
     places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
     places[0][inside], places[1][inside] = back.real - x, back.imag - y
     found = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
     rgba = np.asarray(found, dtype=np.float32) / np.float32(255)
+    beyond = np.abs(place[inside] - line.at[vertex]) - line.radius[vertex]
+    shown = np.where(line.loose[vertex], np.clip(_ROUND - beyond, 0, 1), 1)
+    rgba[inside] *= shown[:, None].astype(np.float32)
     rgba[~inside] = 0
-    return np.minimum(rgba, rgba[:, :, 3:])
+    return np.asarray(np.minimum(rgba, rgba[:, :, 3:]), dtype=np.float32)
 
 
 def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
@@ -169,14 +177,14 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
 
     found = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     if (x == np.rint(x)).all() and (y == np.rint(y)).all():
-        return found
+        return np.asarray(found, dtype=np.float32)
     kernel = np.ones((4, 4), np.uint8)
     left, top = np.floor(x), np.floor(y)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
     least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
     most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
     found = np.clip(found, least, most)
-    return np.minimum(found, found[:, :, 3:])
+    return np.asarray(np.minimum(found, found[:, :, 3:]), dtype=np.float32)
 
 
 def _back(

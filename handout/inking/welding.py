@@ -41,8 +41,10 @@ def _pair(a: LineGraph, b: LineGraph) -> LineGraph:
     near = away[lost] < _LONGEST
     joins = np.stack([at[lost], number[inner] + len(a)], axis=1)[near]
     edges = np.concatenate([a.edges, kept.edges + len(a), joins])
-    names = ("xy", "radius", "density", "uv")
-    return LineGraph(*(np.concatenate([getattr(a, n), getattr(kept, n)]) for n in names), edges=edges)
+    xy, radius, density, uv = (
+        np.concatenate([getattr(one, name) for one in (a, kept)]) for name in ("xy", "radius", "density", "uv")
+    )
+    return LineGraph(xy, radius, density, uv, edges)
 
 
 def directions(graph: LineGraph) -> Array:

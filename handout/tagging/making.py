@@ -18,7 +18,7 @@ from handout.hand.joining import Joining
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.scanning.reading import WrittenPage
-from handout.scanning.rules import find_rules
+from handout.scanning.rules import Rules, find_rules
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
@@ -31,6 +31,7 @@ _POOR = DOUBTFUL / 2  # confidence above which no letter of a poor line is
 _BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0  # x-heights from a letter's column and baseline within which some of a piece is
 _ENDS = ("left", "right")
 _NONE: Indices = np.zeros(0, dtype=np.intp)
+_SCRIBBLE = (3.0, 0.0, 10.0)  # x-height mm, slant and pitch mm of pages without writing, where nothing goes by them
 _PAPER = 64  # pixels: longest side of the paper that is kept
 
 
@@ -131,6 +132,21 @@ def read_hand(name: str, pages: Sequence[MadePage], title: str = "") -> ScannedH
     if not glyphs:
         raise InputError(f"{name}: no letter was found on {len(pages)} pages, so there is no hand to keep.")
     return ScannedHand(name, title or name, tuple(made.page for made in pages), tuple(glyphs))
+
+
+def read_pen(name: str, pages: Sequence[WrittenPage], title: str = "") -> ScannedHand:
+    """What a pen writes like: pages of anything drawn with it, none of whose letters are known.
+
+    Raises
+    ------
+    InputError
+        No page.
+    """
+    if not pages:
+        raise InputError(f"{name}: no page, so there is no pen to keep.")
+    blank = Rules((), *_SCRIBBLE)
+    found = tuple(page_of(replace(page, rules=blank), "") for page in pages)
+    return ScannedHand(name, title or name, found, ())
 
 
 def _moved(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
