@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout.cli import options, prompt_, results, scan_, scanned_
+from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.sinks import Pen
@@ -77,22 +78,27 @@ def _scanned() -> list[dict[str, Any]]:
 @command.command("show")
 @click.argument("name")
 @click.option("--output", "-o", multiple=True, required=True, help="A file for the sheet: .png .svg .pdf …")
+@click.option("--text", help="Of a scanned hand: show which of its letters would write this, and why.")
 @options.writing_options
 @options.picture_options
-def show(name: str, output: tuple[str, ...], **given: Any) -> None:
+def show(name: str, output: tuple[str, ...], text: str | None, **given: Any) -> None:
     """Write a specimen sheet of the hand NAME at three times its size: every form of every character, and text.
 
-    Of a scanned hand, or a .hand file, its letters side by side, as PNG.
+    Of a scanned hand, or a .hand file, its letters side by side, as PNG; with --text, for every letter of it those
+    that might have been taken, what each would have cost, and the one that was.
 
     \b
     handout hand show house-joined -o sheet.png
+    handout hand show me.hand --text "quick" -o choices.png
     """
     from handout.hand import file, library
 
     if name.endswith(file.SUFFIX) or name in library.scanned():
         scanned = file.load(library.scanned_file(name))
-        scanned_.show(scanned, output, as_json=given["as_json"], quiet=given["quiet"])
+        scanned_.show(scanned, output, text, given)
         return
+    if text is not None:
+        raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")
     _show_drawn(name, output, given)
 
 
@@ -106,13 +112,14 @@ def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> No
     check_outputs(paths)
     look = options.look(given)
     job = options.setup({**given, "hand": name}, "A4")
-    text = _SPECIMEN.format(name=job.hand.name, title=job.hand.title)
+    hand = options.drawn_hand(job)
+    text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(job.seed)
-    sheet = specimen(job.hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
-    drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {job.hand.name}"})
+    sheet = specimen(hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
+    drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
     files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
-    result = {**results.summary([sheet], [drawing], job, files), **_facts(job.hand)}
-    said = f"Wrote {', '.join(map(str, files))}: {_drawn(job.hand)} forms; seed {job.seed}."
+    result = {**results.summary([sheet], [drawing], job, files), **_facts(hand)}
+    said = f"Wrote {', '.join(map(str, files))}: {_drawn(hand)} forms; seed {job.seed}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 

@@ -168,6 +168,7 @@ class Setup:
     fast: bool
     pages: int | None
     fallback: bool
+    lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
 
 
 def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
@@ -187,10 +188,25 @@ def setup(options: Mapping[str, Any], page_name: str, margin: str | None = None,
         jitter=options["jitter"],
     )
     fast, factor = _speed(options["speed"])
-    seed = options["seed"] if options["seed"] is not None else secrets.randbelow(10**6)
-    if seed < 0:
-        raise InputError(f"seed: {seed} is negative; use 0 or more.")
-    return Setup(hand, layout, seed, options["kinematics"], factor, fast, pages, options["fallback"])
+    return Setup(
+        hand,
+        layout,
+        seed(options),
+        options["kinematics"],
+        factor,
+        fast,
+        pages,
+        options["fallback"],
+        _lent(options.get("pen"), hand),
+    )
+
+
+def seed(options: Mapping[str, Any]) -> int:
+    """The seed that was asked for, or one by chance."""
+    given: int = options["seed"] if options["seed"] is not None else secrets.randbelow(10**6)
+    if given < 0:
+        raise InputError(f"seed: {given} is negative; use 0 or more.")
+    return given
 
 
 def _hand(name: str, haste: float) -> Hand | ScannedHand:
@@ -204,6 +220,40 @@ def _hand(name: str, haste: float) -> Hand | ScannedHand:
     if haste:
         raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
     return hand
+
+
+def _lent(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
+    """The hand whose pen is asked for."""
+    from handout.hand import file
+    from handout.values import Hand
+
+    if pen is None:
+        return None
+    if isinstance(hand, Hand):
+        if pen.endswith(file.SUFFIX):
+            raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+        return None
+    if not pen.endswith(file.SUFFIX):
+        raise InputError(f"pen: {hand.name} is a scanned hand, written with its own pen or that of a .hand file.")
+    return file.load(Path(pen))
+
+
+def drawn_hand(job: Setup) -> Hand:
+    """The hand, of which strokes are wanted.
+
+    Raises
+    ------
+    InputError
+        It is a scanned one.
+    """
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return job.hand
+    raise InputError(
+        f"{job.hand.name} is a scanned hand, whose strokes are not known: it can be written as .png and .pdf and "
+        "printed; use a drawn hand."
+    )
 
 
 def _speed(text: str) -> tuple[bool, float]:
@@ -242,7 +292,7 @@ def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mappi
     else:
         from handout.inking.scanned import drawn
 
-        drawing = drawn(sheet, job.hand)
+        drawing = drawn(sheet, job.hand, job.lent)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
 
 
@@ -251,6 +301,8 @@ def pen(given: Mapping[str, Any]) -> Pen:
     from handout.inking.pen import usual
 
     width, name = given["pen_width"], given["pen"] or "ballpoint"
+    if name.endswith(".hand"):
+        return usual("ballpoint")  # never drawn with
     if name not in PENS:
         raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
     return usual(name, None if width is None else units.length(width, "pen width"), given["ink"])

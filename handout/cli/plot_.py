@@ -63,6 +63,7 @@ def command(
     profile = _profile(device, port)
     words = options.text_of(text, file)
     job = options.setup(given, given["page_name"], given["margin"], given["pages"])
+    options.drawn_hand(job)
     pages, drawings = options.compose_and_trace(words, job)
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout import units
 from handout.cli import options, results
 from handout.errors import InputError
 
@@ -94,8 +93,8 @@ def command(
     }
     where = ", ".join(map(str, done.files[:_MOST_NAMED])) or f"{len(done.jobs)} jobs to {profile.queue or printer}"
     said = (
-        f"{len(done.rows)} of {len(done.rows) + len(done.failed)} envelopes done ({where}), "
-        f"{units.duration(result['duration_s'])} of writing; seed {job.seed}."
+        f"{len(done.rows)} of {len(done.rows) + len(done.failed)} envelopes done ({where}); "
+        f"{results.writing_time(result)}seed {job.seed}."
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
     return done.exit_code

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from handout import units
+
 if TYPE_CHECKING:
     from handout.cli.options import Setup
     from handout.values import Drawing, Manuscript
@@ -61,6 +63,11 @@ def summary(
     tally = Tally()
     tally.add(pages, drawings)
     return tally.facts(job, files)
+
+
+def writing_time(result: dict[str, Any]) -> str:
+    """How long the writing would take by hand, for what is said at the end; nothing where strokes are not known."""
+    return f"{units.duration(result['duration_s'])} of writing; " if result["strokes"] else ""
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import results
+from handout.cli import options, results
 from handout.cli.scan_ import hand_path
 from handout.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from handout.hand.scanned import ScannedHand
     from handout.prompting.coverage import Lack
 
@@ -249,8 +252,8 @@ def _these(known: dict[str, Path]) -> str:
     return f"; there are {', '.join(sorted(known))}" if known else ""
 
 
-def show(hand: ScannedHand, output: Sequence[str], *, as_json: bool, quiet: bool) -> None:
-    """The letters of a scanned hand side by side, as PNG files."""
+def show(hand: ScannedHand, output: Sequence[str], text: str | None, given: Mapping[str, Any]) -> None:
+    """The letters of a scanned hand side by side, or those that would write a text, as PNG files."""
     from handout import atomic
     from handout.hand import pictures, report
 
@@ -259,11 +262,27 @@ def show(hand: ScannedHand, output: Sequence[str], *, as_json: bool, quiet: bool
         if path.suffix.lower() != ".png":
             raise InputError(f"The letters of a scanned hand are written as PNG: use {path.stem}.png.")
         atomic.check_writable(path)
-    pixels = pictures.contact_sheet(hand)
+    pixels, found = (pictures.contact_sheet(hand), report.facts(hand)) if text is None else _choices(hand, text, given)
     for path in paths:
         _write_png(path, pixels, 200.0)
-    said = f"Wrote {', '.join(map(str, paths))}: {len(hand.glyphs)} letters, {len(hand.letters)} different ones."
-    results.report({**report.facts(hand), "files": [str(path) for path in paths]}, said, as_json=as_json, quiet=quiet)
+    said = f"Wrote {', '.join(map(str, paths))}"
+    said += f": {len(hand.glyphs)} letters, {len(hand.letters)} different ones." if text is None else "."
+    found = {**found, "files": [str(path) for path in paths]}
+    results.report(found, "\n".join([*found.get("why", ()), said]), as_json=given["as_json"], quiet=given["quiet"])
+
+
+def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[NDArray[np.uint8], dict[str, Any]]:
+    """Which letters of a hand would write a text: a picture, and why in words."""
+    import numpy as np
+
+    from handout.writing.scanned.explaining import choices_sheet, reasons
+    from handout.writing.scanned.scribe import ScannedScribe
+
+    seed = options.seed(given)
+    scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
+    explained = scribe.explained(text)
+    why = reasons(scribe.stock, explained)
+    return choices_sheet(hand, explained), {"hand": hand.name, "text": text, "seed": seed, "why": why}
 
 
 COMMANDS = (check, edit, pen, export, import_, remove)

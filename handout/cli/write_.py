@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from handout import units
 from handout.cli import options, results
 from handout.errors import InputError
 
@@ -41,8 +40,8 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     files = write_drawings(drawings, paths, **look, extra=extra)
     result = results.summary(pages, drawings, job, files)
     said = (
-        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}, "
-        f"{units.duration(result['duration_s'])} of writing; seed {job.seed}."
+        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
+        f"{results.writing_time(result)}seed {job.seed}."
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,13 +15,12 @@ from handout.writing import text as texts
 from handout.writing.drawn import DrawnScribe
 from handout.writing.layout import Layout
 from handout.writing.lines import Row, wrap
-from handout.writing.scribe import Piece, Scribe, Unit, W
+from handout.writing.pieces import paragraphs_of
+from handout.writing.scribe import Scribe, Unit, W
 from handout.writing.sheets import lines_a_page, paginate, room, spacing
-from handout.writing.text import Letter
 
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
-_BREAK_AFTER = "-–—/"
 _CUT = 0.01  # x-heights before what a word that is wider than its line goes on with: it is still one word
 
 
@@ -71,47 +70,9 @@ def _compose(
     text: str, scribe: Scribe[W], layout: Layout, rng: np.random.Generator, pages: int | None, fallback: bool
 ) -> list[Manuscript]:
     tokens = texts.spell(texts.normalise(text), scribe.repertoire, fallback=fallback)
-    paragraphs = scribe.paragraphs(_paragraphs(tokens))
+    paragraphs = scribe.paragraphs(paragraphs_of(tokens))
     layout, rows = _set(paragraphs, scribe.pitch, layout, pages or (1 if layout.fit else None))
     return paginate(rows, scribe, layout, rng)
-
-
-def _paragraphs(tokens: Sequence[Letter | str]) -> list[list[Piece]]:
-    """What is written in one go, and between that the numbers of spaces, of every paragraph."""
-    return [list(_pieces(paragraph)) for paragraph in _split(tokens, "\n")]
-
-
-def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:
-    part: list[Letter | str] = []
-    for token in tokens:
-        if token == mark:
-            yield part
-            part = []
-        else:
-            part.append(token)
-    yield part
-
-
-def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
-    """What is written in one go, and between them the number of spaces; a line may break after a hyphen."""
-    piece: list[Letter] = []
-    spaces = 0
-    for token in paragraph:
-        if isinstance(token, str):
-            if piece:
-                yield piece
-                piece = []
-            spaces += 1
-            continue
-        if spaces:
-            yield spaces
-            spaces = 0
-        if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha():
-            yield piece
-            piece = []
-        piece.append(token)
-    if piece:
-        yield piece
 
 
 def _set(

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from handout.values import Hand, Placed
-from handout.writing.scribe import Piece, ToPage, Unit
+from handout.writing.pieces import Piece
+from handout.writing.scribe import ToPage, Unit
 from handout.writing.text import Repertoire
 from handout.writing.variation import USUAL
 from handout.writing.words import Word, Writer

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 from handout.values import Array, Placed
-from handout.writing.text import Letter, Repertoire
+from handout.writing.pieces import Piece
+from handout.writing.text import Repertoire
 
 
 class Word(Protocol):
@@ -35,8 +36,6 @@ class Word(Protocol):
 
 W = TypeVar("W", bound=Word)
 
-# a number of spaces, or the letters between two of them
-Piece = int | Sequence[Letter]
 # places (n, 2), mm from the left edge of the page and mm over the baseline → page coordinates (n, 2)
 ToPage = Callable[[Array], Array]
 

@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 from handout.hand.places import places
 from handout.hand.scanned import ScannedHand
 from handout.values import Glyph, Indices, Ink, LineGraph, Placed
+from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scanned.choosing import choose
+from handout.writing.scanned.explaining import Explained, explain
 from handout.writing.scanned.manner import Manner, manner
 from handout.writing.scanned.setting import gaps, heights, set_line
 from handout.writing.scanned.stock import Stock, stock
 from handout.writing.scanned.wanted import Wanted
 from handout.writing.scanned.word import ScannedWord
-from handout.writing.scribe import Piece, ToPage, Unit
-from handout.writing.text import Letter, Repertoire
+from handout.writing.scribe import ToPage, Unit
+from handout.writing.text import Letter, Repertoire, normalise, spell
 
 _MORE_SPACE = 0.75  # of a space, for every further one
 _MOST_SPACES = 12
@@ -47,20 +49,25 @@ class ScannedScribe:
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._rng, self._variation = hand, rng, variation
-        self._stock, self._manner = _known(hand)
+        self.stock, self._manner = _known(hand)
         self.name, self.pitch = hand.name, hand.pitch
         self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
 
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[ScannedWord]]]]:
         """(indent, units) of every paragraph; the glyphs of the whole text are chosen together."""
         wanted = _wanted(pieces)
-        numbers = choose(self._stock, wanted, self._rng, variation=self._variation)
+        numbers = choose(self.stock, wanted, self._rng, variation=self._variation)
         done, count = [], 0
         for paragraph in pieces:
             length = sum(len(piece) for piece in paragraph if not isinstance(piece, int))
             done.append(self._paragraph(paragraph, numbers[count : count + length]))
             count += length
         return done
+
+    def explained(self, text: str) -> list[Explained]:
+        """Which glyphs would write a text, and what else might have."""
+        wanted = _wanted(paragraphs_of(spell(normalise(text), self.repertoire)))
+        return explain(self.stock, wanted, self._rng, variation=self._variation)
 
     def _paragraph(self, pieces: Sequence[Piece], numbers: Indices) -> tuple[float, list[Unit[ScannedWord]]]:
         words = [(spaces, letters) for spaces, letters in _spaced(pieces) if letters]
