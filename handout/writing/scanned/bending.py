@@ -83,7 +83,7 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
 
     Parameters
     ----------
-    height : of the glyph's centre over its baseline, which stays where it is.
+    height : of the glyph's centre over its baseline; letters grow and lean from the baseline.
     variation : 0 none, 1 usual; the author's range bounds it however great it is.
     """
     normal = rng.standard_normal(3)
