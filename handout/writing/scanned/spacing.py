@@ -3,8 +3,8 @@
 What is kept of a pair is its clearance: how near its two bodies, without their ligatures, come at any one height,
 measured level in the upright frame, where the slant of the hand is taken out.  The clearance is predicted, and the
 distance of the centres follows from the shapes, so that an l after an m neither collides nor gapes.  On held-out pairs
-of real hands this errs by a tenth to a third less than the distance of the centres does, and no more than that of the
-edges in any band.  Between words the strokes that are left loose count too, and at a height all that is near it.
+of real hands this errs by a tenth to a third less than the distance of the centres, and in three of four less than any
+edges in a band do.  Between words the strokes that are left loose count too, and at a height all that is near it.
 
 Source: seed 000, §6.3.
 """
