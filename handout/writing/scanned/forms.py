@@ -66,6 +66,14 @@ class Form:
     entries: tuple[Way, ...]
     exits: tuple[Way, ...]
 
+    @cached_property
+    def whole(self) -> tuple[Array, Array]:
+        """(n, 2), (n,): places and radii of all that is the glyph's own: its body, and its part of its ligatures."""
+        parts = [(self.xy, self.radius)]
+        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in self.exits]
+        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in self.entries]
+        return np.concatenate([xy for xy, _ in parts]), np.concatenate([radius for _, radius in parts])
+
 
 class Forms:
     """The forms of a hand, each taken off its page when it is first asked for.

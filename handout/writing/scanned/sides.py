@@ -60,11 +60,7 @@ def sides(forms: Forms, slant: float) -> Sides:
 def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
     """Left and right side of a glyph's line at every vertex, upright, and its height over the baseline."""
     form = forms[number]
-    parts = [(form.xy, form.radius)]
-    if loose:
-        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in form.exits]
-        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in form.entries]
-    xy, radius = (np.concatenate(values) for values in zip(*parts, strict=True))
+    xy, radius = form.whole if loose else (form.xy, form.radius)
     upright = xy[:, 0] - slant * xy[:, 1]
     return upright - radius, upright + radius, xy[:, 1] + forms.centre[number, 1]
 

@@ -3,8 +3,8 @@
 What is kept of a pair is its clearance: how near its two bodies, without their ligatures, come at any one height,
 measured level in the upright frame, where the slant of the hand is taken out.  The clearance is predicted, and the
 distance of the centres follows from the shapes, so that an l after an m neither collides nor gapes.  On held-out pairs
-of real hands this errs by a tenth to a third less than the distance of the centres, or of the edges in a band, does.
-Between words the strokes that are left loose count too, and at a height everything within a part of the pitch.
+of real hands this errs by a tenth to a third less than the distance of the centres, and in three of four less than any
+edges in a band do.  Between words the strokes that are left loose count too, and at a height all that is near it.
 
 Source: seed 000, §6.3.
 """
@@ -23,7 +23,8 @@ from handout.writing.scanned.sides import LETTERS, MARKS, WORDS, Sides, apart, s
 
 _MARGIN = 0.15  # of the difference of two estimates, and of the usual spread, that the range is widened by
 _PUSHES = 2
-# mean, deviation, least and most of hands that show none
+_ENOUGH = 8  # pairs that tell what is usual
+# mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
 
@@ -122,8 +123,10 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
     to_right[kind, first], to_left[kind, second] = found, found
     for one in (LETTERS, WORDS, MARKS):
         own = found[kind == one]
-        if len(own) > 1:
+        if len(own) >= _ENOUGH:
             low[one], high[one] = np.percentile(own, [_SHARE, 100 - _SHARE])
-            kept = own[(own >= low[one]) & (own <= high[one])]
+            kept = np.clip(own, low[one], high[one])
             mean[one], deviation[one] = kept.mean(), kept.std()
+        elif len(own):
+            low[one], high[one] = min(low[one], own.min()), max(high[one], own.max())
     return Gaps(mean, deviation, low, high, to_right, to_left)
