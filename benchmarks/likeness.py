@@ -74,8 +74,8 @@ def real_pages(folder: Path) -> dict[str, Grey]:
 
 def excerpts(mask: Mask, amount: float) -> list[Mask]:
     """Parts of the page, cut between lines, of at least `amount` pixels of ink edge: one from every third line on."""
-    lines, x = find_lines(mask)
-    cuts = [0, *(int(line.curve[0] + 0.9 * x) for line in lines[:-1]), len(mask)]
+    found = find_lines(mask)
+    cuts = [0, *(int(line.curve[0] + 0.9 * found.x_height) for line in found.lines[:-1]), len(mask)]
     parts = []
     for i in range(0, len(cuts) - 1, 3):
         end = next((cut for cut in cuts[i + 1 :] if edge_length(mask[cuts[i] : cut]) >= amount), None)
