@@ -25,7 +25,7 @@ from handout.hand.library import load
 from handout.inking import pens
 from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
-from handout.score.crowd import Distance, Style, distance, own_nearest, style
+from handout.score.crowd import Distance, Style, distance, least, own_nearest, style
 from handout.score.lines import find_lines
 from handout.score.pages import ink, read_page
 from handout.score.repetition import repetition
@@ -142,8 +142,7 @@ def _hand(greys: Sequence[Grey], amount: float, real: dict[str, Any] | None) -> 
 
 
 def _nearest(own: Style, others: Sequence[Style]) -> Distance:
-    apart = [distance(own, other) for other in others]
-    return Distance(min(d.hinge for d in apart), min(d.runs for d in apart))
+    return least([distance(own, other) for other in others])
 
 
 def main() -> None:
@@ -160,8 +159,7 @@ def main() -> None:
 
 def _print_distances(hands: dict[str, dict[str, Any]], real: dict[str, Any] | None) -> None:
     print(f"\n{'':<34}" + "".join(f"{name:>16}" for name in hands) + (f"{'people':>22}  goal" if real else ""))
-    for kind in ("hinge", "runs"):
-        said = {"hinge": "hinge", "runs": "run lengths"}[kind]
+    for kind, said in (("hinge", "hinge"), ("runs", "run lengths"), ("quill", "quill")):
         if real:
             goal = _percentile(real["nearest"], kind, 90)
             own = [_mean(found["nearest"], kind) for found in hands.values()]

@@ -115,6 +115,28 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
     )
 
 
+def line_figures(
+    grey: NDArray[np.uint8], mask: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
+) -> dict[str, float]:
+    """What a ruler says of one line alone; names as those of `PageStatistics`, without what the layout decides.
+
+    Parameters
+    ----------
+    grey, mask : (h, w) the line's picture and its own ink.
+    line : with its words, pixels of that picture.
+    x_height : pixels; slant : rad; of the page.
+    """
+    points, lean = _edges(mask, x_height)
+    low, high = ends_of_strokes(mask)
+    return {
+        "slant_spread": _slant_spread([line], points, lean, slant, x_height),
+        **_heights([line], high, slant, x_height),
+        **_feet([line], low, x_height),
+        **_gaps([line], x_height),
+        **_line(grey, mask, 25.4 / DPI),
+    }
+
+
 def _edges(mask: NDArray[np.bool_], x_height: float) -> tuple[Array, Array]:
     """Straight pieces of edge: their middles (n, 2), pixels, and how they lean (n,), rad to the right of upright."""
     here, ahead, behind = legs(mask, max(4, round(0.2 * x_height)))

@@ -36,8 +36,10 @@ def test_the_writer_comes_first(folder):
         own = style(ink(page(lines=6, letters=4, **kind)))
         found = standing(own, crowd)
         assert found.names[0] == f"{i}.png" and found.rank(f"{i}.png") == 1
-        assert list(found.hinge) == sorted(found.hinge)
-        assert found.nearest.hinge == found.hinge[0] and found.nearest.runs == min(found.runs)
+        hinges = [apart.hinge for apart in found.distances]
+        assert hinges == sorted(hinges)
+        assert found.nearest.hinge == hinges[0]
+        assert found.nearest.runs == min(apart.runs for apart in found.distances)
         assert found.further().hinge == 1.0
 
 
