@@ -165,9 +165,10 @@ def _say_compared(row: dict[str, Any]) -> None:
     if near:
         click.echo(f"  times as far as the author's own halves (goal: hinge ≤ 1.5): {_three(near['ratio'], digits=2)}")
     if test:
+        interval = f"{test['low']:.0%}–{test['high']:.0%}"
         click.echo(
-            f"  a classifier tells {test['accuracy']:.0%} of the lines right (95 %: {test['low']:.0%}–{test['high']:.0%}"
-            f"; {test['real']} and {test['made']} lines; p = {test['p']:.3f}; goal ≤ 60 %): {test['verdict']}"
+            f"  a classifier tells {test['accuracy']:.0%} of the lines right (95 %: {interval}; {test['real']} and "
+            f"{test['made']} lines; p = {test['p']:.3f}; goal ≤ 60 %): {test['verdict']}"
         )
     for note in row["notes"]:
         click.echo(f"  {note}")

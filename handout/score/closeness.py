@@ -14,7 +14,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.score.crowd import KINDS, Distance, distance, mean
-from handout.score.strips import Strip, pooled
+from handout.score.measured import MeasuredLine, pooled
 
 DRAWS = 24
 LEAST = 4  # lines: with fewer a half is one line
@@ -43,7 +43,7 @@ class Closeness:
 
 
 def half_to_half(
-    lines: Sequence[Strip], rng: np.random.Generator, *, draws: int = DRAWS, amount: float = np.inf
+    lines: Sequence[MeasuredLine], rng: np.random.Generator, *, draws: int = DRAWS, amount: float = np.inf
 ) -> list[Distance]:
     """Distances between random halves of an author's lines.
 
@@ -68,11 +68,11 @@ def half_to_half(
 
 
 def closeness(
-    real: Sequence[Strip],
-    made: Sequence[Strip],
+    real: Sequence[MeasuredLine],
+    made: Sequence[MeasuredLine],
     rng: np.random.Generator,
     *,
-    author: Sequence[Strip] | None = None,
+    author: Sequence[MeasuredLine] | None = None,
     draws: int = DRAWS,
 ) -> Closeness:
     """How far made lines are from real ones of their author.
@@ -101,7 +101,7 @@ def closeness(
     return Closeness(mean(own), mean(across), len(author), len(made), draws)
 
 
-def _as_much(lines: Sequence[Strip], amount: float) -> Sequence[Strip]:
+def _as_much(lines: Sequence[MeasuredLine], amount: float) -> Sequence[MeasuredLine]:
     """The first lines that come nearest to an amount of contour points together, one at least."""
     total = np.cumsum([line.amount for line in lines])
     return lines[: int(np.argmin(np.abs(total - amount))) + 1] if np.isfinite(amount) else lines

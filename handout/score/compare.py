@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.score.closeness import Closeness, closeness
-from handout.score.strips import strips
+from handout.score.measured import full_lines, measure_lines
 from handout.score.two_sample import TwoSample, two_sample
 
 
@@ -39,7 +39,7 @@ def compare(real: NDArray[np.uint8], made: NDArray[np.uint8], rng: np.random.Gen
     InputError
         No written line can be told on one of the pages.
     """
-    lines = strips(real), strips(made)
+    lines = full_lines(measure_lines(real)), full_lines(measure_lines(made))
     notes: list[str] = []
     near: Closeness | None = None
     test: TwoSample | None = None

@@ -43,7 +43,7 @@ def quill(mask: NDArray[np.bool_]) -> Array:
 
 
 def quill_counts(mask: NDArray[np.bool_]) -> Array:
-    """How many contour points have which direction and width, (DIRECTIONS, WIDEST); not whole, since they are shared."""
+    """How many contour points have which direction and width, (DIRECTIONS, WIDEST): not whole, as they are shared."""
     here, ahead, behind = legs(mask, LEG)
     counts = np.zeros((DIRECTIONS, WIDEST))
     chord = (ahead - behind).astype(np.float64)

@@ -19,10 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.score.strips import Strip
-from handout.values import Array
+from handout.score.measured import MeasuredLine
+from handout.values import Array, Indices
 
 LEAST = 4  # lines of either kind
 GOAL = 0.60
@@ -63,7 +64,11 @@ class TwoSample:
 
 
 def two_sample(
-    real: Sequence[Strip], made: Sequence[Strip], rng: np.random.Generator, *, permutations: int = PERMUTATIONS
+    real: Sequence[MeasuredLine],
+    made: Sequence[MeasuredLine],
+    rng: np.random.Generator,
+    *,
+    permutations: int = PERMUTATIONS,
 ) -> TwoSample:
     """Tell real lines of an author from made ones.
 
@@ -103,9 +108,7 @@ def together(tests: Sequence[TwoSample]) -> TwoSample:
     accuracy = float(np.average([test.accuracy for test in tests], weights=n))
     low, high = wilson(accuracy, float(n.sum()))
     p = float(chi2.sf(-2 * np.sum(np.log([test.p for test in tests])), 2 * len(tests)))
-    return TwoSample(
-        accuracy, low, high, sum(t.real for t in tests), sum(t.made for t in tests), float(n.sum()), p
-    )
+    return TwoSample(accuracy, low, high, sum(t.real for t in tests), sum(t.made for t in tests), float(n.sum()), p)
 
 
 def wilson(share: float, n: float, z: float = _Z) -> tuple[float, float]:
@@ -115,7 +118,7 @@ def wilson(share: float, n: float, z: float = _Z) -> tuple[float, float]:
     return float(max(0.0, middle - half)), float(min(1.0, middle + half))
 
 
-def _kernel(lines: Sequence[Strip]) -> Array:
+def _kernel(lines: Sequence[MeasuredLine]) -> Array:
     """(n, n) inner products of the lines, all kinds of measure weighing the same; no label is known here."""
     blocks = [_bins(np.array([line.hinge.ravel() for line in lines]))]
     blocks += [_bins(np.array([line.runs[k] for line in lines])) for k in range(4)]
@@ -152,7 +155,7 @@ def _accuracy(kernel: Array, label: Array, rng: np.random.Generator) -> float:
     return float((right[label > 0].mean() + right[label < 0].mean()) / 2)
 
 
-def _folds(label: Array, rng: np.random.Generator) -> Array:
+def _folds(label: Array, rng: np.random.Generator) -> Indices:
     """(n,) the fold of each line; every fold holds some of both classes."""
     least = int(min((label > 0).sum(), (label < 0).sum()))
     fold = np.zeros(len(label), dtype=np.intp)
@@ -162,7 +165,7 @@ def _folds(label: Array, rng: np.random.Generator) -> Array:
     return fold
 
 
-def _told(kernel: Array, label: Array, out: Array) -> Array:
+def _told(kernel: Array, label: Array, out: NDArray[np.bool_]) -> Array:
     """Which of the lines `out` are told right by what the others teach: 1, 0, or ½ where it cannot decide."""
     known = ~out
     y = label[known]

@@ -28,7 +28,7 @@ _SHORT = 0.35  # of the usual ink of a line: the last word of a paragraph
 
 
 @dataclass(frozen=True, eq=False)
-class Strip:
+class MeasuredLine:
     """One written line, measured.
 
     hinge : (24, 24) counts of contour points; runs : (4, 60) counts of runs; quill : (24, 20) counts.
@@ -46,13 +46,12 @@ class Strip:
         return float(self.hinge.sum())
 
 
-def strips(grey: NDArray[np.uint8], *, short: float = _SHORT) -> list[Strip]:
-    """The lines of a page from top to bottom, measured; those far shorter than the others are left out.
+def measure_lines(grey: NDArray[np.uint8]) -> list[MeasuredLine]:
+    """The lines of a page from top to bottom, measured.
 
     Parameters
     ----------
     grey : (h, w) uint8, dark ink on light paper, at about 300 dpi.
-    short : of the median amount of a line: less is left out.
 
     Raises
     ------
@@ -68,9 +67,13 @@ def strips(grey: NDArray[np.uint8], *, short: float = _SHORT) -> list[Strip]:
         )
     owner = owners(mask, lines, found.x_height)
     measured = [_measured(grey, owner == i, line, found.x_height, found.slant) for i, line in enumerate(lines)]
-    whole = [strip for strip in measured if strip is not None]
-    usual = float(np.median([strip.amount for strip in whole])) if whole else 0.0
-    return [strip for strip in whole if strip.amount >= short * usual]
+    return [line for line in measured if line is not None]
+
+
+def full_lines(lines: Sequence[MeasuredLine]) -> list[MeasuredLine]:
+    """Without those far shorter than the others: the last words of paragraphs."""
+    usual = float(np.median([line.amount for line in lines])) if lines else 0.0
+    return [line for line in lines if line.amount >= _SHORT * usual]
 
 
 def owners(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: float) -> NDArray[np.int16]:
@@ -89,7 +92,7 @@ def owners(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: floa
     return own
 
 
-def pooled(parts: Sequence[Strip]) -> Style:
+def pooled(parts: Sequence[MeasuredLine]) -> Style:
     """What is compared of a page, of some lines together."""
     hinge, runs, quill = (
         np.sum([getattr(part, kind) for part in parts], axis=0) for kind in ("hinge", "runs", "quill")
@@ -103,7 +106,7 @@ def pooled(parts: Sequence[Strip]) -> Style:
 
 def _measured(
     grey: NDArray[np.uint8], own: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
-) -> Strip | None:
+) -> MeasuredLine | None:
     """One line from its own ink (h, w); None where there is too little."""
     rows, columns = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
     if not len(rows):
@@ -122,4 +125,4 @@ def _measured(
     if not bends.any():
         return None
     figures = line_figures(grey[box], mask, moved, x_height, slant)
-    return Strip(bends, run_counts(mask), quill_counts(mask), np.array(list(figures.values())))
+    return MeasuredLine(bends, run_counts(mask), quill_counts(mask), np.array(list(figures.values())))
