@@ -12,9 +12,9 @@ import click
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
 
     from handout.score.crowd import Standing, Style
+    from handout.score.measured import MeasuredLine
 
 _NEAREST = 5  # of a crowd, that are named
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")
@@ -67,7 +67,7 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed
 
     from handout.score.crowd import read_crowd, standing
 
-    measured = [_measure(path, dpi) for path in pages]
+    measured = [_measure(path, dpi, lines=len(pages) > 1) for path in pages]
     others = read_crowd(crowd, leave_out=pages) if crowd else {}
     found: dict[str, Any] = {"pages": [page.about for page in measured]}
     found["distances"] = [_compared(measured[0], page, others, np.random.default_rng(seed)) for page in measured[1:]]
@@ -83,15 +83,16 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed
 @dataclass(frozen=True)
 class _Page:
     path: Path
-    grey: NDArray[np.uint8]
     style: Style
+    lines: list[MeasuredLine]
     about: dict[str, Any]
 
 
-def _measure(path: Path, dpi: float | None) -> _Page:
-    """Repetition and statistics of a page, and what of it is compared."""
+def _measure(path: Path, dpi: float | None, lines: bool) -> _Page:
+    """Repetition and statistics of a page, and what of it is compared; its lines one by one if they are wanted."""
     from handout.errors import InputError
     from handout.score.crowd import style
+    from handout.score.measured import measure_lines
     from handout.score.pages import ink, read_page
     from handout.score.repetition import components, repetition
     from handout.score.statistics import page_statistics
@@ -100,10 +101,11 @@ def _measure(path: Path, dpi: float | None) -> _Page:
     try:
         statistics = asdict(page_statistics(grey))
         own = style(ink(grey))
+        parts = measure_lines(grey) if lines else []
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     about = {"file": str(path), "repetition": repetition(grey), "components": len(components(grey))}
-    return _Page(path, grey, own, {**about, "statistics": statistics})
+    return _Page(path, own, parts, {**about, "statistics": statistics})
 
 
 def _compared(real: _Page, made: _Page, crowd: Mapping[str, Style], rng: np.random.Generator) -> dict[str, Any]:
@@ -112,7 +114,7 @@ def _compared(real: _Page, made: _Page, crowd: Mapping[str, Style], rng: np.rand
     from handout.score.crowd import distance, standing
 
     row: dict[str, Any] = {"from": str(real.path), "to": str(made.path), **asdict(distance(real.style, made.style))}
-    found = compare(real.grey, made.grey, rng)
+    found = compare(real.lines, made.lines, rng)
     near, test = found.closeness, found.test
     row["closeness"] = {**asdict(near), "ratio": asdict(near.ratio)} if near else None
     row["two_sample"] = {**asdict(test), "verdict": test.verdict} if test else None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.score.closeness import Closeness, closeness
-from handout.score.measured import full_lines, measure_lines
+from handout.score.measured import MeasuredLine, full_lines
 from handout.score.two_sample import TwoSample, two_sample
 
 
@@ -27,19 +27,14 @@ class Comparison:
     notes: tuple[str, ...]
 
 
-def compare(real: NDArray[np.uint8], made: NDArray[np.uint8], rng: np.random.Generator) -> Comparison:
+def compare(real: Sequence[MeasuredLine], made: Sequence[MeasuredLine], rng: np.random.Generator) -> Comparison:
     """Hold a made page against its author's.
 
     Parameters
     ----------
-    real, made : (h, w) uint8, dark ink on light paper, at about 300 dpi.
-
-    Raises
-    ------
-    InputError
-        No written line can be told on one of the pages.
+    real, made : their lines, as `measured.measure_lines` gives them; short ones are left out here.
     """
-    lines = full_lines(measure_lines(real)), full_lines(measure_lines(made))
+    lines = full_lines(real), full_lines(made)
     notes: list[str] = []
     near: Closeness | None = None
     test: TwoSample | None = None

@@ -73,12 +73,12 @@ def test_errors_are_said_in_a_sentence(tmp_path):
 
 def test_the_command_compares(folder, tmp_path):
     one, two = tmp_path / "one.png", tmp_path / "two.png"
-    cv2.imwrite(str(one), page(lines=6, **KINDS[2]))
-    cv2.imwrite(str(two), page(lines=6, letters=4, **KINDS[2]))
+    cv2.imwrite(str(one), page(lines=4, **KINDS[2]))
+    cv2.imwrite(str(two), page(lines=4, letters=4, **KINDS[2]))
     done = CliRunner().invoke(command, [str(one), str(two), "--crowd", str(folder), "--json"], catch_exceptions=False)
     said = json.loads(done.stdout)
     assert [entry["file"] for entry in said["pages"]] == [str(one), str(two)]
-    assert said["pages"][0]["statistics"]["lines"] == 6
+    assert said["pages"][0]["statistics"]["lines"] == 4
     (row,) = said["distances"]
     assert row["among"] == 5 and row["rank"] <= 2 and row["hinge"] < 0.05
     assert said["crowd"][0]["nearest"][0]["file"] == "2.png"
