@@ -32,16 +32,16 @@ def font(jitter=0.0, seed=0):
     import cv2
 
     rng = np.random.default_rng(seed)
-    grey = np.full((1300, 1750), 255, np.uint8)
+    grey = np.full((1500, 1750), 255, np.uint8)
     x, y = 120.0, 180.0
     for word in WORDS.split():
-        if x + 38 * len(word) > 1640:
+        if x + 46 * len(word) > 1640:
             x, y = 120.0, y + 130.0
         for letter in word:
             size = 1.9 * (1 + jitter * rng.normal())
             at = (round(x), round(y + 20 * jitter * rng.normal()))
             cv2.putText(grey, letter, at, cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, size, 20, 4, cv2.LINE_AA)
             (wide, _), _ = cv2.getTextSize(letter, cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, size, 4)
-            x += wide - 6 + 8 * jitter * rng.normal()
+            x += wide + 8 + 8 * jitter * rng.normal()
         x += 40
     return grey
