@@ -1,7 +1,8 @@
 """Quill: how thick the line is in which direction, which tells the pen, its hold and its pressure from each other.
 
 At every point of the contours the direction in which the ink runs is taken from the contour itself, and its width
-across that direction, through the ink to the other side.  What the paper leaves open is chosen so:
+across that direction, through the ink to the other side.  Between halves of one page (41 scanned pages) the median
+distance was .012, between writers .159, and from a writer to the nearest other .032.  What was chosen here:
 
 - direction: of the chord from `LEG` contour points behind to `LEG` ahead, in bins of 7.5° of the half turn, since the
   two sides of one stroke run in one direction;
