@@ -25,7 +25,7 @@ from handout.hand.library import load
 from handout.inking import pens
 from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
-from handout.score.crowd import Distance, Style, distance, own_nearest, style
+from handout.score.crowd import Distance, Style, distance, least, own_nearest, style
 from handout.score.lines import find_lines
 from handout.score.pages import ink, read_page
 from handout.score.repetition import repetition
@@ -74,8 +74,8 @@ def real_pages(folder: Path) -> dict[str, Grey]:
 
 def excerpts(mask: Mask, amount: float) -> list[Mask]:
     """Parts of the page, cut between lines, of at least `amount` pixels of ink edge: one from every third line on."""
-    lines, x = find_lines(mask)
-    cuts = [0, *(int(line.curve[0] + 0.9 * x) for line in lines[:-1]), len(mask)]
+    found = find_lines(mask)
+    cuts = [0, *(int(line.curve[0] + 0.9 * found.x_height) for line in found.lines[:-1]), len(mask)]
     parts = []
     for i in range(0, len(cuts) - 1, 3):
         end = next((cut for cut in cuts[i + 1 :] if edge_length(mask[cuts[i] : cut]) >= amount), None)
@@ -142,8 +142,7 @@ def _hand(greys: Sequence[Grey], amount: float, real: dict[str, Any] | None) -> 
 
 
 def _nearest(own: Style, others: Sequence[Style]) -> Distance:
-    apart = [distance(own, other) for other in others]
-    return Distance(min(d.hinge for d in apart), min(d.runs for d in apart))
+    return least([distance(own, other) for other in others])
 
 
 def main() -> None:
@@ -160,8 +159,7 @@ def main() -> None:
 
 def _print_distances(hands: dict[str, dict[str, Any]], real: dict[str, Any] | None) -> None:
     print(f"\n{'':<34}" + "".join(f"{name:>16}" for name in hands) + (f"{'people':>22}  goal" if real else ""))
-    for kind in ("hinge", "runs"):
-        said = {"hinge": "hinge", "runs": "run lengths"}[kind]
+    for kind, said in (("hinge", "hinge"), ("runs", "run lengths"), ("quill", "quill")):
         if real:
             goal = _percentile(real["nearest"], kind, 90)
             own = [_mean(found["nearest"], kind) for found in hands.values()]

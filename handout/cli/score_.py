@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from handout.score.crowd import Standing, Style
+    from handout.score.measured import MeasuredLine
 
 _NEAREST = 5  # of a crowd, that are named
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")
@@ -45,44 +49,50 @@ _SAID = {
 @click.argument("pages", nargs=-1, required=True, metavar="PAGE...", type=click.Path(path_type=Path))
 @click.option("--crowd", type=click.Path(path_type=Path), help="Folder of other people's pages to compare with.")
 @click.option("--dpi", type=click.FloatRange(50, 2400), help="Of the images, where the files do not say.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of random halves and shuffles.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
-def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, as_json: bool) -> None:
-    """Measure page images: repetition and statistics of one, distances of several.
+def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed: int, as_json: bool) -> None:
+    """Measure page images: repetition and statistics of one, how like the first the others are.
 
-    With --crowd also how far the nearest other page is, and for further pages the rank at which the first page
-    retrieves them among the crowd.  Lengths in x are in heights of a small letter.
+    Of several pages the first is the author's own. The others are held against it: distances of hinge, run lengths
+    and quill; how many times as far they are as the author's own halves from each other; and whether a classifier
+    tells their lines from his. With --crowd also how far the nearest other page is, the rank at which the first page
+    retrieves each among the crowd, and the rank of the author when it is asked whose that page is.
 
     \b
     handout score letter.png
-    handout score letter.png scan.png --crowd scans/
+    handout score real.png page.png --crowd scans/ --json
     """
-    from handout.score.crowd import distance, read_crowd, standing
+    import numpy as np
 
-    measured = [_measure(path, dpi) for path in pages]
+    from handout.score.crowd import read_crowd, standing
+
+    measured = [_measure(path, dpi, lines=len(pages) > 1) for path in pages]
     others = read_crowd(crowd, leave_out=pages) if crowd else {}
-    found: dict[str, Any] = {"pages": [about for about, _ in measured]}
-    first = measured[0][1]
-    found["distances"] = [
-        {"from": str(pages[0]), "to": str(path), **asdict(distance(first, style))}
-        for path, (_, style) in zip(pages[1:], measured[1:], strict=True)
-    ]
+    found: dict[str, Any] = {"pages": [page.about for page in measured]}
+    found["distances"] = [_compared(measured[0], page, others, np.random.default_rng(seed)) for page in measured[1:]]
     if crowd:
-        found["crowd"] = [
-            _in_crowd(path, standing(style, others)) for path, (_, style) in zip(pages, measured, strict=True)
-        ]
-        for row, (_, style) in zip(found["distances"], measured[1:], strict=True):
-            row["rank"] = standing(first, {**others, "\0": style}).rank("\0")
-            row["among"] = len(others) + 1
+        found["crowd"] = [_in_crowd(page.path, standing(page.style, others)) for page in measured]
+    found["seed"] = seed
     if as_json:
         click.echo(json.dumps(_rounded(found), ensure_ascii=False))
         return
     _say(found)
 
 
-def _measure(path: Path, dpi: float | None) -> tuple[dict[str, Any], Style]:
-    """Repetition and statistics of a page, and what of it is compared."""
+@dataclass(frozen=True)
+class _Page:
+    path: Path
+    style: Style
+    lines: list[MeasuredLine]
+    about: dict[str, Any]
+
+
+def _measure(path: Path, dpi: float | None, lines: bool) -> _Page:
+    """Repetition and statistics of a page, and what of it is compared; its lines one by one if they are wanted."""
     from handout.errors import InputError
     from handout.score.crowd import style
+    from handout.score.measured import measure_lines
     from handout.score.pages import ink, read_page
     from handout.score.repetition import components, repetition
     from handout.score.statistics import page_statistics
@@ -91,23 +101,40 @@ def _measure(path: Path, dpi: float | None) -> tuple[dict[str, Any], Style]:
     try:
         statistics = asdict(page_statistics(grey))
         own = style(ink(grey))
+        parts = measure_lines(grey) if lines else []
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     about = {"file": str(path), "repetition": repetition(grey), "components": len(components(grey))}
-    return {**about, "statistics": statistics}, own
+    return _Page(path, own, parts, {**about, "statistics": statistics})
+
+
+def _compared(real: _Page, made: _Page, crowd: Mapping[str, Style], rng: np.random.Generator) -> dict[str, Any]:
+    """A page held against the author's."""
+    from handout.score.compare import compare
+    from handout.score.crowd import distance, standing
+
+    row: dict[str, Any] = {"from": str(real.path), "to": str(made.path), **asdict(distance(real.style, made.style))}
+    found = compare(real.lines, made.lines, rng)
+    near, test = found.closeness, found.test
+    row["closeness"] = {**asdict(near), "ratio": asdict(near.ratio)} if near else None
+    row["two_sample"] = {**asdict(test), "verdict": test.verdict} if test else None
+    row["notes"] = list(found.notes)
+    if crowd:
+        row["rank"] = standing(real.style, {**crowd, "\0": made.style}).rank("\0")
+        row["author_rank"] = standing(made.style, {**crowd, "\0": real.style}).rank("\0")
+        row["among"] = len(crowd) + 1
+    return row
 
 
 def _in_crowd(path: Path, found: Standing) -> dict[str, Any]:
-    near, further = found.nearest, found.further()
-    rows = zip(found.names[:_NEAREST], found.hinge, found.runs, strict=False)
+    near, further = asdict(found.nearest), asdict(found.further())
+    rows = zip(found.names[:_NEAREST], found.distances, strict=False)
     return {
         "file": str(path),
         "pages": len(found.names),
-        "nearest_hinge": near.hinge,
-        "nearest_runs": near.runs,
-        "further_hinge": further.hinge,
-        "further_runs": further.runs,
-        "nearest": [{"file": name, "hinge": h, "runs": r} for name, h, r in rows],
+        **{f"nearest_{kind}": value for kind, value in near.items()},
+        **{f"further_{kind}": value for kind, value in further.items()},
+        "nearest": [{"file": name, **asdict(apart)} for name, apart in rows],
     }
 
 
@@ -124,16 +151,39 @@ def _say(found: dict[str, Any]) -> None:
             shown = degrees(value) if name in _DEGREES else value
             click.echo(f"  {said:<26}" + (f"{shown:8d}" if isinstance(shown, int) else f"{shown:8.2f}  {unit}"))
     for row in found["distances"]:
-        rank = f"; retrieved as number {row['rank']} of {row['among']}" if "rank" in row else ""
-        click.echo(f"{row['from']} to {row['to']}: hinge {row['hinge']:.3f}, run lengths {row['runs']:.3f}{rank}")
+        _say_compared(row)
     for row in found.get("crowd", []):
         click.echo(
-            f"{row['file']} among {row['pages']}: nearest hinge {row['nearest_hinge']:.3f}, run lengths "
-            f"{row['nearest_runs']:.3f}; {row['further_hinge']:.0%} and {row['further_runs']:.0%} of them are further "
-            "from their own nearest"
+            f"{row['file']} among {row['pages']}: nearest {_three(row, 'nearest_')}; {row['further_hinge']:.0%}, "
+            f"{row['further_runs']:.0%} and {row['further_quill']:.0%} of them are further from their own nearest"
         )
         for near in row["nearest"]:
-            click.echo(f"  {near['file']:<40} hinge {near['hinge']:.3f}  run lengths {near['runs']:.3f}")
+            click.echo(f"  {near['file']:<40} {_three(near)}")
+
+
+def _say_compared(row: dict[str, Any]) -> None:
+    click.echo(f"{row['from']} to {row['to']}: {_three(row)}")
+    near, test = row["closeness"], row["two_sample"]
+    if near:
+        click.echo(f"  times as far as the author's own halves (goal: hinge ≤ 1.5): {_three(near['ratio'], digits=2)}")
+    if test:
+        interval = f"{test['low']:.0%}–{test['high']:.0%}"
+        click.echo(
+            f"  a classifier tells {test['accuracy']:.0%} of the lines right (95 %: {interval}; {test['real']} and "
+            f"{test['made']} lines; p = {test['p']:.3f}; goal ≤ 60 %): {test['verdict']}"
+        )
+    for note in row["notes"]:
+        click.echo(f"  {note}")
+    if "rank" in row:
+        click.echo(
+            f"  retrieved as number {row['rank']} of {row['among']}; asked the other way, the author comes as number "
+            f"{row['author_rank']}"
+        )
+
+
+def _three(row: Mapping[str, Any], before: str = "", digits: int = 3) -> str:
+    hinge, runs, quill = (f"{row[before + kind]:.{digits}f}" for kind in ("hinge", "runs", "quill"))
+    return f"hinge {hinge}, run lengths {runs}, quill {quill}"
 
 
 def _rounded(value: Any) -> Any:

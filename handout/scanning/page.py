@@ -89,16 +89,25 @@ def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> 
         raise InputError(
             f"--dpi {dpi:g} is outside {LEAST_DPI:g}–{MOST_DPI:g}: handwriting needs a scan of 300 or more."
         )
-    own: float | None
-    if path.suffix.lower() == ".pdf":
-        from handout.scanning.pdf import page_of_pdf
-
-        rgb, own = page_of_pdf(path, page)
-    else:
-        rgb, own = _read_picture(path, page)
+    rgb, own = read_pixels(path, page)
     height, width = rgb.shape[:2]
     resolution = dpi if dpi is not None else _plausible(own, width, height, path)
     return Scan(rgb, float(resolution), str(path), told=dpi is not None)
+
+
+def read_pixels(path: Path, page: int | None = None) -> tuple[NDArray[np.uint8], float | None]:
+    """Pixels (h, w, 3) of a page of a file, transparent parts white, and the resolution that the file names.
+
+    Raises
+    ------
+    InputError
+        As `read_scan`, but for the resolution.
+    """
+    if path.suffix.lower() == ".pdf":
+        from handout.scanning.pdf import page_of_pdf
+
+        return page_of_pdf(path, page)
+    return _read_picture(path, page)
 
 
 def refuse_large(width: int, height: int, path: Path) -> None:

@@ -48,7 +48,7 @@ class Marks:
 def find_marks(mask: NDArray[np.bool_], dpi: float) -> Marks:
     """The marks of a mask (h, w)."""
     pixel = 25.4 / dpi
-    row, begin, end = _runs(mask)
+    row, begin, end = spans(mask)
     short = (end - begin) * pixel < _UNDERLINE
     every = max(1, int(_ROWS / pixel))
     own = short & (row % every == 0)
@@ -66,8 +66,8 @@ def _free_above(mask: NDArray[np.bool_], top: Array) -> Array:
     return np.asarray(np.where(y > 0, y - last[np.maximum(y - 1, 0), x], y), dtype=np.float64)
 
 
-def _runs(mask: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Row, first column and the column after the last of every run of ink."""
+def spans(mask: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Row, first column and the column after the last of every run of ink (h, w), row by row."""
     padded = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
     padded[:, 1:-1] = mask
     change = np.diff(padded, axis=1)

@@ -16,26 +16,30 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.score.hinge import chi_square, hinge
 from handout.score.pages import ink, read_page
+from handout.score.quill import quill
 from handout.score.runs import run_distance, runs
 from handout.values import Array
 
+KINDS = ("hinge", "runs", "quill")
 _IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
 
 
 @dataclass(frozen=True, eq=False)
 class Style:
-    """What is compared of a page: `hinge` (24, 24) and `runs` (4, 60), see the modules of those names."""
+    """What is compared of a page: `hinge` (24, 24), `runs` (4, 60), `quill` (24, 20), see the modules so named."""
 
     hinge: Array
     runs: Array
+    quill: Array
 
 
 @dataclass(frozen=True)
 class Distance:
-    """Two pages compared: `hinge` χ² and the mean χ² of the run lengths, both 0–1."""
+    """Two pages compared: χ² of `hinge` and `quill`, mean χ² of the run lengths, all 0–1."""
 
     hinge: float
     runs: float
+    quill: float
 
 
 @dataclass(frozen=True)
@@ -43,25 +47,23 @@ class Standing:
     """A page in a crowd of n.
 
     names : (n,) pages of the crowd, the nearest by hinge first.
-    hinge, runs : (n,) their distances.
-    own_hinge, own_runs : (n,) distances from each page of the crowd to its own nearest other; empty for n < 2.
+    distances : (n,) to them.
+    own : (n,) distances from each page of the crowd to its own nearest other; empty for n < 2.
     """
 
     names: tuple[str, ...]
-    hinge: tuple[float, ...]
-    runs: tuple[float, ...]
-    own_hinge: tuple[float, ...]
-    own_runs: tuple[float, ...]
+    distances: tuple[Distance, ...]
+    own: tuple[Distance, ...]
 
     @property
     def nearest(self) -> Distance:
         """The least distance of each kind, not always to the same page."""
-        return Distance(min(self.hinge), min(self.runs))
+        return least(self.distances)
 
     def further(self) -> Distance:
         """Shares of the crowd that are further from their own nearest than the page is from its."""
         near = self.nearest
-        return Distance(_share(self.own_hinge, near.hinge), _share(self.own_runs, near.runs))
+        return Distance(*(float(np.mean([getattr(d, k) > getattr(near, k) for d in self.own] or [0])) for k in KINDS))
 
     def rank(self, name: str) -> int:
         """1 where the page of that name is the nearest by hinge, 2 where it comes second …"""
@@ -83,12 +85,22 @@ def style(mask: NDArray[np.bool_]) -> Style:
     bends = hinge(part)
     if not bends.any():
         raise InputError("There is too little ink on the page to compare: it needs at least a word.")
-    return Style(bends, runs(part))
+    return Style(bends, runs(part), quill(part))
 
 
 def distance(a: Style, b: Style) -> Distance:
     """How far two pages are from each other; the order does not matter."""
-    return Distance(chi_square(a.hinge, b.hinge), run_distance(a.runs, b.runs))
+    return Distance(chi_square(a.hinge, b.hinge), run_distance(a.runs, b.runs), chi_square(a.quill, b.quill))
+
+
+def least(distances: Sequence[Distance]) -> Distance:
+    """The least of each kind."""
+    return Distance(*(min(getattr(d, kind) for d in distances) for kind in KINDS))
+
+
+def mean(distances: Sequence[Distance]) -> Distance:
+    """The mean of each kind."""
+    return Distance(*(float(np.mean([getattr(d, kind) for d in distances])) for kind in KINDS))
 
 
 def read_crowd(folder: Path, leave_out: Sequence[Path] = ()) -> dict[str, Style]:
@@ -117,26 +129,17 @@ def standing(page: Style, crowd: Mapping[str, Style]) -> Standing:
     if not crowd:
         raise InputError("The crowd is empty: nothing can be compared.")
     found = sorted(((distance(page, other), name) for name, other in crowd.items()), key=lambda d: (d[0].hinge, d[1]))
-    own = own_nearest(list(crowd.values()))
-    return Standing(
-        names=tuple(name for _, name in found),
-        hinge=tuple(d.hinge for d, _ in found),
-        runs=tuple(d.runs for d, _ in found),
-        own_hinge=tuple(d.hinge for d in own),
-        own_runs=tuple(d.runs for d in own),
-    )
+    own = tuple(own_nearest(list(crowd.values())))
+    return Standing(tuple(name for _, name in found), tuple(d for d, _ in found), own)
 
 
 def own_nearest(pages: list[Style]) -> list[Distance]:
     """For each page the distances to the nearest of the others; empty for fewer than two."""
     if len(pages) < 2:
         return []
-    apart = np.full((2, len(pages), len(pages)), np.inf)
-    for i, one in enumerate(pages):
-        for j in range(i):
-            between = distance(one, pages[j])
-            apart[:, i, j] = apart[:, j, i] = between.hinge, between.runs
-    return [Distance(float(h), float(r)) for h, r in apart.min(axis=2).T]
+    between = {(i, j): distance(pages[i], pages[j]) for i in range(len(pages)) for j in range(i)}
+    others = range(len(pages))
+    return [least([between[max(i, j), min(i, j)] for j in others if j != i]) for i in others]
 
 
 def _read(path: Path) -> Style:
@@ -144,7 +147,3 @@ def _read(path: Path) -> Style:
         return style(ink(read_page(path)))
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
-
-
-def _share(own: tuple[float, ...], near: float) -> float:
-    return float(np.mean(np.array(own) > near)) if own else 0.0

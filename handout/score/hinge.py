@@ -32,12 +32,16 @@ def hinge(mask: NDArray[np.bool_], leg: int = LEG, bins: int = BINS) -> Array:
     -------
     (bins, bins) float, sum 1: [ahead, behind]; all zero where no contour is long enough (2 · leg + 1).
     """
+    counts = hinge_counts(mask, leg, bins)
+    return np.asarray(counts / max(float(counts.sum()), 1.0))
+
+
+def hinge_counts(mask: NDArray[np.bool_], leg: int = LEG, bins: int = BINS) -> Array:
+    """How many contour points bend how, (bins, bins): those of several pieces of writing may be added up."""
     here, ahead, behind = legs(mask, leg)
-    if not len(here):
-        return np.zeros((bins, bins))
     first, second = (_direction(end - here, bins) for end in (ahead, behind))
-    counts = np.bincount(first * bins + second, minlength=bins * bins)
-    return np.asarray(counts.reshape(bins, bins) / counts.sum())
+    counts = np.bincount(first * bins + second, minlength=bins * bins).astype(np.float64)
+    return np.asarray(counts.reshape(bins, bins))
 
 
 def legs(mask: NDArray[np.bool_], leg: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.scanning.strokes import spans
 from handout.score.hinge import chi_square
 from handout.values import Array
 
@@ -33,11 +34,17 @@ def runs(mask: NDArray[np.bool_], longest: int = LONGEST) -> Array:
     (4, longest) float: for each of `KINDS`, the share of the runs of 1, 2, … pixels; a row sums to 1, or to 0
     where there is no run.
     """
+    counts = run_counts(mask, longest)
+    return np.asarray(counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0))
+
+
+def run_counts(mask: NDArray[np.bool_], longest: int = LONGEST) -> Array:
+    """How many runs of `KINDS` have 1, 2, … pixels, (4, longest): those of several pieces may be added up."""
     rows: list[Array] = []
     for ink in (mask, mask.T):
         line, begin, end = spans(ink)
         gap = (begin[1:] - end[:-1])[line[1:] == line[:-1]]
-        rows += [_shares(end - begin, longest), _shares(gap, longest)]
+        rows += [_counts(end - begin, longest), _counts(gap, longest)]
     return np.stack([rows[0], rows[2], rows[1], rows[3]])
 
 
@@ -46,15 +53,5 @@ def run_distance(a: Array, b: Array) -> float:
     return float(np.mean([chi_square(one, other) for one, other in zip(a, b, strict=True)]))
 
 
-def spans(ink: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Row, first column and the column after the last of every run of ink, row by row."""
-    padded = np.zeros((ink.shape[0], ink.shape[1] + 2), dtype=np.int8)
-    padded[:, 1:-1] = ink
-    change = np.diff(padded, axis=1)
-    line, begin = np.nonzero(change == 1)
-    return line, begin, np.nonzero(change == -1)[1]
-
-
-def _shares(lengths: NDArray[np.intp], longest: int) -> Array:
-    counts = np.bincount(lengths[lengths <= longest], minlength=longest + 1)[1:].astype(np.float64)
-    return np.asarray(counts / max(float(counts.sum()), 1.0))
+def _counts(lengths: NDArray[np.intp], longest: int) -> Array:
+    return np.bincount(lengths[lengths <= longest], minlength=longest + 1)[1:].astype(np.float64)

@@ -14,15 +14,13 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.score.hinge import legs
-from handout.score.lines import WrittenLine, bottoms, find_lines, tops_over
+from handout.score.lines import WrittenLine, ends_of_strokes, find_lines, tops_over
 from handout.score.pages import DPI, ink
 from handout.score.words import find_words
 from handout.values import Array
 
 _STRAIGHT = np.cos(np.radians(20.0))  # of the legs of an edge whose direction counts as that of a stem
 _STEM = np.radians(25.0)  # from the page's own slant
-_SHEARS = np.radians(np.arange(-30.0, 56.0, 1.0))
-_ROOM = 1000  # pixels, by which no shear moves ink further left
 _FEW = 3  # strokes of a word from which its height and foot are taken
 _MAD = 1.4826  # standard deviations in a median absolute deviation
 
@@ -34,7 +32,7 @@ class PageStatistics:
     lines, words : how many were found.
     x_height : height of a small letter over the outside of its line, mm.
     tall : x, height above the baseline that one stroke in ten exceeds: ascenders and capitals.
-    slant : rad, mean direction of stems, positive to the right of upright.
+    slant : rad, of stems, positive to the right of upright.
     slant_spread : rad, between words.
     size_spread : x, height of small letters between words.
     top_spread : x, heights of small letters within words.
@@ -92,17 +90,15 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
         No written line can be told on the page.
     """
     mask = ink(grey)
-    lines, x = find_lines(mask)
-    if x > 0:
-        points, lean = _edges(mask, x)
-        slant = mean_slant(mask, lines, x)
-        lines = find_words(mask, lines, x, slant)
-    if x <= 0 or not lines:
+    found = find_lines(mask)
+    x, slant = found.x_height, found.slant
+    lines = find_words(mask, found.lines, x, slant) if x > 0 else []
+    if not lines:
         raise InputError(
             "No written line can be told on the page: it needs at least a line of dark ink on light paper."
         )
-    low, high = bottoms(mask), bottoms(mask[::-1])
-    high[:, 1] = mask.shape[0] - 1 - high[:, 1]
+    points, lean = _edges(mask, x)
+    low, high = ends_of_strokes(mask)
     mm = 25.4 / dpi
     return PageStatistics(
         lines=len(lines),
@@ -119,29 +115,26 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
     )
 
 
-def mean_slant(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: float) -> float:
-    """Slant of a page, rad to the right of upright: the shear that piles most ink up in single columns.
-
-    Stems, long and straight, do that when they stand upright; strokes that join letters, which lean further and
-    would draw a mean direction with them, do not.
+def line_figures(
+    grey: NDArray[np.uint8], mask: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
+) -> dict[str, float]:
+    """What a ruler says of one line alone; names as those of `PageStatistics`, without what the layout decides.
 
     Parameters
     ----------
-    mask : (h, w) bool, True where there is ink.
-    x_height : pixels.
+    grey, mask : (h, w) the line's picture and its own ink.
+    line : with its words, pixels of that picture.
+    x_height : pixels; slant : rad; of the page.
     """
-    row, column = (part[::2] for part in np.nonzero(mask))
-    ink_of = []
-    for line in lines:
-        near = (row > line.curve[0] - 6 * x_height) & (row < line.curve[0] + 6 * x_height)
-        height = line.baseline(column[near].astype(np.float64)) - row[near]
-        core = (height > -0.5 * x_height) & (height < 2.0 * x_height)
-        ink_of.append((column[near][core].astype(np.float64), height[core]))
-    piled = [
-        sum(float(np.square(np.bincount((x - h * tan).astype(np.intp) + _ROOM)).sum()) for x, h in ink_of)
-        for tan in np.tan(_SHEARS)
-    ]
-    return float(_SHEARS[int(np.argmax(piled))])
+    points, lean = _edges(mask, x_height)
+    low, high = ends_of_strokes(mask)
+    return {
+        "slant_spread": _slant_spread([line], points, lean, slant, x_height),
+        **_heights([line], high, slant, x_height),
+        **_feet([line], low, x_height),
+        **_gaps([line], x_height),
+        **_line(grey, mask, 25.4 / DPI),
+    }
 
 
 def _edges(mask: NDArray[np.bool_], x_height: float) -> tuple[Array, Array]:

@@ -36,8 +36,10 @@ def test_the_writer_comes_first(folder):
         own = style(ink(page(lines=6, letters=4, **kind)))
         found = standing(own, crowd)
         assert found.names[0] == f"{i}.png" and found.rank(f"{i}.png") == 1
-        assert list(found.hinge) == sorted(found.hinge)
-        assert found.nearest.hinge == found.hinge[0] and found.nearest.runs == min(found.runs)
+        hinges = [apart.hinge for apart in found.distances]
+        assert hinges == sorted(hinges)
+        assert found.nearest.hinge == hinges[0]
+        assert found.nearest.runs == min(apart.runs for apart in found.distances)
         assert found.further().hinge == 1.0
 
 
@@ -71,12 +73,12 @@ def test_errors_are_said_in_a_sentence(tmp_path):
 
 def test_the_command_compares(folder, tmp_path):
     one, two = tmp_path / "one.png", tmp_path / "two.png"
-    cv2.imwrite(str(one), page(lines=6, **KINDS[2]))
-    cv2.imwrite(str(two), page(lines=6, letters=4, **KINDS[2]))
+    cv2.imwrite(str(one), page(lines=4, **KINDS[2]))
+    cv2.imwrite(str(two), page(lines=4, letters=4, **KINDS[2]))
     done = CliRunner().invoke(command, [str(one), str(two), "--crowd", str(folder), "--json"], catch_exceptions=False)
     said = json.loads(done.stdout)
     assert [entry["file"] for entry in said["pages"]] == [str(one), str(two)]
-    assert said["pages"][0]["statistics"]["lines"] == 6
+    assert said["pages"][0]["statistics"]["lines"] == 4
     (row,) = said["distances"]
     assert row["among"] == 5 and row["rank"] <= 2 and row["hinge"] < 0.05
     assert said["crowd"][0]["nearest"][0]["file"] == "2.png"

@@ -6,15 +6,14 @@ import pytest
 from handout.errors import InputError
 from handout.score.lines import find_lines
 from handout.score.pages import ink
-from handout.score.statistics import mean_slant, page_statistics
+from handout.score.statistics import page_statistics
 from tests.score.drawn import X, page
 
 
 @pytest.mark.parametrize("degrees", [-12, 0, 9, 25])
 def test_slant(degrees):
     grey = page(slant=np.radians(degrees))
-    lines, x = find_lines(ink(grey))
-    assert np.degrees(mean_slant(ink(grey), lines, x)) == pytest.approx(degrees, abs=2.5)
+    assert np.degrees(find_lines(ink(grey)).slant) == pytest.approx(degrees, abs=2.5)
 
 
 def test_a_page_drawn_by_rule_has_nothing_that_wavers():

@@ -1,0 +1,128 @@
+"""The lines of a page one by one, each measured for itself, so that parts of a page can be put together and compared.
+
+A component of ink belongs to the line in whose small letters most of it lies; one that hangs through several lines is
+cut half way between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.score.crowd import Style
+from handout.score.hinge import hinge_counts
+from handout.score.lines import WrittenLine, find_lines
+from handout.score.pages import ink
+from handout.score.quill import quill_counts
+from handout.score.runs import run_counts
+from handout.score.statistics import line_figures
+from handout.score.words import find_words
+from handout.values import Array
+
+_WHOLE = 0.8  # of a component that lies nearest to one line: it is that line's
+_SHORT = 0.35  # of the usual ink of a line: the last word of a paragraph
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredLine:
+    """One written line, measured.
+
+    hinge : (24, 24) counts of contour points; runs : (4, 60) counts of runs; quill : (24, 20) counts.
+    figures : (k,) what a ruler says of it, see `statistics.line_figures`.
+    """
+
+    hinge: Array
+    runs: Array
+    quill: Array
+    figures: Array
+
+    @property
+    def amount(self) -> float:
+        """Contour points: how much there is to measure."""
+        return float(self.hinge.sum())
+
+
+def measure_lines(grey: NDArray[np.uint8]) -> list[MeasuredLine]:
+    """The lines of a page from top to bottom, measured.
+
+    Parameters
+    ----------
+    grey : (h, w) uint8, dark ink on light paper, at about 300 dpi.
+
+    Raises
+    ------
+    InputError
+        No written line can be told on the page.
+    """
+    mask = ink(grey)
+    found = find_lines(mask)
+    lines = find_words(mask, found.lines, found.x_height, found.slant) if found.lines else []
+    if not lines:
+        raise InputError(
+            "No written line can be told on the page: it needs at least a line of dark ink on light paper."
+        )
+    owner = owners(mask, lines, found.x_height)
+    measured = [_measured(grey, owner == i, line, found.x_height, found.slant) for i, line in enumerate(lines)]
+    return [line for line in measured if line is not None]
+
+
+def full_lines(lines: Sequence[MeasuredLine]) -> list[MeasuredLine]:
+    """Without those far shorter than the others: the last words of paragraphs."""
+    usual = float(np.median([line.amount for line in lines])) if lines else 0.0
+    return [line for line in lines if line.amount >= _SHORT * usual]
+
+
+def owners(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: float) -> NDArray[np.int16]:
+    """(h, w): the number of the line that each pixel of ink belongs to, −1 for paper."""
+    import cv2
+
+    count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    row, column = np.nonzero(mask)
+    x = column.astype(np.float64)
+    off = np.stack([np.abs(line.baseline(x) - 0.5 * x_height - row) for line in lines])
+    nearest, piece = np.argmin(off, axis=0), labels[row, column]
+    votes = np.bincount(piece * len(lines) + nearest, minlength=count * len(lines)).reshape(count, len(lines))
+    most = votes.max(axis=1) >= _WHOLE * np.maximum(votes.sum(axis=1), 1)
+    own = np.full(mask.shape, -1, dtype=np.int16)
+    own[row, column] = np.where(most[piece], votes.argmax(axis=1)[piece], nearest)
+    return own
+
+
+def pooled(parts: Sequence[MeasuredLine]) -> Style:
+    """What is compared of a page, of some lines together."""
+    hinge, runs, quill = (
+        np.sum([getattr(part, kind) for part in parts], axis=0) for kind in ("hinge", "runs", "quill")
+    )
+    return Style(
+        hinge / max(float(hinge.sum()), 1.0),
+        runs / np.maximum(runs.sum(axis=1, keepdims=True), 1.0),
+        quill / max(float(quill.sum()), 1.0),
+    )
+
+
+def _measured(
+    grey: NDArray[np.uint8], own: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
+) -> MeasuredLine | None:
+    """One line from its own ink (h, w); None where there is too little."""
+    rows, columns = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
+    if not len(rows):
+        return None
+    box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    top, left = float(rows[0]), float(columns[0])
+    moved = replace(
+        line,
+        curve=(line.curve[0] - top, *line.curve[1:]),
+        left=line.left - left,
+        right=line.right - left,
+        words=tuple((a - left, b - left) for a, b in line.words),
+    )
+    mask = own[box]
+    bends = hinge_counts(mask)
+    if not bends.any():
+        return None
+    figures = line_figures(grey[box], mask, moved, x_height, slant)
+    return MeasuredLine(bends, run_counts(mask), quill_counts(mask), np.array(list(figures.values())))
