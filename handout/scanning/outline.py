@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +14,7 @@ _CONTRAST = 40  # levels between sheet and ground
 _SHARE = (0.2, 0.97)  # of the picture: what a sheet covers
 _FULL = 0.96  # of the four sides' own area: what the sheet fills
 _EDGE = 4  # pixels from the edge of the picture: what lies there is no side of the sheet
+_BESIDE = 6  # pixels to either side of an edge
 _STRAIGHT = 2.5  # pixels: how far a side may bend
 _MOST = 2.0  # degrees between opposite sides
 
@@ -50,7 +49,7 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     corners = _corners(points)
     if piece.sum() < _FULL * cv2.contourArea(corners.astype(np.float32)):
         return [None] * 4
-    return _sides(points, corners, grey.shape)
+    return _sides(points, corners, np.asarray(grey, dtype=np.float64))
 
 
 def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
@@ -78,8 +77,9 @@ def _corners(points: Array) -> Array:
     return np.asarray(points[np.argmax(points @ ways.T, axis=0)])
 
 
-def _sides(points: Array, corners: Array, shape: Sequence[int]) -> list[Array | None]:
-    high, wide = shape[0] - 1 - _EDGE, shape[1] - 1 - _EDGE
+def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
+    """The direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
+    high, wide = (side - 1 - _EDGE for side in grey.shape)
     inside = (points > _EDGE).all(axis=1) & (points[:, 0] < wide) & (points[:, 1] < high)
     sides: list[Array | None] = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -88,8 +88,17 @@ def _sides(points: Array, corners: Array, shape: Sequence[int]) -> list[Array | 
         along = (points - a) @ way
         across = (points - a) @ np.array([-way[1], way[0]])
         own = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
-        sides.append(_straight(points[own]) if own.sum() > 0.6 * 0.8 * length > 40 else None)
+        seen = own.sum() > 0.6 * 0.8 * length > 40 and _step(grey, points[own], way) > _CONTRAST / 2
+        sides.append(_straight(points[own]) if seen else None)
     return sides
+
+
+def _step(grey: Array, points: Array, way: Array) -> float:
+    """How much darker it is just outside a side than just inside, levels; little at the edge of a shadow."""
+    inwards = np.array([-way[1], way[0]])
+    inner, outer = (np.rint(points + by * inwards).astype(np.intp) for by in (_BESIDE, -_BESIDE))
+    held = [grey[np.clip(at[:, 1], 0, len(grey) - 1), np.clip(at[:, 0], 0, grey.shape[1] - 1)] for at in (inner, outer)]
+    return float(np.median(held[0] - held[1]))
 
 
 def _straight(points: Array) -> Array | None:

@@ -13,6 +13,7 @@ from handout.scanning.picture import Picture, read_picture
 
 LEAST_DPI, MOST_DPI = 100.0, 2400.0
 ENOUGH_DPI, _FINE = 600.0, 700.0  # what is finer than the second is reduced to the first
+_ROUNDED = 0.5  # dpi: PNG counts pixels a metre
 _LONGEST_SIDE = 610.0  # mm: what a file's own resolution may make of a scan, two sheets of A3
 _SHEETS = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 
@@ -135,7 +136,7 @@ def _plausible(picture: Picture) -> float:
     """The file's own resolution, if it can be a scanner's; otherwise a question."""
     own, (height, width) = picture.own, picture.rgb.shape[:2]
     longest = max(width, height) / own * 25.4 if own else np.inf
-    if own and LEAST_DPI <= own <= MOST_DPI and longest <= _LONGEST_SIDE:
+    if own and LEAST_DPI - _ROUNDED <= own <= MOST_DPI and longest <= _LONGEST_SIDE:
         return own
     said = f"says {own:g} dpi, which is not a scan's" if own else "does not say its resolution"
     if picture.photographed:

@@ -6,6 +6,7 @@ own (device RGB); 16-bit files are read at 8 bits, which is finer than the noise
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -274,6 +275,9 @@ def _read_tiff(path: Path, page: int | None) -> Picture:
     import tifffile
 
     try:
+        # what it would log is said below, in a sentence
+        logging.getLogger("tifffile").addHandler(logging.NullHandler())
+        logging.getLogger("tifffile").propagate = False
         with tifffile.TiffFile(path) as file:
             series = file.pages
             index = choose_page(len(series), page, path)

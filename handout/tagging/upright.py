@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.gutter import find_gutter
+from handout.scanning.gutter import Gutter, find_gutter
 from handout.scanning.reading import Inked, check_size
 from handout.scanning.rules import Rules, find_rules
 from handout.tagging import align, fit, network
@@ -47,8 +47,10 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
         own = max(own, fitting(ink, dpi, find_rules(ink, dpi, len(lines)), lines, rng))
     if own >= fit.REFUSED:
         return 0
-    for mirrored in (False, True):
-        ways = (0, 2, 1, 3) if mirrored else (2, 1, 3)
+    gutter = find_gutter(ink, dpi)
+    for mirrored in (False,) if gutter else (False, True):
+        # two columns are no more than that unless they are the lines of a page that lies on its side
+        ways = (0, 2, 1, 3) if mirrored else (1, 3) if gutter else (2, 1, 3)
         best, quarters = _best(ink[:, ::-1] if mirrored else ink, dpi, lines, rng, ways)
         if best < max(_SURE, own):
             continue
@@ -58,7 +60,7 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
                 "mirroring, or flip the picture from left to right."
             )
         return quarters
-    raise _reason(inked, lines, own)
+    raise _reason(inked, lines, own, gutter)
 
 
 def said_of(quarters: int) -> str:
@@ -88,11 +90,10 @@ def _best(
     return best
 
 
-def _reason(inked: Inked, lines: Sequence[Written], own: float) -> InputError:
+def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter | None) -> InputError:
     """Why a text does not fit in any way."""
     scan, rules = inked.prepared.scan, inked.rules
     check_size(rules, scan)
-    gutter = find_gutter(inked.mask.ink, scan.dpi)
     if gutter:
         return InputError(
             f"{scan.source} shows two pages or columns side by side ({gutter.lines[0]} and {gutter.lines[1]} lines, "
