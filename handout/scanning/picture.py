@@ -99,7 +99,7 @@ def count_pages(path: Path) -> int:
         with _quietly(), Image.open(path) as image:
             return int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
     except _DAMAGED:
-        return 1
+        return _count_tiff(path)
 
 
 @contextmanager
@@ -169,7 +169,7 @@ def _read_image(path: Path, page: int | None) -> Picture:
             rgb = _as_rgb(image, path)
             return Picture(rgb, _square(own, path), source_of(path, page, frames), taken)
     except _DAMAGED as error:
-        if path.suffix.lower() in (".tif", ".tiff") and path.is_file() and path.stat().st_size:
+        if _is_tiff(path):
             return _read_tiff(path, page)
         raise InputError(f"Cannot read {path}: {_reason(error, path)}.") from error
 
@@ -270,15 +270,40 @@ def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
     return np.repeat(grey[:, :, None], 3, axis=2)
 
 
+def _count_tiff(path: Path) -> int:
+    """How many pages a TIFF holds that Pillow cannot read; 1 for anything else."""
+    import tifffile
+
+    if not _is_tiff(path):
+        return 1
+    try:
+        with _unlogged(), tifffile.TiffFile(path) as file:
+            return max(1, len(file.pages))
+    except Exception:  # what a damaged file raises there is not one kind
+        return 1
+
+
+def _is_tiff(path: Path) -> bool:
+    return path.suffix.lower() in (".tif", ".tiff") and path.is_file() and path.stat().st_size > 0
+
+
+@contextmanager
+def _unlogged() -> Iterator[None]:
+    """Without what tifffile logs of damage, which is reported here if it matters."""
+    logger = logging.getLogger("tifffile")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
 def _read_tiff(path: Path, page: int | None) -> Picture:
     """A TIFF that Pillow cannot read: 16-bit colour, planes apart."""
     import tifffile
 
     try:
-        # what it would log is said below, in a sentence
-        logging.getLogger("tifffile").addHandler(logging.NullHandler())
-        logging.getLogger("tifffile").propagate = False
-        with tifffile.TiffFile(path) as file:
+        with _unlogged(), tifffile.TiffFile(path) as file:
             series = file.pages
             index = choose_page(len(series), page, path)
             one = series[index]

@@ -47,20 +47,18 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
         own = max(own, fitting(ink, dpi, find_rules(ink, dpi, len(lines)), lines, rng))
     if own >= fit.REFUSED:
         return 0
-    gutter = find_gutter(ink, dpi)
-    for mirrored in (False,) if gutter else (False, True):
-        # two columns are no more than that unless they are the lines of a page that lies on its side
-        ways = (0, 2, 1, 3) if mirrored else (1, 3) if gutter else (2, 1, 3)
-        best, quarters = _best(ink[:, ::-1] if mirrored else ink, dpi, lines, rng, ways)
-        if best < max(_SURE, own):
-            continue
-        if mirrored:
-            raise InputError(
-                f"{inked.prepared.scan.source} is mirrored: its writing runs from right to left. Scan it again without "
-                "mirroring, or flip the picture from left to right."
-            )
+    gutter, broad = find_gutter(ink, dpi), _breadth(inked, lines)
+    # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
+    odd = gutter is not None or not _MUCH <= broad <= _LITTLE
+    best, quarters = _best(ink, dpi, lines, rng, (1, 3) if odd else (2, 1, 3))
+    if best >= max(_SURE, own):
         return quarters
-    raise _reason(inked, lines, own, gutter)
+    if gutter is None and _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if odd else (0, 2))[0] >= max(_SURE, own):
+        raise InputError(
+            f"{inked.prepared.scan.source} is mirrored: its writing runs from right to left. Scan it again without "
+            "mirroring, or flip the picture from left to right."
+        )
+    raise _reason(inked, lines, own, gutter, broad)
 
 
 def said_of(quarters: int) -> str:
@@ -90,7 +88,15 @@ def _best(
     return best
 
 
-def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter | None) -> InputError:
+def _breadth(inked: Inked, lines: Sequence[Written]) -> float:
+    """How broad the page's letters would be against the usual ones if this were its text; 1 without lines."""
+    if not inked.rules.lines:
+        return 1.0
+    straight = strips(inked.mask.ink, align.frames_of(inked.rules, inked.prepared.scan.pixel))
+    return align.breadth(Page([strip.image for strip in straight], network.shipped()), lines)
+
+
+def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter | None, broad: float) -> InputError:
     """Why a text does not fit in any way."""
     scan, rules = inked.prepared.scan, inked.rules
     check_size(rules, scan)
@@ -102,21 +108,17 @@ def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter |
         )
     if not rules.lines:
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
-    return _amount(inked, lines) or InputError(f"{scan.source}: {fit.refusal(own, (len(rules.lines), len(lines)))}")
+    if not _MUCH <= broad <= _LITTLE:
+        return _amount(inked, lines, broad)
+    return InputError(f"{scan.source}: {fit.refusal(own, (len(rules.lines), len(lines)))}")
 
 
-def _amount(inked: Inked, lines: Sequence[Written]) -> InputError | None:
+def _amount(inked: Inked, lines: Sequence[Written], broad: float) -> InputError:
     """What is said of a text that is far too long or too short for the page."""
-    scan, rules = inked.prepared.scan, inked.rules
-    images = [strip.image for strip in strips(inked.mask.ink, align.frames_of(rules, scan.pixel))]
-    broad = align.breadth(Page(images, network.shipped()), lines)
-    if _MUCH <= broad <= _LITTLE:
-        return None
-    letters = sum(len(line.letters) for line in lines)
-    much = broad < _MUCH
-    there, given = len(rules.lines), len(lines)
+    letters, given = sum(len(line.letters) for line in lines), len(lines)
+    wanted = "the text of this page alone" if broad < _MUCH else "all that is written on the page"
     return InputError(
-        f"{scan.source} has {there} lines of writing, and its text ({given} {'line' if given == 1 else 'lines'}, "
-        f"{letters} characters) is about {1 / broad:.1f} times what they hold: give "
-        f"{'the text of this page alone' if much else 'all that is written on the page'}, line by line."
+        f"{inked.prepared.scan.source} has {len(inked.rules.lines)} lines of writing, and its text ({given} "
+        f"{'line' if given == 1 else 'lines'}, {letters} characters) is about {1 / broad:.1f} times what they hold: "
+        f"give {wanted}, line by line."
     )
