@@ -18,7 +18,7 @@ from handout.errors import InputError
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.inks import Inks, find_inks
 from handout.scanning.linegraph import find_lines_of_ink
-from handout.scanning.mask import Mask, find_mask
+from handout.scanning.mask import LEAST_STROKE, Mask, find_mask, hysteresis, stroke_width
 from handout.scanning.matting import Matte, find_matte
 from handout.scanning.page import Scan, read_scan
 from handout.scanning.paper import Paper, crop, find_paper, flatten
@@ -27,6 +27,7 @@ from handout.values import LineGraph
 
 _PITCHES = (3.0, 28.0)  # mm
 _X_HEIGHTS, _USUAL_X_HEIGHT = (0.8, 9.0), 2.6  # mm
+_FINEST_PEN = 0.1  # mm
 _USUAL_DPI = (150, 200, 300, 400, 600, 1200)
 
 
@@ -148,10 +149,24 @@ def find_ink(
         level = flatten(scan, prepared.paper)
         density = find_density(level, inks, scale or prepared.scale)
     with _timed(seconds, "mask"):
-        mask = find_mask(level, inks, density, pen, method, paint)
+        try:
+            mask = find_mask(level, inks, density, pen, method, paint)
+        except InputError as error:
+            raise _belied(scan, density) or error from error
     with _timed(seconds, "rules"):
         rules = find_rules(mask.ink, scan.dpi, lines)
     return Inked(prepared, density, mask, rules, seconds)
+
+
+def _belied(scan: Scan, density: Density) -> InputError | None:
+    """What is said of strokes that are thinner than any pen's, if the resolution were true."""
+    stroke = stroke_width(hysteresis(density.values, density))
+    if not 0 < stroke * scan.pixel < _FINEST_PEN or stroke >= LEAST_STROKE:
+        return None
+    return InputError(
+        f"{scan.source}: strokes would be {stroke * scan.pixel:.2f} mm wide, and pens write {_FINEST_PEN:g} or more: "
+        f"{'--dpi' if scan.told else 'the resolution in the file'} is wrong; give the true one with --dpi."
+    )
 
 
 def finish(inked: Inked) -> WrittenPage:

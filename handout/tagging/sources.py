@@ -144,7 +144,7 @@ def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
     """A page that is no sheet of ours."""
     scan = scan_of(picture, dpi)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
-        say(f"  {picture.source} says {picture.own:g} dpi; {dpi:g} is believed, as --dpi says.")
+        say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
     refuse_oblique(scan)
     if picture.photographed:
         say(f"  {picture.source} is a photograph: light and lens bend what it shows; a scan makes a better hand.")

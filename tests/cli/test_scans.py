@@ -162,7 +162,7 @@ def test_wrong_scans_are_named_in_a_sentence_and_nothing_is_written(call, small_
         ("large.png", (), "400 megapixels; the limit is 200"),
         ("silent.png", (), "does not say its resolution: give it with --dpi"),
         ("page.png", ("--dpi", "30"), "outside 100–2400"),
-        ("page.png", ("--dpi", "1200"), "not the size of handwriting"),
+        ("page.png", ("--dpi", "1200"), "--dpi is wrong; give the true one"),
         ("page.png:2", (), "there is no such page; page.png holds 1 page"),
         ("blank.png", (), "nothing but paper"),
         ("coarse.png", (), "pixels wide, and need 2: scan at a higher resolution"),
