@@ -126,8 +126,14 @@ def _sharp(first: int, usual: NDArray[np.float32]) -> int:
     for at in range(first, 0, -1):
         inner, outer = usual[min(at + _NEAR, len(usual) - 1)], usual[max(at - 1 - _NEAR, 0)]
         if float(np.abs(inner - outer).max()) > _STEP:
-            return at
+            return at if at == first else _steepest(max(1, at - _NEAR), at, usual)
     return 0
+
+
+def _steepest(low: int, high: int, usual: NDArray[np.float32]) -> int:
+    """The place from `low` to `high` just past the greatest change of colour (n, 3)."""
+    steps = np.abs(np.diff(usual[low - 1 : high + 1], axis=0)).max(axis=1)
+    return min(low + int(np.argmax(steps)) + 1, high)
 
 
 def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:
