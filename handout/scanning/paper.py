@@ -126,7 +126,8 @@ def _sharp(first: int, usual: NDArray[np.float32]) -> int:
     for at in range(first, 0, -1):
         inner, outer = usual[min(at + _NEAR, len(usual) - 1)], usual[max(at - 1 - _NEAR, 0)]
         if float(np.abs(inner - outer).max()) > _STEP:
-            return at if at == first else _steepest(max(1, at - _NEAR), at, usual)
+            # the fold of a book darkens over some mm: all of that goes
+            return first if first - at <= 2 * _NEAR else _steepest(max(1, at - _NEAR), at, usual)
     return 0
 
 
