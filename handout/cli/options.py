@@ -128,10 +128,17 @@ def text_of(words: Sequence[str], file: str | None) -> str:
         data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
-    return _decoded(data, name)
+    return decoded(data, name)
 
 
-def _decoded(data: bytes, name: str) -> str:
+def decoded(data: bytes, name: str) -> str:
+    """The text in some bytes, UTF-8 or UTF-16 with a mark, without empty lines at its end.
+
+    Raises
+    ------
+    InputError
+        They are too many, or no text; `name` says where they come from.
+    """
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
     coding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,20 +13,26 @@ from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.scanning.page import Scan
     from handout.tagging.making import MadePage
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
+_PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised
 
 
 @click.command("read")
 @click.argument("name")
-@click.option("--scan", "scans", multiple=True, required=True, help="A scanned page: PNG, JPEG, TIFF, PDF. Repeatable.")
+@click.option(
+    "--scan",
+    "scans",
+    multiple=True,
+    required=True,
+    help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
+)
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
 @click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
-@click.option("--pen", help="ballpoint, fineliner, fountain or pencil; default: told from the ink.")
+@click.option("--pen", type=click.Choice(_PENS), help="What it was written with; default: told from the ink.")
 @click.option("--title", help="What to call the hand, for people.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -34,87 +40,44 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
 def read(name: str, scans: tuple[str, ...], output: str, as_json: bool, quiet: bool, **given: Any) -> None:
     """Read a hand from scanned pages and their texts, and call it NAME.
 
-    A sheet made with `handout hand prompt` needs no text: it says itself what is written on it. Words that were struck
-    out are ~~marked so~~ in the text. Look at what was found with `handout hand check`.
+    A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
+    photographed. Words that were struck out are ~~marked so~~ in the text. Look at what was found with `handout hand
+    check`.
 
     \b
     handout hand read mine --scan page1.png --text page1.txt --scan page2.png --text page2.txt -o mine.hand
+    handout hand read mine --scan both.pdf --text page1.txt --text page2.txt -o mine.hand
     handout hand read mine --scan sheet1.png --scan sheet2.png -o mine.hand
     """
     from handout import atomic
     from handout.hand import file, report
     from handout.tagging.making import read_hand
+    from handout.tagging.sources import gather, lettered
 
     path = hand_path(output)
     atomic.check_writable(path)
     say = results.talk(quiet)
-    made = []
-    for number, (scan, text) in enumerate(_sources(scans, given["texts"], given["dpi"])):
-        say(f"Page {number + 1} of {len(scans)}: {scan.source} …")
-        made.append(_made(scan, text, (given["seed"], number), given["pen"], say))
+    written = [(text, _text(Path(text))) for text in given["texts"]]
+    made = list(lettered(gather(scans, written, given["dpi"], say), given["seed"], given["pen"], say))
     hand = read_hand(name, made, given["title"] or "")
     file.save(hand, path)
     result = {**report.facts(hand), "files": [str(path)], "seed": given["seed"], "found": [_found(m) for m in made]}
     results.report(result, _said(hand, path, made), as_json=as_json, quiet=quiet)
 
 
-def _sources(scans: Sequence[str], texts: Sequence[str], dpi: float | None) -> list[tuple[Scan, str]]:
-    """Every scan with its transcript: its own of `texts`, or what a prompt sheet says of itself."""
-    from handout.scanning.page import read_scan
-    from handout.tagging.sheets import filled_sheet
-
-    if len(texts) > len(scans):
-        raise InputError(f"{len(texts)} texts for {len(scans)} scans: give one --text for each --scan.")
-    written = [_text(Path(text)) for text in texts]
-    remaining, found = list(written), []
-    for name in scans:
-        scan = read_scan(Path(name), dpi)
-        sheet = filled_sheet(scan)
-        if len(written) == len(scans) or (sheet is None and remaining):
-            found.append((sheet.scan if sheet else scan, remaining.pop(0)))
-        elif sheet is not None:
-            found.append((sheet.scan, sheet.transcript))
-        else:
-            raise InputError(
-                f"{name}: what is written on it? Give its text with --text (only sheets made with `handout hand "
-                "prompt` say it themselves)."
-            )
-    if remaining:
-        raise InputError(f"--text {texts[-1]}: every scan without a text of its own has one already; leave it out.")
-    return found
-
-
 def _text(path: Path) -> str:
+    from handout.cli.options import decoded
+
     try:
         data = path.read_bytes()
-        if len(data) > _MOST_TEXT:
-            raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
-        text = data.decode("utf-8-sig")
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text in UTF-8 (byte {error.start}).") from error
+    if len(data) > _MOST_TEXT:
+        raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
+    text = decoded(data, str(path))
     if not text.strip():
         raise InputError(f"{path} is empty: give what is written on the page, line by line.")
     return text
-
-
-def _made(scan: Scan, text: str, seed: tuple[int, int], pen: str | None, say: Callable[[str], None]) -> MadePage:
-    """A page read and its letters found."""
-    import numpy as np
-
-    from handout.scanning.reading import read_page
-    from handout.tagging.making import make_page
-
-    written = read_page(scan, pen=pen)
-    say(f"  ink and {len(written.rules.lines)} lines found; looking for the letters …")
-    try:
-        made = make_page(written, text, rng=np.random.default_rng(seed))
-    except InputError as error:
-        raise InputError(f"{scan.source}: {error}") from error
-    for note in made.notes:
-        say(f"  {note}")
-    return made
 
 
 def _found(made: MadePage) -> dict[str, Any]:

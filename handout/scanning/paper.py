@@ -21,6 +21,7 @@ _DEEPEST = 0.6  # a stain is at least this part of the paper around it
 _EVEN = 0.02  # paper that varies less is left as it is
 _BORDER = 0.12  # of the page's side: how far in its edge may lie
 _OTHER = 0.13  # how far a border's colour is from the paper's
+_STEP, _NEAR = 0.1, 4  # how far it is over so many pixels of the coarse picture to either side: a shadow's is less
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,8 @@ def crop(scan: Scan) -> Scan:
     """The scan without the borders that are not paper: a scanner's lid, a neighbouring page, the shadow of a fold.
 
     A side is cut where, in its outer part, most of a row or column (thin lines do not count) has another colour than
-    the paper.  Nothing is cut where the paper reaches the edge.
+    the paper, and it changes there as an edge does: a shadow falls off slowly, and there may be writing in it.  Nothing
+    is cut where the paper reaches the edge.
     """
     import cv2
 
@@ -98,8 +100,8 @@ def crop(scan: Scan) -> Scan:
     plain = cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel).astype(np.float32) / 255
     colour = np.median(plain[plain.shape[0] // 4 : -(plain.shape[0] // 4) or None].reshape(-1, 3), axis=0)
     other = np.abs(plain - colour).max(axis=2) > _OTHER
-    top, bottom = _edges(other.mean(axis=1) > 0.5)
-    left, right = _edges(other[top:bottom].mean(axis=0) > 0.5)
+    top, bottom = _edges(other.mean(axis=1) > 0.5, np.median(plain, axis=1))
+    left, right = _edges(other[top:bottom].mean(axis=0) > 0.5, np.median(plain[top:bottom], axis=0))
     scale = scan.shape[0] / small.shape[0], scan.shape[1] / small.shape[1]
     y0, y1 = round(top * scale[0]), round(bottom * scale[0])
     x0, x1 = round(left * scale[1]), round(right * scale[1])
@@ -109,14 +111,30 @@ def crop(scan: Scan) -> Scan:
     return Scan(np.ascontiguousarray(scan.rgb[y0:y1, x0:x1]), scan.dpi, scan.source, scan.told, origin)
 
 
-def _edges(other: NDArray[np.bool_]) -> tuple[int, int]:
-    """First and last (exclusive) of the rows or columns that are paper."""
+def _edges(other: NDArray[np.bool_], usual: NDArray[np.float32]) -> tuple[int, int]:
+    """First and last (exclusive) of the rows or columns that are paper; `usual` (n, 3) are their colours."""
     count = len(other)
     reach = int(_BORDER * count)
     low, high = np.flatnonzero(other[:reach]), np.flatnonzero(other[count - reach :])
     first = int(low[-1]) + 1 if len(low) else 0
     last = count - reach + int(high[0]) if len(high) else count
-    return first, last
+    return _sharp(first, usual), count - _sharp(count - last, usual[::-1])
+
+
+def _sharp(first: int, usual: NDArray[np.float32]) -> int:
+    """The innermost place up to `first` at which colours (n, 3) change within a few mm; 0 if they nowhere do."""
+    for at in range(first, 0, -1):
+        inner, outer = usual[min(at + _NEAR, len(usual) - 1)], usual[max(at - 1 - _NEAR, 0)]
+        if float(np.abs(inner - outer).max()) > _STEP:
+            # the fold of a book darkens over some mm: all of that goes
+            return first if first - at <= 2 * _NEAR else _steepest(max(1, at - _NEAR), at, usual)
+    return 0
+
+
+def _steepest(low: int, high: int, usual: NDArray[np.float32]) -> int:
+    """The place from `low` to `high` just past the greatest change of colour (n, 3)."""
+    steps = np.abs(np.diff(usual[low - 1 : high + 1], axis=0)).max(axis=1)
+    return min(low + int(np.argmax(steps)) + 1, high)
 
 
 def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:

@@ -130,7 +130,8 @@ def _period(profile: Array) -> float:
     peaks = peaks[peaks >= _PITCH[0] / _BIN]
     if not len(peaks):
         return float(min(9.0, len(profile) * _BIN))
-    return float(peaks[part[peaks] >= 0.75 * part[peaks].max()][0]) * _BIN
+    best = float(part[peaks].max())  # not above 0 where there are no lines, as on a page that lies on its side
+    return float(peaks[part[peaks] >= min(0.75 * best, best)][0]) * _BIN
 
 
 def _counted(levels: Array, count: int) -> tuple[list[float], float]:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.page import read_pixels
+from handout.scanning.picture import read_picture
 
 DPI = 300.0
 _DUST = 12  # pixels
@@ -37,9 +37,9 @@ def read_page(path: Path, dpi: float | None = None) -> NDArray[np.uint8]:
     """
     from PIL import Image
 
-    rgb, own = read_pixels(path)
-    grey = Image.fromarray(rgb).convert("L")
-    scale = DPI / (dpi or own or DPI)
+    picture = read_picture(path)
+    grey = Image.fromarray(picture.rgb).convert("L")
+    scale = DPI / (dpi or picture.own or DPI)
     if abs(scale - 1) > 0.02:
         size = (max(1, round(grey.width * scale)), max(1, round(grey.height * scale)))
         grey = grey.resize(size, Image.Resampling.LANCZOS)

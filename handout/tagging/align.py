@@ -16,11 +16,12 @@ from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import Decoded, decode
 from handout.tagging.linespace import Frame, Strip, strips
 from handout.tagging.network import Network
-from handout.tagging.segments import Page, by_line, confidence
+from handout.tagging.segments import Page, by_line, confidence, page_scale
 from handout.tagging.transcript import Written, in_one, read_transcript
 
 if TYPE_CHECKING:
     from handout.scanning.reading import WrittenPage
+    from handout.scanning.rules import Rules
 
 METHODS = ("segments", "segments-once", "haines_2016")
 _MOST_POOR = 1  # lines that may fit poorly before other line breaks are tried
@@ -76,6 +77,7 @@ def align_strips(
         raise InputError("No lines of writing were found on the page: nothing can be aligned.")
     page = Page([strip.image for strip in straight], networks or network.shipped())
     parts, fits = _placed(page, lines, rng)
+    fit.check([one for one, part in zip(fits, parts, strict=True) if part.letters], (len(straight), len(lines)))
     kept = [i for i, part in enumerate(parts) if part.letters]
     used, texts = page.part(kept), [parts[i] for i in kept]
     found = _decodings(method)(used, texts, rng)
@@ -110,7 +112,6 @@ def _placed(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> t
     freely = _fits(page, parts, rng)
     if len(lines) == count and float(np.median(fits)) > float(np.median(freely)):
         parts, freely = list(lines), fits
-    fit.check([one for one, part in zip(freely, parts, strict=True) if part.letters], (count, len(lines)))
     return parts, freely
 
 
@@ -141,16 +142,33 @@ def _letters(frame: Frame, text: Written, decodings: Sequence[Decoded]) -> tuple
     )
 
 
+def typical_fit(straight: Sequence[Strip], lines: Sequence[Written], rng: np.random.Generator) -> float:
+    """How well a text fits straightened lines, broken as suits it best: the middle line's fit."""
+    page = Page([strip.image for strip in straight], network.shipped())
+    parts, fits = _placed(page, lines, rng)
+    return fit.typical([one for one, part in zip(fits, parts, strict=True) if part.letters])
+
+
+def breadth(page: Page, lines: Sequence[Written]) -> float:
+    """How broad the page's letters would be against the usual ones if this were its text."""
+    widths = np.mean([one.widths for one in page.networks], axis=0).astype(np.float64)
+    return page_scale(page.images, _dealt(lines, len(page.images)), widths)
+
+
 def frames(page: WrittenPage) -> list[Frame]:
     """The lines of a page in its own pixels, 0 the middle of the first one."""
-    pixel = page.scan.pixel
+    return frames_of(page.rules, page.scan.pixel)
+
+
+def frames_of(rules: Rules, pixel: float) -> list[Frame]:
+    """Written lines as frames in pixels of `pixel` mm, 0 the middle of the first one."""
     return [
         Frame(
             baseline=(rule.curve[0] / pixel - 0.5, rule.curve[1], rule.curve[2] * pixel),
-            x_height=page.rules.x_height / pixel,
-            slant=page.rules.slant,
+            x_height=rules.x_height / pixel,
+            slant=rules.slant,
             middle=rule.middle / pixel - 0.5,
             reach=(rule.right - rule.left) / 2 / pixel,
         )
-        for rule in page.rules.lines
+        for rule in rules.lines
     ]

@@ -54,6 +54,11 @@ def broken_freely(readings: Sequence[Reading], lines: Sequence[Written], widths:
     return parts
 
 
+def typical(fits: Sequence[float]) -> float:
+    """The middle line's fit; 0 without lines."""
+    return float(np.median(fits)) if len(fits) else 0.0
+
+
 def check(fits: Sequence[float], counts: Sequence[int]) -> None:
     """Refuse a transcript that is not this page's.
 
@@ -62,10 +67,14 @@ def check(fits: Sequence[float], counts: Sequence[int]) -> None:
     InputError
         The middle line's text fits no better than any other would.
     """
-    typical = float(np.median(fits)) if len(fits) else 0.0
-    if typical < REFUSED:
-        raise InputError(
-            f"The transcript does not seem to be this page's: its lines fit by {typical:.0%}, where right ones have "
-            f"40 % or more and another page's about 5 %. Check that it belongs to this scan; the page has {counts[0]} "
-            f"lines of writing, the transcript {counts[1]}."
-        )
+    if typical(fits) < REFUSED:
+        raise InputError(refusal(typical(fits), counts))
+
+
+def refusal(fits: float, counts: Sequence[int]) -> str:
+    """What is said of a transcript that fits so well a page with counts[0] lines; it has counts[1]."""
+    return (
+        f"The transcript does not seem to be this page's: its lines fit by {max(fits, 0):.0%}, where right ones have "
+        f"40 % or more and another page's about 5 %. Check that it belongs to this scan; the page has {counts[0]} "
+        f"lines of writing, the transcript {counts[1]}."
+    )

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.errors import InputError
 from handout.scanning.matting import fill_smooth
-from handout.scanning.page import Scan
+from handout.scanning.page import ENOUGH_DPI, Scan
+from handout.scanning.reading import Prepared, prepare
 
 if TYPE_CHECKING:
     from handout.prompting.finding import Sheet
+    from handout.scanning.picture import Picture
 
 # printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
 _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
@@ -28,9 +31,14 @@ class Filled:
     scan: Scan
     transcript: str
 
+    @property
+    def prepared(self) -> Prepared:
+        """The sheet with its light and inks known."""
+        return prepare(self.scan)
 
-def filled_sheet(scan: Scan) -> Filled | None:
-    """The prompt sheet in a scan, or None if there is none.
+
+def filled_sheet(scan: Scan | Picture) -> Filled | None:
+    """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
 
     Raises
     ------
@@ -39,13 +47,31 @@ def filled_sheet(scan: Scan) -> Filled | None:
     """
     from handout.prompting.finding import find_sheet, printed_on, rectify
 
-    sheet = find_sheet(np.asarray(scan.rgb))
+    try:
+        sheet = find_sheet(np.asarray(scan.rgb))
+    except InputError as error:
+        raise InputError(f"{scan.source}: {error}") from error
     if sheet is None:
         return None
-    dpi = float(round(sheet.dpi))
+    dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
     bare = _without(flat, printed_on(sheet, dpi), sheet)
     return Filled(Scan(bare, dpi, scan.source, told=True), sheet.transcript)
+
+
+def refuse_mirrored(scan: Scan | Picture) -> None:
+    """Raise InputError for the mirror image of a sheet."""
+    from handout.prompting.registration import register
+
+    try:
+        found = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
+    except InputError:
+        found = True
+    if found:
+        raise InputError(
+            f"{scan.source} is mirrored: the marks of a sheet can be read only backwards. Scan it again without "
+            "mirroring, or flip the picture from left to right."
+        )
 
 
 def _without(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet) -> NDArray[np.uint8]:

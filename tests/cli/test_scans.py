@@ -89,7 +89,7 @@ def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
     out = ("-o", "x.hand")
     for arguments, says in (
         (("read", "m", "--scan", scan, *out), "what is written on it?"),
-        (("read", "m", "--scan", scan, "--text", text, "--text", text, *out), "2 texts for 1 scans"),
+        (("read", "m", "--scan", scan, "--text", text, "--text", text, *out), "2 texts for 1 page"),
         (("read", "m", "--scan", "no.png", "--text", text, *out), "no.png"),
         (("read", "m", "--scan", "none.png", "--text", text, *out), "none.png"),
         (("read", "m", "--scan", scan, "--text", "none.txt", *out), "none.txt"),
@@ -121,19 +121,21 @@ def test_the_text_of_another_page_is_refused(call, small_scan):
     assert "page.png" in err and not Path("x.hand").exists()
 
 
-def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch, tmp_path):
-    from handout.cli.scan_ import _sources
+def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
     from handout.errors import InputError
-    from handout.tagging import sheets
+    from handout.scanning.reading import prepare
+    from handout.tagging import sheets, sources
 
-    for name in ("sheet", "page", "other"):
-        Path(f"{name}.png").write_bytes(small_scan.scan.read_bytes())
-        Path(f"{name}.txt").write_text(name)
-    made = sheets.Filled(sheets.Scan(np.zeros((9, 9, 3), np.uint8), 300.0, "flat"), "printed")
-    monkeypatch.setattr(sheets, "filled_sheet", lambda scan: made if "sheet" in scan.source else None)
+    prepared = prepare(small_scan.scan)
+    flat = sheets.Filled(prepared.scan, "printed")
+    monkeypatch.setattr(sources, "filled_sheet", lambda picture: flat if "sheet" in picture.source else None)
+    monkeypatch.setattr(sources, "prepare", lambda scan: prepared)
+    for shade, name in enumerate(("sheet", "second-sheet", "page", "other")):
+        Image.new("L", (400, 300), 200 + shade).save(f"{name}.png", dpi=(300, 300))
 
     def texts(*names, given):
-        return [text for _, text in _sources([f"{n}.png" for n in names], [f"{n}.txt" for n in given], None)]
+        pages = [f"{name}.png" for name in names]
+        return [one.transcript for one in sources.gather(pages, [(f"{n}.txt", n) for n in given], None, print)]
 
     assert texts("sheet", given=()) == ["printed"]
     assert texts("page", "sheet", "other", given=("page", "other")) == ["page", "printed", "other"]
@@ -141,4 +143,39 @@ def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch, tmp_path)
     with pytest.raises(InputError, match=r"other\.png: what is written on it"):
         texts("page", "other", given=("page",))
     with pytest.raises(InputError, match="leave it out"):
-        texts("sheet", "sheet", given=("other",))
+        texts("sheet", "second-sheet", given=("other",))
+
+
+def test_wrong_scans_are_named_in_a_sentence_and_nothing_is_written(call, small_scan):
+    good = Image.open(small_scan.scan).convert("RGB")
+    good.save("page.png", dpi=(300, 300))
+    good.save("silent.png")
+    Image.new("1", (20_000, 20_000)).save("large.png")
+    Image.new("RGB", (1200, 900), (245, 244, 240)).save("blank.png", dpi=(300, 300))
+    good.resize((good.width // 3, good.height // 3)).save("coarse.png", dpi=(100, 100))
+    Path("zero.png").touch()
+    Path("cut.png").write_bytes(Path("page.png").read_bytes()[:5000])
+    for name, options, says in (
+        ("none.png", (), "No such file"),
+        ("zero.png", (), "it is empty (0 bytes)"),
+        ("cut.png", (), "damaged or cut off"),
+        ("large.png", (), "400 megapixels; the limit is 200"),
+        ("silent.png", (), "does not say its resolution: give it with --dpi"),
+        ("page.png", ("--dpi", "30"), "outside 100–2400"),
+        ("page.png", ("--dpi", "1200"), "--dpi is wrong; give the true one"),
+        ("page.png:2", (), "there is no such page; page.png holds 1 page"),
+        ("blank.png", (), "nothing but paper"),
+        ("coarse.png", (), "pixels wide, and need 2: scan at a higher resolution"),
+    ):
+        out, err = call(
+            "hand", "read", "m", "--scan", name, "--text", small_scan.text, *options, "-o", "x.hand", "-q", code=2
+        )
+        assert out == "" and says in err and name.split(":")[0] in err.replace("--dpi 30", "page.png"), (name, err)
+        assert len(err.strip().splitlines()) == 1 and not Path("x.hand").exists()
+
+
+def test_a_text_in_utf_16_is_read(small_scan):
+    from handout.cli.scan_ import _text
+
+    Path("wide.txt").write_bytes(small_scan.written.encode("utf-16"))
+    assert _text(Path("wide.txt")) == small_scan.written

@@ -3,11 +3,12 @@ import sys
 import numpy as np
 import pytest
 import tifffile
-from PIL import Image
+from PIL import Image, ImageOps
 
 from handout.errors import InputError
-from handout.scanning import page
+from handout.scanning import picture
 from handout.scanning.page import read_scan
+from handout.scanning.picture import count_pages
 
 RNG = np.random.default_rng(3)
 RGB = RNG.integers(0, 256, (60, 80, 3), dtype=np.uint8)
@@ -83,10 +84,10 @@ def test_sixteen_bit_colour_tiff(tmp_path, planes, packing):
 def test_several_pages(tmp_path):
     pages = [Image.new("L", (80, 60), level) for level in (10, 20, 30)]
     path = saved(tmp_path, pages[0], "a.tif", save_all=True, append_images=pages[1:], dpi=(300, 300))
-    with pytest.raises(InputError, match=r"3 pages.*--page 1"):
+    with pytest.raises(InputError, match=r"3 pages.*a\.tif:1"):
         read_scan(path)
     assert (read_scan(path, page=2).rgb == 20).all()
-    with pytest.raises(InputError, match="1–3"):
+    with pytest.raises(InputError, match="pages 1–3"):
         read_scan(path, page=4)
 
 
@@ -97,7 +98,7 @@ def test_cmyk_without_a_profile_is_refused(tmp_path):
 
 def test_too_large_is_refused_before_decoding(tmp_path, monkeypatch):
     path = saved(tmp_path, Image.fromarray(RGB), "a.png")
-    monkeypatch.setattr(page, "MOST_PIXELS", 4000)
+    monkeypatch.setattr(picture, "MOST_PIXELS", 4000)
     monkeypatch.setattr(Image.Image, "load", lambda self: pytest.fail("decoded"))
     with pytest.raises(InputError, match="megapixels"):
         read_scan(path, dpi=300)
@@ -124,15 +125,129 @@ def test_missing_file(tmp_path):
 
 def test_pdf_without_the_library(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pypdfium2", None)
+    (tmp_path / "a.pdf").write_bytes(b"%PDF-1.7")
     with pytest.raises(InputError, match="pypdfium2"):
         read_scan(tmp_path / "a.pdf")
 
 
-def test_page_of_a_pdf(tmp_path):
+@pytest.fixture
+def pdf(tmp_path):
+    """Two pages of one colour each, at 300 dpi."""
     pytest.importorskip("pypdfium2")
     pages = [Image.new("RGB", (600, 900), (level, 0, 0)) for level in (60, 200)]
     pages[0].save(tmp_path / "a.pdf", save_all=True, append_images=pages[1:], resolution=300)
-    scan = read_scan(tmp_path / "a.pdf", page=2)
+    return tmp_path / "a.pdf"
+
+
+def test_page_of_a_pdf(pdf):
+    scan = read_scan(pdf, page=2)
     assert scan.shape == (900, 600)
     assert scan.dpi == pytest.approx(300, rel=1e-3)
     assert abs(int(scan.rgb[400, 300, 0]) - 200) < 4
+    assert scan.source == f"{pdf}:2" and count_pages(pdf) == 2
+
+
+def test_a_pdf_is_known_by_its_head(pdf):
+    other = pdf.rename(pdf.with_suffix(".scan"))
+    assert read_scan(other, page=1).shape == (900, 600)
+
+
+def test_a_locked_pdf_is_named(pdf):
+    pikepdf = pytest.importorskip("pikepdf")
+    with pikepdf.open(pdf) as document:
+        document.save(pdf.with_name("locked.pdf"), encryption=pikepdf.Encryption(owner="a", user="b"))
+    with pytest.raises(InputError, match=r"locked\.pdf: it is locked by a password; save a copy without one"):
+        read_scan(pdf.with_name("locked.pdf"), page=1)
+
+
+def test_a_pdf_without_a_picture_is_no_scan(tmp_path):
+    pytest.importorskip("pypdfium2")
+    from reportlab.pdfgen import canvas
+
+    typed = canvas.Canvas(str(tmp_path / "typed.pdf"))
+    typed.drawString(100, 700, "typed")
+    typed.save()
+    with pytest.raises(InputError, match=r"typed\.pdf holds no picture of a page.*save it as a PNG"):
+        read_scan(tmp_path / "typed.pdf")
+
+
+def test_a_damaged_pdf_is_named(pdf):
+    pdf.write_bytes(pdf.read_bytes()[:400])
+    with pytest.raises(InputError, match="it is damaged; scan it again"):
+        read_scan(pdf, page=1)
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.jpg", "a.tif", "a.pdf"])
+def test_an_empty_file_is_named(tmp_path, name):
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match=r"it is empty \(0 bytes\)"):
+        read_scan(tmp_path / name, dpi=300)
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a.tif"])
+def test_files_that_are_cut_off(tmp_path, name):
+    noise = Image.fromarray(np.tile(RGB, (5, 5, 1)))
+    path = saved(tmp_path, noise, name, dpi=(300, 300))
+    path.write_bytes(path.read_bytes()[:9000])
+    with pytest.raises(InputError, match="damaged or cut off"):
+        read_scan(path)
+
+
+def test_a_tiff_cut_off_between_its_pages(tmp_path, recwarn, caplog):
+    pages = [Image.fromarray(RGB), Image.fromarray(RGB[::-1].copy())]
+    path = saved(tmp_path, pages[0], "a.tif", save_all=True, append_images=pages[1:], dpi=(300, 300))
+    one = saved(tmp_path, pages[0], "one.tif", dpi=(300, 300))
+    path.write_bytes(path.read_bytes()[: one.stat().st_size + 20])
+    assert count_pages(path) == 2
+    with pytest.raises(InputError, match="damaged or cut off"):
+        read_scan(path, page=2)
+    assert not [one for one in recwarn if one.category is not ResourceWarning] and not caplog.records
+
+
+def test_a_phones_own_format_is_named(tmp_path):
+    (tmp_path / "a.jpg").write_bytes(b"\0\0\0\x18ftypheic" + bytes(100))
+    with pytest.raises(InputError, match="a HEIC photograph: save it as JPEG"):
+        read_scan(tmp_path / "a.jpg", dpi=300)
+
+
+def test_a_fax_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"204 dpi across and 98 down.*300 dpi both ways"):
+        read_scan(saved(tmp_path, Image.fromarray(RGB), "a.tif", dpi=(204, 98)))
+
+
+def test_a_photograph_is_asked_for_its_resolution(tmp_path):
+    tags = Image.Exif()
+    tags[271] = "Maker"
+    tags.get_ifd(0x8769)[33434] = 0.01
+    path = saved(tmp_path, Image.fromarray(RGB), "a.jpg", exif=tags, dpi=(72, 72))
+    with pytest.raises(InputError, match=r"is a photograph and says 72 dpi.*--dpi"):
+        read_scan(path)
+    assert picture.read_picture(path).photographed
+
+
+@pytest.mark.parametrize("turned", range(1, 9))
+@pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+def test_pictures_are_shown_as_their_tag_says(tmp_path, turned, depth):
+    """Pillow reads 8 bits, tifffile 16; both turn alike."""
+    values = RGB.astype(depth) * (257 if depth is np.uint16 else 1)
+    tags = [(274, 3, 1, turned, True)]
+    tifffile.imwrite(tmp_path / "a.tif", values, photometric="rgb", extratags=tags)
+    want = ImageOps.exif_transpose(Image.open(saved(tmp_path, Image.fromarray(RGB), "b.png", exif=_tag(turned))))
+    assert np.array_equal(read_scan(tmp_path / "a.tif", dpi=300).rgb, np.asarray(want))
+
+
+def _tag(turned):
+    tags = Image.Exif()
+    tags[274] = turned
+    return tags
+
+
+def test_scans_finer_than_needed_are_reduced(tmp_path):
+    fine = Image.fromarray(np.repeat(np.repeat(RGB, 2, axis=0), 2, axis=1))
+    scan = read_scan(saved(tmp_path, fine, "a.png", dpi=(1200, 1200)))
+    assert scan.dpi == 600 and np.array_equal(scan.rgb, RGB)
+
+
+def test_a_resolution_that_makes_a_poster_of_a_page(tmp_path):
+    with pytest.raises(InputError, match=r"640 × 744 mm.*--dpi 100.*at most 610.*A4.*--dpi 300"):
+        read_scan(saved(tmp_path, Image.new("L", (2520, 2930), 255), "a.png", dpi=(300, 300)), dpi=100)

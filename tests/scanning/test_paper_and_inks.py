@@ -52,6 +52,16 @@ def test_borders_are_cut_off():
     assert crop(page(3)).shape == page(3).shape
 
 
+def test_a_shadow_is_not_cut_off_but_a_border_in_it_is():
+    rgb = page(5).rgb.astype(float)
+    fall = np.linspace(1.6, -1, rgb.shape[1])[None, :, None]
+    dark = Scan((rgb * (1 - 0.5 * np.clip(fall, 0, 1))).astype(np.uint8), DPI)
+    assert crop(dark).shape == dark.shape
+    lid = Scan(np.pad(dark.rgb, ((0, 0), (60, 0), (0, 0)), constant_values=25), DPI)
+    assert crop(lid).shape == pytest.approx(dark.shape, abs=20)
+    assert crop(lid).origin[0] == pytest.approx(60, abs=20)
+
+
 def test_paper_and_ink_colour():
     scan = page(3)
     assert np.abs(paper_mode(scan) - 0.97).max() < 0.01

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 from PIL import Image
-from scribbles import page
+from scribbles import coverage, lines_of, page, scan_of
 
 from handout.errors import InputError
+from handout.scanning.density import pooled
 from handout.scanning.page import Scan
-from handout.scanning.reading import read_page
+from handout.scanning.reading import find_ink, prepare, read_page
 
 
 def test_a_page_is_read(tmp_path):
@@ -16,7 +17,7 @@ def test_a_page_is_read(tmp_path):
     assert len(read.rules.lines) == 4
     assert read.notes == ()
     assert read.density.values.shape == read.mask.ink.shape == read.matte.rgba.shape[:2] == scan.shape
-    assert set(read.seconds) == {"scan", "paper", "density", "mask", "rules", "graph", "matte"}
+    assert set(read.seconds) == {"scan", "paper", "inks", "density", "mask", "rules", "graph", "matte"}
     on = np.rint(read.graph.uv).astype(int)
     assert read.mask.ink[on[:, 1], on[:, 0]].mean() > 0.98
     again = read_page(path)
@@ -31,9 +32,29 @@ def test_the_files_resolution_is_doubted(tmp_path):
         read_page(path)
 
 
-def test_the_users_resolution_is_believed():
-    read = read_page(Scan(page(4).rgb, 1200.0))
-    assert "1200" in read.notes[0]
+def test_the_users_resolution_is_doubted_too():
+    with pytest.raises(InputError, match=r"at 1200 dpi.*not the size.*0\.8–9 mm.*--dpi is wrong.*perhaps 300"):
+        read_page(Scan(page(4).rgb, 1200.0))
+
+
+def test_thin_strokes_are_named():
+    with pytest.raises(InputError, match=r"strokes are 1\.\d pixels wide, and need 2: scan at a higher resolution"):
+        read_page(scan_of(coverage(lines_of(4, 100.0), 100.0, 48.0, 110.0, pen=0.3), 110.0))
+
+
+def test_pages_may_share_a_scale():
+    own = [prepare(page(4)), prepare(page(3, colour=(0.6, 0.6, 0.7)))]
+    scale = pooled([one.scale for one in own])
+    levels = np.linspace(0.1, 1.5, 9)
+    found = [find_ink(one, scale=scale).density.scale.density(levels) for one in own]
+    assert np.array_equal(*found)
+    assert np.abs(find_ink(own[0]).density.scale.density(levels) - found[0]).max() > 0.005
+
+
+def test_a_page_can_be_turned():
+    scan = page(4)
+    lying = prepare(Scan(np.rot90(scan.rgb, -1), scan.dpi))
+    assert len(find_ink(lying.turned(1)).rules.lines) == 4
 
 
 def test_blank_page_is_named():

@@ -1,0 +1,214 @@
+"""From files to the pages that a hand is read from: each scan with its transcript, its light and inks known."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.scanning.density import Scale, pooled
+from handout.scanning.outline import refuse_oblique
+from handout.scanning.page import check_dpi, scan_of
+from handout.scanning.picture import Picture, count_pages, read_picture, source_of
+from handout.scanning.reading import Prepared, find_ink, finish, prepare
+from handout.tagging.making import MadePage, make_page
+from handout.tagging.sheets import filled_sheet, refuse_mirrored
+from handout.tagging.upright import find_turn, said_of
+
+_CHOSEN = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
+_LOST = 0.3  # share of a text's letters that may be missing on its page
+_DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before it is mentioned
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A page that is to be read.
+
+    prepared : its scan, upright or not.
+    transcript : what is written on it.
+    """
+
+    prepared: Prepared
+    transcript: str
+
+
+def chosen(names: Sequence[str]) -> list[tuple[Path, int | None]]:
+    """The files and pages of them that are meant by some names, in order.
+
+    A file of several pages stands for all of them, ``file.pdf:2`` for its second, ``file.pdf:2-4`` for three.
+
+    Raises
+    ------
+    InputError
+        A page that is twice among them, or pages in the wrong order.
+    """
+    found: list[tuple[Path, int | None]] = []
+    for name in names:
+        found += _pages(name)
+    real = [(path.resolve(), page or 1) for path, page in found]
+    for i, one in enumerate(real):
+        if one in real[:i]:
+            path, page = found[i]
+            raise InputError(f"{source_of(path, page, 2 if page else 1)} is given twice: leave it out once.")
+    return found
+
+
+def _pages(name: str) -> list[tuple[Path, int | None]]:
+    path, wanted = Path(name), _CHOSEN.fullmatch(name)
+    if wanted and not path.exists():
+        path, first = Path(wanted["path"]), int(wanted["first"])
+        last = int(wanted["last"] or first)
+        if last < first:
+            raise InputError(f"{name}: the pages run backwards; write {path}:{last}-{first}.")
+        count = count_pages(path)
+        if path.is_file() and not 1 <= first <= last <= count:
+            there = "1 page" if count == 1 else f"pages 1–{count}"
+            raise InputError(f"{name}: there is no such page; {path} holds {there}.")
+        return [(path, number) for number in range(first, last + 1)]
+    count = count_pages(path)
+    return [(path, None)] if count == 1 else [(path, number) for number in range(1, count + 1)]
+
+
+def gather(names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: float | None, say: Say) -> list[Source]:
+    """The pages of some files, each with its transcript: its own of `texts`, or what a prompt sheet says of itself.
+
+    Parameters
+    ----------
+    names : as `chosen`.
+    texts : names and contents, in the order of the pages; sheets need none.
+    dpi : float, optional
+        Pixels an inch, where neither a file nor a sheet's marks say.
+    say : takes sentences to show the user.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or used, a page twice, texts too few or too many.
+    """
+    check_dpi(dpi)
+    pages = chosen(names)
+    if len(texts) > len(pages):
+        raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
+    remaining, found, seen = list(texts), list[Source](), dict[bytes, str]()
+    for path, page in pages:
+        picture = read_picture(path, page)
+        _refuse_again(picture, seen)
+        sheet = filled_sheet(picture)
+        own = len(texts) == len(pages) or (sheet is None and bool(remaining))
+        if sheet is None and not own:
+            refuse_mirrored(picture)
+            raise InputError(_untold(picture.source, len(texts), len(pages)))
+        text = remaining.pop(0)[1] if own else sheet.transcript if sheet else ""
+        found.append(Source(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
+    if remaining:
+        raise InputError(
+            f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
+        )
+    return found
+
+
+_ONE_EACH = "give one --text for each page, in the same order"
+
+
+def _counted(count: int, name: str) -> str:
+    return f"{count} {name}{'' if count == 1 else 's'}"
+
+
+def _untold(source: str, texts: int, pages: int) -> str:
+    said = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
+    return (
+        f"{source}: what is written on it? Give its text with --text{said}; only sheets made with `handout "
+        "hand prompt` say it themselves."
+    )
+
+
+def _refuse_again(picture: Picture, seen: dict[bytes, str]) -> None:
+    """Raise InputError for a picture that is the same as one before, under another name."""
+    mark = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
+    if mark in seen:
+        raise InputError(
+            f"{picture.source} shows the very same picture as {seen[mark]}: leave one of them out, or its "
+            "letters would count twice."
+        )
+    seen[mark] = picture.source
+
+
+def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
+    """A page that is no sheet of ours."""
+    scan = scan_of(picture, dpi)
+    if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
+        say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
+    refuse_oblique(scan)
+    if picture.photographed:
+        say(f"  {picture.source} is a photograph: light and lens bend what it shows; a scan makes a better hand.")
+    return prepare(scan)
+
+
+def common_scale(sources: Sequence[Source]) -> Scale | None:
+    """The scale of densities of all pages of a hand; None where there is but one.
+
+    Source: seed 000, §5.1.1.
+    """
+    return pooled([source.prepared.scale for source in sources]) if len(sources) > 1 else None
+
+
+def lettered(
+    sources: Sequence[Source], seed: int, pen: str | None, say: Say, *, method: str = "segments"
+) -> Iterator[MadePage]:
+    """The pages with their letters, one after the other, all on one scale of densities.
+
+    Parameters
+    ----------
+    sources : as `gather` gives them.
+    seed : the same one gives the same pages.
+    pen : one of `mask.PENS`, optional.
+    say : takes sentences to show the user.
+    method : of the alignment, one of `align.METHODS`.
+
+    Raises
+    ------
+    InputError
+        As `find_ink`, `find_turn`, `make_page`.
+    """
+    scale = common_scale(sources)
+    for number, source in enumerate(sources):
+        say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
+        rng = np.random.default_rng((seed, number))
+        yield _lettered(source, scale, rng, pen, say, method)
+
+
+def _lettered(
+    source: Source, scale: Scale | None, rng: np.random.Generator, pen: str | None, say: Say, method: str
+) -> MadePage:
+    inked = find_ink(source.prepared, pen, scale=scale)
+    turn = find_turn(inked, source.transcript, rng.spawn(1)[0])
+    if turn:
+        say(f"  the page lies {said_of(turn)}: turned upright")
+        inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
+    written = finish(inked)
+    say(f"  ink and {_counted(len(written.rules.lines), 'line')} found; looking for the letters …")
+    try:
+        made = make_page(written, source.transcript, rng=rng, method=method)
+    except InputError as error:
+        raise InputError(f"{written.scan.source}: {error}") from error
+    _refuse_lost(made, len(written.rules.lines))
+    for note in made.notes:
+        say(f"  {note}")
+    return made
+
+
+def _refuse_lost(made: MadePage, lines: int) -> None:
+    """Raise InputError for a text much of which is not on its page."""
+    lost = len(made.missing)
+    if lost > _LOST * (lost + len(made.glyphs)):
+        raise InputError(
+            f"{made.page.source}: {lost} of the {lost + len(made.glyphs)} characters of its text are not on the page, "
+            f"which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
+        )
