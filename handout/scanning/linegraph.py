@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.scanning.density import Density
+from handout.scanning.fitting import fitted, half_widths, lengthened
 from handout.scanning.mask import Mask
 from handout.scanning.page import Scan
 from handout.scanning.skeleton import fill_holes, skeleton_graph
+from handout.scanning.strands import apart
 from handout.values import Array, Indices, LineGraph
 
 _PULL, _TIMES, _LAST = 0.1, 20, 5  # of the smoothing, before and after centring: more draws loops in
@@ -38,11 +40,21 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     away = cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     inside = np.asarray(away, dtype=np.float32)
     xy, edges = skeleton_graph(ink, inside)
+    half = mask.stroke / 2
+    import os
+    mode = os.environ.get("MODE", "afl")
+    if "a" in mode:
+        xy, edges = apart(xy, edges, sampled(inside, xy), half)
     before, after = _along(edges, len(xy))
-    xy = smoothed(xy, before, after)
-    free = (before >= 0) & ~_at_junction(xy, edges, inside)
+    xy = smoothed(xy, before, after, 5 if "f" in mode else 20)
     weight = np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32)
-    xy = smoothed(_centred(xy, free, before, after, weight, inside), before, after, _LAST)
+    if "f" in mode:
+        xy = fitted(xy, edges, weight, inside, half)
+    else:
+        free = (before >= 0) & ~_at_junction(xy, edges, inside)
+        xy = smoothed(_centred(xy, free, before, after, weight, inside), before, after, _LAST)
+    if "l" in mode:
+        xy, edges = lengthened(xy, edges, inside, half_widths(sampled(inside, xy), edges, len(xy), half))
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
     thick = _mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner

@@ -1,0 +1,229 @@
+"""The middle of a line, fitted to the ink across it and to its own smoothness, through crossings and to its ends.
+
+Where a line runs alone its middle is that of its ink.  Where it has run into another stroke, or into itself in a
+tight turn, only one of its edges is its own: it lies half a width from that.  Where neither is, it goes on as it came.
+
+Source: handwriting specification §5.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.branching import branches
+from handout.values import Array, Indices
+
+_ALONE = 1.15  # times the half width: ink that reaches farther is not one line's
+_ROUNDS = 3
+_FINE = 0.5  # pixels between samples across the line
+_STEP = 1.0  # pixels a round, at most
+_STIFF = 0.5  # half widths: what is shorter is smoothed away
+_HOLD, _BOUND = 0.02, 0.5  # weights: of where a vertex is, of one edge
+_ON = -0.7  # cosine between two paths that go on through a junction
+_END = 0.5  # half widths from its edge that ink ends beyond the pen's way
+
+
+def half_widths(inside: Array, edges: Indices, count: int, usual: float) -> Array:
+    """(n,): half the width of the line that each vertex is of, by the parts of its branch where it runs alone."""
+    half = np.full(count, usual)
+    degree = np.bincount(edges.ravel(), minlength=count)
+    for path in branches(edges, count):
+        own = inside[path]
+        alone = np.ones(len(path), dtype=bool)
+        for at in (0, -1):
+            if degree[path[at]] > 2:
+                clear = int(1.5 * own[at]) + 1
+                alone[slice(0, clear) if at == 0 else slice(-clear, None)] = False
+        if alone.sum() >= 2 * usual:
+            half[path[degree[path] <= 2]] = min(float(np.median(own[alone])), 1.3 * usual)
+    return half
+
+
+def fitted(xy: Array, edges: Indices, weight: NDArray[np.float32], inside: NDArray[np.float32], usual: float) -> Array:
+    """Places (n, 2), pixels, of the vertices of a graph, fitted to ink.
+
+    Parameters
+    ----------
+    weight : (h, w) float32: how much ink a pixel has, 0 outside the mask.
+    inside : (h, w) float32: distance from the edge of the ink, pixels.
+    usual : half the usual width of a line, pixels.
+    """
+    from handout.scanning.linegraph import sampled
+
+    count = len(xy)
+    half = half_widths(sampled(inside, xy), edges, count, usual)
+    bends = _bends(xy, edges, usual)
+    before, after = along(edges, count)
+    inner = np.flatnonzero(before >= 0)
+    for _ in range(_ROUNDS):
+        normal = _normals(xy, before[inner], after[inner])
+        off, sure = _offsets(xy[inner], normal, half[inner], weight, inside)
+        xy = _solved(xy, inner, normal, off, sure, bends, _STIFF * usual)
+    return xy
+
+
+def along(edges: Indices, count: int) -> tuple[Indices, Indices]:
+    """The two neighbours of every vertex that has just two; −1 for the others."""
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    degree = np.bincount(both[:, 0], minlength=count)
+    first = np.searchsorted(both[:, 0], np.arange(count))
+    before, after = np.full(count, -1, dtype=np.intp), np.full(count, -1, dtype=np.intp)
+    two = degree == 2
+    before[two], after[two] = both[first[two], 1], both[first[two] + 1, 1]
+    return before, after
+
+
+def _normals(xy: Array, before: Indices, after: Indices) -> Array:
+    way = xy[after] - xy[before]
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+    return np.stack([-way[:, 1], way[:, 0]], axis=1)
+
+
+def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
+    """(k, 3): vertices that follow each other on a line, through junctions too where two paths go straight on."""
+    before, after = along(edges, len(xy))
+    inner = np.flatnonzero(before >= 0)
+    within = np.stack([before[inner], inner, after[inner]], axis=1)
+    ends: dict[int, list[Indices]] = {}
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    for path in branches(edges, len(xy)):
+        for way in (path, path[::-1]):
+            if len(way) > 1 and degree[way[0]] > 2:
+                ends.setdefault(int(way[0]), []).append(way)
+    through = [triple for ways in ends.values() for triple in _through(xy, ways, usual)]
+    return np.concatenate([within, np.array(through, dtype=np.intp).reshape(-1, 3)])
+
+
+def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, int, int]]:
+    """The pairs of paths from one junction that go on as one line, straightest first."""
+    far = [way[min(len(way) - 1, int(4 * usual) + 1)] for way in ways]
+    near = [way[min((len(way) - 1) // 2, int(1.5 * usual) + 1)] for way in ways]
+    to = xy[far] - xy[near]
+    to /= np.maximum(np.linalg.norm(to, axis=1), 1e-9)[:, None]
+    cosine = to @ to.T
+    pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(ways)) for j in range(i))
+    found, taken = [], set()
+    for value, i, j in pairs:
+        if value < _ON and not taken & {i, j}:
+            taken |= {i, j}
+            found.append((int(ways[i][1]), int(ways[i][0]), int(ways[j][1])))
+    return found
+
+
+def _offsets(
+    xy: Array, normal: Array, half: Array, weight: NDArray[np.float32], inside: NDArray[np.float32]
+) -> tuple[Array, Array]:
+    """(n,) how far across the line its middle lies, pixels, and (n,) how sure that is."""
+    from handout.scanning.linegraph import sampled
+
+    reach = int(np.ceil(2.2 * float(half.max()) / _FINE))
+    steps = np.arange(-reach, reach + 1) * _FINE
+    off, sure = np.zeros(len(xy)), np.zeros(len(xy))
+    for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
+        places = xy[part, None] + normal[part, None] * steps[:, None]
+        ink, depth = sampled(weight, places), sampled(inside, places)
+        off[part], sure[part] = _middle(ink, depth, steps, half[part])
+    return np.clip(off, -_STEP, _STEP), sure
+
+
+def _middle(ink: Array, depth: Array, steps: Array, half: Array) -> tuple[Array, Array]:
+    reach = len(steps) // 2
+    shown = _unbroken(ink > 0, reach)
+    width = shown.sum(axis=1) * _FINE
+    weight = ink * shown
+    total = weight.sum(axis=1)
+    centre = weight @ steps / np.maximum(total, 1e-9)
+    alone = (width < 2 * _ALONE * half + 1) & (depth[:, reach] < _ALONE * half + 0.5) & (total > 0)
+    side = _own_edge(depth, steps, half)
+    one = ~alone & np.isfinite(side)
+    off = np.where(alone, centre, np.where(one, side, 0.0))
+    return off, np.where(alone, 1.0, np.where(one, _BOUND, 0.0))
+
+
+def _own_edge(depth: Array, steps: Array, half: Array) -> Array:
+    """(n,) where, outwards on the nearer side, ink is only half a line deep; NaN where no edge is near on one side."""
+    reach = len(steps) // 2
+    sides = []
+    for run, sign in ((depth[:, reach:], 1.0), (depth[:, reach::-1], -1.0)):
+        shallow = run <= half[:, None]
+        at = shallow.argmax(axis=1)
+        rows = np.arange(len(run))
+        high, low = run[rows, np.maximum(at - 1, 0)], run[rows, at]
+        share = np.where(at > 0, (high - half) / np.maximum(high - low, 1e-6), 0.0)
+        away = (np.maximum(at - 1, 0) + share) * _FINE
+        sides.append(np.where(shallow.any(axis=1), sign * away, np.nan))
+    right, left = sides
+    far = half * 1.2
+    right = np.where(right <= far, right, np.nan)
+    left = np.where(-left <= far, left, np.nan)
+    nearer = np.where(np.isnan(left) | (right <= -left), right, left)
+    return np.asarray(nearer)
+
+
+def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
+    """Where ink reaches without a gap from the middle column: a neighbouring line must not pull."""
+    right = np.minimum.accumulate(inky[:, middle:], axis=1)
+    left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
+    return np.concatenate([left[:, :-1], right], axis=1)
+
+
+def _solved(
+    xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, bends: Indices, stiff: float
+) -> Array:
+    """The places that are nearest to the middles found and bend least: one sparse linear system."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    n = len(xy)
+    rows = np.repeat(np.arange(len(bends)), 3)
+    second = coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
+    bend = (stiff**4 * (second.T @ second)).tocoo()
+    x, y = normal.T
+    hold = np.full(n, _HOLD)
+    parts = [
+        (np.concatenate([hold, hold]), np.arange(2 * n), np.arange(2 * n)),
+        (bend.data, bend.row, bend.col),
+        (bend.data, bend.row + n, bend.col + n),
+        (sure * x * x, inner, inner),
+        (sure * y * y, inner + n, inner + n),
+        (sure * x * y, inner, inner + n),
+        (sure * x * y, inner + n, inner),
+    ]
+    data, row, col = (np.concatenate(column) for column in zip(*parts, strict=True))
+    matrix = coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
+    goal = _HOLD * xy.T.ravel()
+    there = (xy[inner] * normal).sum(axis=1) + off
+    np.add.at(goal, inner, sure * x * there)
+    np.add.at(goal, inner + n, sure * y * there)
+    return np.asarray(splu(matrix).solve(goal)).reshape(2, n).T
+
+
+def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Array) -> tuple[Array, Indices]:
+    """The graph with its free ends drawn on, straight, to where the pen was when its ink began or ended."""
+    from handout.scanning.linegraph import sampled
+
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    places, pairs, count = [xy], [edges], len(xy)
+    for path in branches(edges, len(xy)):
+        for way in (path, path[::-1]):
+            if len(way) < 3 or degree[way[0]] != 1:
+                continue
+            r = float(half[way[0]])
+            back = way[min(len(way) - 1, max(2, int(2 * r)))]
+            to = xy[way[0]] - xy[back]
+            to /= max(float(np.hypot(*to)), 1e-9)
+            steps = np.arange(0, 3 * r, 0.25)
+            depth = sampled(inside, xy[way[0]] + steps[:, None] * to)
+            out = depth < 0.5
+            far = float(steps[out.argmax()]) - _END * r if out.any() else 0.0
+            if far < 0.25:
+                continue
+            parts = max(1, round(far))
+            new = xy[way[0]] + np.linspace(0, far, parts + 1)[1:, None] * to
+            row = np.concatenate([[way[0]], np.arange(count, count + parts)])
+            places.append(new)
+            pairs.append(np.stack([row[:-1], row[1:]], axis=1))
+            count += parts
+    return np.concatenate(places), np.concatenate(pairs)
