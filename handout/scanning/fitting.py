@@ -18,49 +18,54 @@ _ALONE = 1.15  # times the half width: ink that reaches farther is not one line'
 _ROUNDS = 3
 _FINE = 0.5  # pixels between samples across the line
 _STEP = 1.0  # pixels a round, at most
-_STIFF = 0.5  # half widths: what is shorter is smoothed away
+import os
+_STIFF = float(os.environ.get("ST", "0.5"))  # half widths: what is shorter is smoothed away
 _HOLD, _BOUND = 0.02, 0.5  # weights: of where a vertex is, of one edge
 _ON = -0.7  # cosine between two paths that go on through a junction
 _END = 0.5  # half widths from its edge that ink ends beyond the pen's way
 
 
-def half_widths(inside: Array, edges: Indices, count: int, usual: float) -> Array:
+def half_widths(own: Array, edges: Indices, count: int, usual: float) -> Array:
     """(n,): half the width of the line that each vertex is of, by the parts of its branch where it runs alone."""
     half = np.full(count, usual)
     degree = np.bincount(edges.ravel(), minlength=count)
     for path in branches(edges, count):
-        own = inside[path]
-        alone = np.ones(len(path), dtype=bool)
+        alone = degree[path] == 2
         for at in (0, -1):
             if degree[path[at]] > 2:
-                clear = int(1.5 * own[at]) + 1
+                clear = int(3 * usual) + 1
                 alone[slice(0, clear) if at == 0 else slice(-clear, None)] = False
-        if alone.sum() >= 2 * usual:
-            half[path[degree[path] <= 2]] = min(float(np.median(own[alone])), 1.3 * usual)
+        if alone.sum() >= 4 * usual:
+            half[path[degree[path] <= 2]] = np.clip(np.median(own[path][alone]), 0.5 * usual, 1.4 * usual)
     return half
 
 
-def fitted(xy: Array, edges: Indices, weight: NDArray[np.float32], inside: NDArray[np.float32], usual: float) -> Array:
-    """Places (n, 2), pixels, of the vertices of a graph, fitted to ink.
+def fitted(
+    xy: Array, edges: Indices, weight: NDArray[np.float32], ink: NDArray[np.float32], usual: float
+) -> tuple[Array, Array]:
+    """Places (n, 2), pixels, of the vertices of a graph, fitted to ink, and half the width (n,) of their lines.
 
     Parameters
     ----------
     weight : (h, w) float32: how much ink a pixel has, 0 outside the mask.
-    inside : (h, w) float32: distance from the edge of the ink, pixels.
+    ink : (h, w) float32: 1 in the mask, 0 outside.
     usual : half the usual width of a line, pixels.
     """
-    from handout.scanning.linegraph import sampled
-
     count = len(xy)
-    half = half_widths(sampled(inside, xy), edges, count, usual)
     bends = _bends(xy, edges, usual)
     before, after = along(edges, count)
     inner = np.flatnonzero(before >= 0)
-    for _ in range(_ROUNDS):
+    half = np.full(count, usual)
+    for turn in range(_ROUNDS):
         normal = _normals(xy, before[inner], after[inner])
-        off, sure = _offsets(xy[inner], normal, half[inner], weight, inside)
+        right, left, centre = _across(xy[inner], normal, usual, weight, ink)
+        if not turn:
+            own = np.full(count, usual)
+            own[inner] = (right + left) / 2
+            half = half_widths(own, edges, count, usual)
+        off, sure = _middle(right, left, centre, half[inner])
         xy = _solved(xy, inner, normal, off, sure, bends, _STIFF * usual)
-    return xy
+    return xy, half
 
 
 def along(edges: Indices, count: int) -> tuple[Indices, Indices]:
@@ -112,54 +117,40 @@ def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, in
     return found
 
 
-def _offsets(
-    xy: Array, normal: Array, half: Array, weight: NDArray[np.float32], inside: NDArray[np.float32]
-) -> tuple[Array, Array]:
-    """(n,) how far across the line its middle lies, pixels, and (n,) how sure that is."""
+def _across(
+    xy: Array, normal: Array, usual: float, weight: NDArray[np.float32], ink: NDArray[np.float32]
+) -> tuple[Array, Array, Array]:
+    """(n,) how far ink reaches on either side, and (n,) where its middle lies; pixels."""
     from handout.scanning.linegraph import sampled
 
-    reach = int(np.ceil(2.2 * float(half.max()) / _FINE))
+    reach = int(np.ceil((3.5 * usual + 1) / _FINE))
     steps = np.arange(-reach, reach + 1) * _FINE
-    off, sure = np.zeros(len(xy)), np.zeros(len(xy))
+    right, left, centre = np.zeros((3, len(xy)))
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
-        ink, depth = sampled(weight, places), sampled(inside, places)
-        off[part], sure[part] = _middle(ink, depth, steps, half[part])
-    return np.clip(off, -_STEP, _STEP), sure
+        shown = sampled(ink, places)
+        shown *= _unbroken(shown > 0, reach)
+        thick = sampled(weight, places) * (shown > 0)
+        middle = shown[:, reach] / 2
+        right[part] = (shown[:, reach + 1 :].sum(axis=1) + middle) * _FINE
+        left[part] = (shown[:, :reach].sum(axis=1) + middle) * _FINE
+        centre[part] = thick @ steps / np.maximum(thick.sum(axis=1), 1e-9)
+    return right, left, centre
 
 
-def _middle(ink: Array, depth: Array, steps: Array, half: Array) -> tuple[Array, Array]:
-    reach = len(steps) // 2
-    shown = _unbroken(ink > 0, reach)
-    width = shown.sum(axis=1) * _FINE
-    weight = ink * shown
-    total = weight.sum(axis=1)
-    centre = weight @ steps / np.maximum(total, 1e-9)
-    alone = (width < 2 * _ALONE * half + 1) & (depth[:, reach] < _ALONE * half + 0.5) & (total > 0)
-    side = _own_edge(depth, steps, half)
-    one = ~alone & np.isfinite(side)
-    off = np.where(alone, centre, np.where(one, side, 0.0))
-    return off, np.where(alone, 1.0, np.where(one, _BOUND, 0.0))
+def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Array, Array]:
+    """(n,) how far across the line its middle lies, pixels, and (n,) how sure that is."""
+    import os
 
-
-def _own_edge(depth: Array, steps: Array, half: Array) -> Array:
-    """(n,) where, outwards on the nearer side, ink is only half a line deep; NaN where no edge is near on one side."""
-    reach = len(steps) // 2
-    sides = []
-    for run, sign in ((depth[:, reach:], 1.0), (depth[:, reach::-1], -1.0)):
-        shallow = run <= half[:, None]
-        at = shallow.argmax(axis=1)
-        rows = np.arange(len(run))
-        high, low = run[rows, np.maximum(at - 1, 0)], run[rows, at]
-        share = np.where(at > 0, (high - half) / np.maximum(high - low, 1e-6), 0.0)
-        away = (np.maximum(at - 1, 0) + share) * _FINE
-        sides.append(np.where(shallow.any(axis=1), sign * away, np.nan))
-    right, left = sides
-    far = half * 1.2
-    right = np.where(right <= far, right, np.nan)
-    left = np.where(-left <= far, left, np.nan)
-    nearer = np.where(np.isnan(left) | (right <= -left), right, left)
-    return np.asarray(nearer)
+    A, B, C = (float(v) for v in os.environ.get("AB", "1.3,.5,2.2").split(","))
+    width = right + left
+    alone = (width < 2 * A * half) & (width > 0)
+    nearer = np.minimum(right, left)
+    bound = ~alone & (nearer < C * half) & (width > 0)
+    level = np.abs(right - left) < B * half
+    edge = np.where(level, (right - left) / 2, np.where(right < left, right - half, half - left))
+    off = np.where(alone, centre, np.where(bound, edge, 0.0))
+    return np.clip(off, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
 
 
 def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:

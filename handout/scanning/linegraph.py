@@ -44,17 +44,17 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     import os
     mode = os.environ.get("MODE", "afl")
     if "a" in mode:
-        xy, edges = apart(xy, edges, sampled(inside, xy), half)
+        xy, edges = apart(xy, edges, sampled(inside, xy) - 0.25, half)
     before, after = _along(edges, len(xy))
     xy = smoothed(xy, before, after, 5 if "f" in mode else 20)
     weight = np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32)
     if "f" in mode:
-        xy = fitted(xy, edges, weight, inside, half)
+        xy, halves = fitted(xy, edges, weight, ink.astype(np.float32), half)
     else:
         free = (before >= 0) & ~_at_junction(xy, edges, inside)
         xy = smoothed(_centred(xy, free, before, after, weight, inside), before, after, _LAST)
     if "l" in mode:
-        xy, edges = lengthened(xy, edges, inside, half_widths(sampled(inside, xy), edges, len(xy), half))
+        xy, edges = lengthened(xy, edges, inside, halves)
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
     thick = _mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner
