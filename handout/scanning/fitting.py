@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from handout.branching import branches
 from handout.values import Array, Indices
 
-_ALONE = 1.15  # times the half width: ink that reaches farther is not one line's
-_ROUNDS = 3
+_ALONE = 1.3  # times the width: ink that is wider is not one line's
+_OWN = 2.2  # half widths: an edge farther off tells nothing
+_LEVEL = 0.5  # half widths: where both edges are about as far, the line lies between them
+_ROUNDS = 4
 _FINE = 0.5  # pixels between samples across the line
-_STEP = 1.0  # pixels a round, at most
-import os
-_STIFF = float(os.environ.get("ST", "0.5"))  # half widths: what is shorter is smoothed away
-_HOLD, _BOUND = 0.02, 0.5  # weights: of where a vertex is, of one edge
+_STEP = 2.0  # pixels a round, at most
+_STIFF = 0.45  # half widths: what is shorter is smoothed away
+_HOLD, _BOUND = 0.05, 0.7  # weights, beside 1 for the middle of a line: of the place before, and of one edge
 _ON = -0.7  # cosine between two paths that go on through a junction
+_PULL, _EVEN = 0.1, 5  # of the smoothing before the fit: its normals need no more
 _END = 0.5  # half widths from its edge that ink ends beyond the pen's way
 
 
@@ -53,7 +55,7 @@ def fitted(
     """
     count = len(xy)
     bends = _bends(xy, edges, usual)
-    before, after = along(edges, count)
+    before, after = _along(edges, count)
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
     for turn in range(_ROUNDS):
@@ -68,7 +70,17 @@ def fitted(
     return xy, half
 
 
-def along(edges: Indices, count: int) -> tuple[Indices, Indices]:
+def evened(xy: Array, edges: Indices) -> Array:
+    """Vertices drawn towards the middle of their neighbours: without the steps of whole pixels."""
+    xy = xy.copy()
+    before, after = _along(edges, len(xy))
+    inner = before >= 0
+    for _ in range(_EVEN):
+        xy[inner] += _PULL * (xy[before[inner]] + xy[after[inner]] - 2 * xy[inner])
+    return xy
+
+
+def _along(edges: Indices, count: int) -> tuple[Indices, Indices]:
     """The two neighbours of every vertex that has just two; −1 for the others."""
     both = np.concatenate([edges, edges[:, ::-1]])
     both = both[np.argsort(both[:, 0], kind="stable")]
@@ -80,6 +92,21 @@ def along(edges: Indices, count: int) -> tuple[Indices, Indices]:
     return before, after
 
 
+def sampled(image: NDArray[np.float32], xy: Array) -> Array:
+    """Values (…,) of an image at places (…, 2) in pixels, bilinear."""
+    import cv2
+
+    flat = xy.reshape(-1, 2).astype(np.float32)
+    values = np.empty(len(flat), dtype=np.float32)
+    for start in range(0, len(flat), 30_000):  # remap takes no side above 32767
+        part = flat[start : start + 30_000]
+        found = cv2.remap(
+            image, part[:, None, 0].copy(), part[:, None, 1].copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        )
+        values[start : start + 30_000] = found[:, 0]
+    return values.reshape(xy.shape[:-1]).astype(np.float64)
+
+
 def _normals(xy: Array, before: Indices, after: Indices) -> Array:
     way = xy[after] - xy[before]
     way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
@@ -88,7 +115,7 @@ def _normals(xy: Array, before: Indices, after: Indices) -> Array:
 
 def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
     """(k, 3): vertices that follow each other on a line, through junctions too where two paths go straight on."""
-    before, after = along(edges, len(xy))
+    before, after = _along(edges, len(xy))
     inner = np.flatnonzero(before >= 0)
     within = np.stack([before[inner], inner, after[inner]], axis=1)
     ends: dict[int, list[Indices]] = {}
@@ -121,8 +148,6 @@ def _across(
     xy: Array, normal: Array, usual: float, weight: NDArray[np.float32], ink: NDArray[np.float32]
 ) -> tuple[Array, Array, Array]:
     """(n,) how far ink reaches on either side, and (n,) where its middle lies; pixels."""
-    from handout.scanning.linegraph import sampled
-
     reach = int(np.ceil((3.5 * usual + 1) / _FINE))
     steps = np.arange(-reach, reach + 1) * _FINE
     right, left, centre = np.zeros((3, len(xy)))
@@ -140,14 +165,11 @@ def _across(
 
 def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Array, Array]:
     """(n,) how far across the line its middle lies, pixels, and (n,) how sure that is."""
-    import os
-
-    A, B, C = (float(v) for v in os.environ.get("AB", "1.3,.5,2.2").split(","))
     width = right + left
-    alone = (width < 2 * A * half) & (width > 0)
+    alone = (width < 2 * _ALONE * half) & (width > 0)
     nearer = np.minimum(right, left)
-    bound = ~alone & (nearer < C * half) & (width > 0)
-    level = np.abs(right - left) < B * half
+    bound = ~alone & (nearer < _OWN * half) & (width > 0)
+    level = np.abs(right - left) < _LEVEL * half
     edge = np.where(level, (right - left) / 2, np.where(right < left, right - half, half - left))
     off = np.where(alone, centre, np.where(bound, edge, 0.0))
     return np.clip(off, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
@@ -160,9 +182,7 @@ def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
     return np.concatenate([left[:, :-1], right], axis=1)
 
 
-def _solved(
-    xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, bends: Indices, stiff: float
-) -> Array:
+def _solved(xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, bends: Indices, stiff: float) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
@@ -193,8 +213,6 @@ def _solved(
 
 def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Array) -> tuple[Array, Indices]:
     """The graph with its free ends drawn on, straight, to where the pen was when its ink began or ended."""
-    from handout.scanning.linegraph import sampled
-
     degree = np.bincount(edges.ravel(), minlength=len(xy))
     places, pairs, count = [xy], [edges], len(xy)
     for path in branches(edges, len(xy)):

@@ -11,14 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from handout.branching import branches
 from handout.scanning.skeleton import unique_edges
 from handout.values import Array, Indices
 
 _WIDE = 1.2  # times the usual half width: more is two strokes
-_ACUTE = 0.26  # cosine; strokes that part at a wider angle do not run along each other
+_ACUTE = 0.17  # cosine; strokes that part at a wider angle do not run along each other
 _FARTHEST = 10.0  # half widths that two strokes are followed
 _BRIDGE = 1.5  # half widths: a shorter one is a crossing
 
@@ -166,9 +165,7 @@ def _straight(web: _Web, strand: list[int], way: list[int], reach: int) -> list[
     return between + way[reach:]
 
 
-def _move(
-    web: _Web, knot: int, to: int, stem: tuple[int, int], rest: list[int], others: list[tuple[int, int]]
-) -> None:
+def _move(web: _Web, knot: int, to: int, stem: tuple[int, int], rest: list[int], others: list[tuple[int, int]]) -> None:
     """The knot is now at the vertex `to`, `rest` what is left of its stem."""
     del web.at[knot]
     if len(rest) > 1:
