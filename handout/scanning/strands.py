@@ -144,16 +144,13 @@ def _shared(web: _Web, way: list[int], half: float) -> int:
 def _strand(web: _Web, zone: list[int], side: float, half: float) -> list[int]:
     """New vertices beside those of the zone, all but the last: a half width from its edge on one side."""
     places = np.array([web.xy[v] for v in zone])
-    along = np.gradient(places, axis=0) if len(zone) > 2 else np.tile(places[-1] - places[0], (len(zone), 1))
-    if len(zone) > 6:
-        along = np.stack([np.convolve(np.pad(along[:, c], 2, mode="edge"), np.ones(5) / 5, "valid") for c in (0, 1)], 1)
-    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
+    at = np.arange(len(zone))
+    along = places[np.minimum(at + 2, len(zone) - 1)] - places[np.maximum(at - 2, 0)]
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     # y runs down: to the right of the way is where the cross product is positive
-    normal = side * np.stack([-along[:, 1], along[:, 0]], axis=1)
-    found = []
-    for vertex, place, across in zip(zone[:-1], places[:-1], normal[:-1], strict=True):
-        found.append(web.add(place + across * max(web.inside[vertex] - half, 0.0), half))
-    return found
+    aside = side * np.maximum([web.inside[v] - half for v in zone], 0.0)
+    beside = places + aside[:, None] * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return [web.add(place, half) for place in beside[:-1]]
 
 
 def _straight(web: _Web, strand: list[int], way: list[int], reach: int) -> list[int]:
