@@ -171,7 +171,9 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     bound = ~alone & (nearer < _OWN * half) & (width > 0)
     level = np.abs(right - left) < _LEVEL * half
     edge = np.where(level, (right - left) / 2, np.where(right < left, right - half, half - left))
-    off = np.where(alone, centre, np.where(bound, edge, 0.0))
+    # the ink's weight and its edges are both uncertain, by grain within the line and along it
+    between = (centre + (right - left) / 2) / 2
+    off = np.where(alone, between, np.where(bound, edge, 0.0))
     return np.clip(off, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
 
 
