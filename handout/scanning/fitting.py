@@ -136,7 +136,8 @@ def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, in
     to /= np.maximum(np.linalg.norm(to, axis=1), 1e-9)[:, None]
     cosine = to @ to.T
     pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(ways)) for j in range(i))
-    found, taken = [], set()
+    found: list[tuple[int, int, int]] = []
+    taken: set[int] = set()
     for value, i, j in pairs:
         if value < _ON and not taken & {i, j}:
             taken |= {i, j}
