@@ -41,7 +41,8 @@ def off(graph, strokes):
     true = np.concatenate(strokes)
     tips = cKDTree([stroke[k] for stroke in strokes for k in (0, -1)])
     inner, middle = tips.query(graph.xy)[0] > 0.3, tips.query(true)[0] > 0.3
-    return cKDTree(true).query(graph.xy[inner])[0], cKDTree(graph.xy).query(true[middle])[0]
+    drawn = np.concatenate([graph.xy, graph.xy[graph.edges].mean(axis=1)])
+    return cKDTree(true).query(graph.xy[inner])[0], cKDTree(drawn).query(true[middle])[0]
 
 
 @pytest.mark.parametrize("dpi", [300.0, 600.0])
