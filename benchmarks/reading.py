@@ -1,8 +1,10 @@
 """How well a scanned page is read, measured where the truth is known: on pages of the simulated author.
 
 Mask: intersection over union with the true mask; in brackets with a mask whose edge lies half way between paper and
-one usual pass.  Path: share of the pen's clear way that has a found path within 0.06 mm, in brackets of all its
-visible way; then the share of the found path that is true.  Ink: greatest difference after putting the ink back on
+one usual pass.  Path, within 0.06 mm: how much of the found way is true, and how much of the pen's way was met; both
+where the pen's way is clear, in brackets everywhere it is visible (`judge.PathScore`).  A figure that misses its goal
+has a "!" behind it.
+Ink: greatest difference after putting the ink back on
 the found paper, and the share of inked pixels that lighten another paper.
 """
 
@@ -54,6 +56,7 @@ def scores(simulated: Simulated, read: WrittenPage, seconds: float) -> dict[str,
         "met": path.met,
         "anywhere": path.anywhere,
         "true": path.true,
+        "sound": path.sound,
         "error": path.error,
         "recomposed": 255 * matte.recomposed,
         "alpha": matte.alpha,
@@ -72,12 +75,13 @@ def measure(simulated: Simulated, dpi: int, method: str = "cut") -> dict[str, fl
 def row(name: str, s: dict[str, float], goal: float) -> str:
     """A line of the table; ! marks what misses its goal."""
 
-    iou, met, again = s["iou"], s["met"], s["recomposed"]
-    good = {"i": iou >= goal, "m": met >= PATH, "r": again <= RECOMPOSED}
+    iou, met, true, again = s["iou"], s["met"], s["true"], s["recomposed"]
+    good = {"i": iou >= goal, "t": true >= PATH, "m": met >= PATH, "r": again <= RECOMPOSED}
     flag = {name: " " if reached else "!" for name, reached in good.items()}
     return (
-        f"{name:<28} {iou:.3f}{flag['i']}({s['half']:.3f})  {met:.3f}{flag['m']}({s['anywhere']:.3f}) {s['true']:.3f} "
-        f"{s['error']:.3f}  {again:5.2f}{flag['r']} {s['alpha']:.4f} {s['halo']:.4f}  {s['seconds']:5.2f}"
+        f"{name:<28} {iou:.3f}{flag['i']}({s['half']:.3f})  {true:.3f}{flag['t']}({s['sound']:.3f})  "
+        f"{met:.3f}{flag['m']}({s['anywhere']:.3f}) {s['error']:.3f}  "
+        f"{again:5.2f}{flag['r']} {s['alpha']:.4f} {s['halo']:.4f}  {s['seconds']:5.2f}"
     )
 
 
@@ -86,11 +90,17 @@ def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
     yield "all steps", "cut", nullcontext()
     yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
     yield "hysteresis for the cut", "hysteresis", nullcontext()
+    yield "strokes not taken apart", "cut", patch("handout.scanning.linegraph.apart", lambda xy, edges, *_: (xy, edges))
 
 
 def main() -> None:
     """Print the table, then what single steps are worth."""
-    print(f"{'':<28} mask IoU       path met (all) true error mm  recomp. alpha   halo   CPU s/MP")
+    print(f"{'':<28} mask IoU       path true (all) path met (all) mm rms recomp. alpha   halo   CPU s/MP")
+    print(
+        f"{'goal, 300 / 600 dpi':<28} {GOALS[300]:.2f} / {GOALS[600]:.2f}    {PATH:.2f}            {PATH:.2f}"
+        f"                 {RECOMPOSED:.0f}"
+    )
+    print(f"{'goal, pencil':<28} {PENCIL:.2f}")
     for dpi in GOALS:
         for pen in PENS:
             for hand in HANDS:

@@ -31,7 +31,7 @@ class PathScore:
     tighter than about its own edge: elsewhere lines have run into one, whose middle is neither's.
 
     met : share of the clear true way that has a found path within `NEAR`; anywhere : the same of all of it.
-    true : share of the found way, near clear stretches, that has the true one within `NEAR`.
+    true : share of the found way, near clear stretches, that has the true one within `NEAR`; sound : of all of it.
     clear : share of the true way that is clear.
     error : rms distance, mm, of the clear true way from the found one where it was met.
     """
@@ -39,6 +39,7 @@ class PathScore:
     met: float
     anywhere: float
     true: float
+    sound: float
     clear: float
     error: float
 
@@ -93,7 +94,7 @@ def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Pat
     theirs = _drawn(np.asarray(places, dtype=np.float64), np.asarray(edges, dtype=np.intp))
     if not len(ours) or not len(theirs):
         both = float(len(ours) == len(theirs))
-        return PathScore(both, both, both, float(clear.mean()) if len(clear) else 1.0, 0.0)
+        return PathScore(both, both, both, both, float(clear.mean()) if len(clear) else 1.0, 0.0)
     away = _distance(ours, theirs)[0] * truth.pixel
     back, nearest = _distance(theirs, ours)
     known = clear[nearest] & (back < truth.line)
@@ -103,6 +104,7 @@ def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Pat
         met=float(met[clear].mean()) if clear.any() else 1.0,
         anywhere=float(met.mean()),
         true=float((back[known] * truth.pixel <= near).mean()) if known.any() else 1.0,
+        sound=float((back * truth.pixel <= near).mean()),
         clear=float(clear.mean()),
         error=float(np.sqrt(np.mean(good**2))) if len(good) else 0.0,
     )

@@ -27,7 +27,7 @@ def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
 
 
 def skeleton_graph(ink: NDArray[np.bool_], inside: NDArray[np.float32]) -> tuple[Array, Indices]:
-    """Middle line of a mask.
+    """Middle line of a mask without spurs.
 
     Parameters
     ----------
@@ -39,11 +39,20 @@ def skeleton_graph(ink: NDArray[np.bool_], inside: NDArray[np.float32]) -> tuple
     xy : (n, 2) float, pixels, x to the right.
     edges : (m, 2) int, pairs of vertices, each once.
     """
+    return without_spurs(*skeleton(ink), inside)
+
+
+def skeleton(ink: NDArray[np.bool_]) -> tuple[Array, Indices]:
+    """Middle line of a mask (h, w) as it comes, with spurs: places (n, 2) and pairs of them, as `skeleton_graph`."""
     from skimage.morphology import skeletonize
 
     y, x = np.nonzero(skeletonize(ink))  # type: ignore[no-untyped-call]
     xy = np.stack([x, y], axis=1).astype(np.float64)
-    xy, edges = _merge_junctions(xy, _neighbours(y, x, ink.shape))
+    return _merge_junctions(xy, _neighbours(y, x, ink.shape))
+
+
+def without_spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> tuple[Array, Indices]:
+    """The graph without branches that end free and are no longer than the line is wide."""
     for _ in range(_ROUNDS):
         spurs = _spurs(xy, edges, inside)
         if not spurs.any():

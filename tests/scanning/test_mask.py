@@ -130,6 +130,18 @@ def test_dust_and_streaks_go_and_full_stops_stay():
     assert not found[5:40, 878:885].any()
 
 
+def test_the_edge_of_the_sheet_round_a_corner_goes():
+    ink = INK.copy()
+    height, width = ink.shape
+    for x in range(width):
+        ink[height - 4 - x // 200, x] = 0.9
+    ink[: height - 3, width - 9 : width - 7] = 0.9
+    found = read(scan_of(ink)).ink
+    assert not found[-12:].any()
+    assert not found[:, -12:].any()
+    assert found[INK > 0.7].mean() > 0.995
+
+
 def test_too_coarse():
     fine = scan_of(INK)
     small = cv2.resize(fine.rgb, None, fx=1 / 5, fy=1 / 5, interpolation=cv2.INTER_AREA)
