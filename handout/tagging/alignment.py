@@ -16,7 +16,8 @@ class Letter:
     at : index of its grapheme in the transcript.
     text : the grapheme; of something struck out, all of it.
     left, right : x where it begins and ends on the baseline, pixels of the page; the borders lean by the line's slant.
-    confidence : 0–1; near 1 where everything that was tried agrees on both ends, 0.5 for half a tolerance apart.
+    confidence : 0–1, no probability: 1 where all networks agree on both ends, with and without having learned from the
+        page, 0.5 where they lie a third of a tolerance apart.  Of letters under 0.5 more are wrong, but most are right.
     present : False where the page seems not to have it (it has no width then).
     """
 

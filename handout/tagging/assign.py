@@ -9,7 +9,7 @@ Source: seed 000, §5.1.3 (labels, splits, links); handwriting specification §8
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,6 +19,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from handout.hand.places import graphemes
+from handout.branching import branches
 from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.features import X_HEIGHT
 from handout.values import Array, Indices, LineGraph
@@ -29,6 +30,8 @@ _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
 _NEAR = 0.7  # x-heights from a mark's column to its ink
 _HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
+_CUT = 0.02  # square x-heights: a stroke is cut where that spares it more of running outside its letter's column
+_NEVER = 1e6
 _ANCHOR = 0.35  # x-heights: anchors are sought as near to this height as there is ink
 
 
@@ -97,13 +100,38 @@ class _Line:
         self.whole = _pieces(self.edges, len(vertices))
 
     def _columns(self) -> Indices:
-        """(n,) the letter in whose column each vertex lies, or the nearest one."""
-        if not self.present.any():
+        """(n,) the letter in whose column each vertex lies, or the nearest one; strokes are cut no more than needed."""
+        if not self.present.any() or not len(self.u):
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
         after = self.u[:, None] - self.right[None]
         away = np.where(self.present, np.maximum(np.maximum(before, after), 0), np.inf)
-        return np.asarray(away.argmin(axis=1))
+        nearest = np.asarray(away.argmin(axis=1))
+        paths = branches(self.edges, len(self.u))
+        # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
+        ends: dict[int, list[int]] = {}
+        for path, found in zip(paths, self._cut(paths, nearest, away), strict=True):
+            for end in (0, -1):
+                ends.setdefault(int(path[end]), []).append(int(found[end]))
+        settled = nearest.copy()
+        for vertex, found_ in ends.items():
+            settled[vertex] = max(sorted(set(found_)), key=lambda one: (found_.count(one), one == nearest[vertex]))
+        pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
+        met = np.array(sorted(ends), dtype=np.intp)
+        away[met] = pinned[met]
+        for path, found in zip(paths, self._cut(paths, settled, away), strict=True):
+            settled[path] = found
+        return settled
+
+    def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
+        """The letter of every vertex of each path, so that it runs little outside their columns and is little cut."""
+        for path in paths:
+            among = np.unique(nearest[path])
+            if len(among) == 1:
+                yield nearest[path]
+                continue
+            run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
+            yield among[_fewest_cuts(away[np.ix_(path, among)] * run)]
 
     def assigned(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
@@ -184,6 +212,21 @@ class _Line:
         elif height <= _HIGH and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
+
+
+def _fewest_cuts(cost: Array) -> Indices:
+    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `_CUT`."""
+    total, came = cost[0], np.zeros(cost.shape, dtype=np.intp)
+    for row in range(1, len(cost)):
+        best = int(total.argmin())
+        changes = total[best] + _CUT < total
+        came[row] = np.where(changes, best, np.arange(cost.shape[1]))
+        total = np.where(changes, total[best] + _CUT, total) + cost[row]
+    chosen = np.empty(len(cost), dtype=np.intp)
+    chosen[-1] = int(total.argmin())
+    for row in range(len(cost) - 1, 0, -1):
+        chosen[row - 1] = came[row, chosen[row]]
+    return chosen
 
 
 def _pieces(edges: Indices, count: int) -> Indices:

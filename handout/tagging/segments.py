@@ -19,7 +19,7 @@ from handout.tagging.transcript import Written
 from handout.values import Array
 
 _WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letters
-_DOUBT = 0.5  # of a letter's tolerance: a difference that halves confidence
+_DOUBT = 0.35  # of a letter's tolerance: a difference that halves confidence
 
 
 def page_scale(images: Sequence[Image], lines: Sequence[Written], widths: Array) -> float:
@@ -79,11 +79,14 @@ def by_line(
     """For every line its decodings: the last is the best, the others are by other networks, for comparison."""
     widths = page.widths(lines)
     first = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
+    # networks that have not seen the page agree less than those that have learned from the same letters
+    done = [
+        [decode(page.reading(i, [one]), line.letters, widths) for one in page.networks] for i, line in enumerate(lines)
+    ]
     if not adapting or len(lines) < adapt.FOLDS:
-        return [[one] for one in first]
+        return [[*each, one] if len(page.networks) > 1 else [one] for each, one in zip(done, first, strict=True)]
     fold = adapt.folds(len(lines))
     rehearsed = adapt.rehearsal([line.text for line in lines], rng)
-    done: list[list[Decoded]] = [[one] for one in first]
     for half in range(adapt.FOLDS):
         others = np.flatnonzero(fold != half).tolist()
         learned = adapt.own([page.images[i] for i in others], [spans(lines[i], first[i]) for i in others], rng)

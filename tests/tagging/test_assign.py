@@ -4,9 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given as given_
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
-from handout.tagging.assign import NOBODY, assign, by_letter, owners_at
+from handout.tagging.assign import _CUT, NOBODY, _fewest_cuts, assign, by_letter, owners_at
 from handout.tagging.linespace import Frame
 from handout.values import LineGraph
 
@@ -69,6 +73,29 @@ def test_joined_letters_are_cut_once_where_their_columns_meet():
     line, _ = graph(strokes)
     a, b = line.uv[line.edges[result.joints[0]]] / 20
     assert min(a[0], b[0]) <= 1.0 <= max(a[0], b[0])
+
+
+def test_a_stem_along_the_border_is_not_cut_where_it_strays_over_it():
+    # h runs out into i, whose stem leans a little into h's column before it comes back at the foot
+    i = [(1.2, 0.95), (0.96, 0.3), (1.1, 0.05), (1.9, 0.3)]
+    h = [(0.96, 0.3), (0.7, 0.05), (0.5, 0.9), (0.1, 0.0), (0.1, 1.8)]
+    result, found = given([i, h], ("h", 0, 1), ("i", 1, 2))
+    assert found[0] == {1} and 0 in found[1] and len(result.joints) == 1
+
+
+def test_columns_are_followed_exactly_where_that_cuts_a_stroke_no_more_than_once():
+    cost = np.array([[0.0, 1.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.0]])
+    assert _fewest_cuts(cost).tolist() == [0, 0, 1, 1]
+
+
+@settings(max_examples=40, deadline=None)
+@given_(cost=arrays(np.float64, (6, 3), elements=st.floats(0, 0.05)))
+def test_no_other_way_of_cutting_is_cheaper(cost):
+    def price(way):
+        return cost[np.arange(6), way].sum() + _CUT * np.count_nonzero(np.diff(way))
+
+    best = min(price(np.array(way)) for way in itertools.product(range(3), repeat=6))
+    assert price(_fewest_cuts(cost)) == pytest.approx(best)
 
 
 def test_a_tail_of_a_joined_letter_follows_it():
