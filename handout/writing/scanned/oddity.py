@@ -17,10 +17,10 @@ from handout.values import Array, Indices
 _FEW = 4  # glyphs of a letter, fewer than which have no usual size
 _FLOOR = 0.15  # x-heights: spread that any letter may have
 _USUAL = 2.0  # spreads from the median that are still usual
-_RISE, _MOST = 0.4, 1.5  # cost for each spread more, and the most of it
+_RISE, _MOST = 0.5, 2.5  # cost for each spread more, and the most of it
 _KIN = 6  # glyphs of a letter, fewer than which need not be alike
 _NEAREST = 2  # glyphs that one is compared with, of its letter and of others
-_STRANGE, _STEEP = 0.45, 1.5  # log of how much nearer others may be than its own kind; cost for each unit more
+_STRANGE, _STEEP = 0.45, 2.5  # log of how much nearer others may be than its own kind; cost for each unit more
 _BLUR = 0.2  # x-heights
 _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # where a glyph is looked at, x-heights
 
