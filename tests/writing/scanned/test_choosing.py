@@ -98,7 +98,7 @@ def test_texts_and_words_differ(kept):
 
 
 def test_what_was_written_lately_is_dear_and_forgotten(kept):
-    used = Used(kept, np.random.default_rng(0))
+    used = Used(kept)
     number = kept.of("e")[:1]
     used.write(number)
     assert used.cost(number, 0)[0] == pytest.approx(AGAIN * (1 - 1 / FORGOTTEN))
