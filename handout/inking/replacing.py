@@ -128,7 +128,7 @@ def _laid(
     # a short piece takes the end of its swatch that is an end of a line, or else the middle
     taken = min(long / larger, length)
     loose = swatch.loose[0] and start < 0.3 * length
-    there = start + (0 if loose else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
+    there = start + (0 if loose and long else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
     track = piece.track
     radius, density = (np.interp(at, track.along, values) for values in (track.radius, track.density))
     return track.places(at), radius, density, swatch.places(there, "uv")

@@ -150,7 +150,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
     Source: seed 000, §7.2.
     """
-    found = [_of_page(number, page) for number, page in enumerate(sample.pages)]
+    found = [_of_page(number, page, _ink(sample, number)) for number, page in enumerate(sample.pages)]
     enough = tuple(one for one in found if len(one.start) >= _FEWEST)
     if not enough:
         raise InputError(
@@ -160,12 +160,21 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     return enough
 
 
-def _of_page(number: int, page: ScannedPage) -> Swatches:
+def _ink(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
+    """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
+    glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
+    known = np.full(len(sample.pages[page].graph), not glyphs)
+    for vertices in glyphs:
+        known[vertices] = True
+    return known
+
+
+def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches:
     graph = page.graph
-    radius = float(np.median(graph.radius)) if len(graph) else 1.0
+    radius = float(np.median(graph.radius[ink])) if ink.any() else 1.0
     length = LENGTH * radius
     lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 18))]
-    clear = _clear(graph)
+    clear = _clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
         for one, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
             begin = np.arange(0, one.length - length, length / _STARTS)

@@ -142,3 +142,13 @@ def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch, tmp_path)
         texts("page", "other", given=("page",))
     with pytest.raises(InputError, match="leave it out"):
         texts("sheet", "sheet", given=("other",))
+
+
+def test_a_pen_needs_no_text(call, small_scan):
+    out, err = call("hand", "pen", small_scan.scan, "-o", "pen.hand", "--json")
+    facts = json.loads(out)
+    assert facts["files"] == ["pen.hand"] and facts["pieces"] > 100 and 0.2 < facts["width"] < 0.6
+    pen = file.load(Path("pen.hand"))
+    assert pen.glyphs == () and len(pen.pages[0].graph) > 1000 and "mm wide" in err
+    _, err = call("hand", "pen", small_scan.scan, "-o", "pen.png", code=2)
+    assert "pen.hand" in err
