@@ -93,8 +93,10 @@ def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, w
             start = np.array([piece.start for piece in some])
             features.append(some[0].track.features(start, max(some[0].end - some[0].start, 1e-6), wanted))
     every = [piece for some in pieces for piece in some]
+    if not every:
+        return [[] for _ in words]
     follows = [b.track is a.track for a, b in pairwise(every)]
-    chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows][: len(every)])).tolist())
+    chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
     made = []
     for word, some in zip(words, pieces, strict=True):
         own_choice = [next(chosen) for _ in some]
