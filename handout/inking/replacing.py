@@ -5,7 +5,7 @@ Source: seed 000, §7.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.inking.swatches import Swatches, Track, swatches, tracks
+from handout.inking.swatches import FEATURES, Swatches, Track, swatches, tracks
 from handout.inking.welding import welded
-from handout.values import Array, Indices, Ink, Line, LineGraph, Manuscript, Placed
+from handout.values import Array, Ink, Line, LineGraph, Manuscript, Placed
 
 _STEP = 0.08  # mm between vertices of the new line
 
@@ -63,36 +63,46 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
     pens = swatches(sample)
     radii = [p.ink.graph.radius for line in manuscript.lines for p in line.placed if p.ink is not None]
     usual = float(np.median(np.concatenate(radii))) if radii and sum(map(len, radii)) else 1.0
-    lines, turn = [], 0
-    for line in manuscript.lines:
-        placed: list[Placed] = []
-        for word in _words(line):
-            placed += _rewritten(word, pens[turn % len(pens)], usual, width)
-            turn += 1
-        lines.append(replace(line, placed=tuple(placed)))
+    words = [word for line in manuscript.lines for word in _words(line)]
+    rewritten: list[list[Placed]] = [[] for _ in words]
+    for turn, pen in enumerate(pens):
+        mine = slice(turn, None, len(pens))
+        rewritten[mine] = _rewritten(words[mine], pen, usual, pen.radius if width is None else width / 2)
+    found = iter(rewritten)
+    lines = [
+        replace(line, placed=tuple(placed for _ in _words(line) for placed in next(found))) for line in manuscript.lines
+    ]
     return replace(manuscript, lines=tuple(lines))
 
 
-def _words(line: Line) -> Iterator[list[Placed]]:
+def _words(line: Line) -> list[list[Placed]]:
     inked = [placed for placed in line.placed if placed.ink is not None]
-    for _, word in groupby(inked, key=lambda placed: placed.word):
-        yield list(word)
+    return [list(word) for _, word in groupby(inked, key=lambda placed: placed.word)]
 
 
-def _rewritten(word: Sequence[Placed], pen: Swatches, usual: float, width: float | None) -> list[Placed]:
-    """A word in two layers of the pen's ink; `usual` is the radius of the line as it was, mm."""
-    graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
-    wanted = pen.radius if width is None else width / 2
-    own = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
+def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, wanted: float) -> list[list[Placed]]:
+    """Words in the pen's ink, two layers each; the radius of the line is `usual`, mm, and shall be `wanted`."""
     larger = wanted / pen.radius  # than the pen's own line
-    pieces = [piece for track in tracks(own) for piece in _cut(track, pen.length * larger)]
-    if not pieces:
-        return []
-    features = [p.track.features(np.array([p.start]), max(p.end - p.start, 1e-6), wanted) for p in pieces]
-    follows = [False] + [b.track is a.track for a, b in pairwise(pieces)]
-    chosen = pen.choose(np.concatenate(features), np.array(follows))
-    inks = (_layer(pieces, chosen, layer, pen, larger) for layer in (0, 1))
-    return [replace(word[0], ink=ink) for ink in inks if ink is not None]
+    pieces, features = list[list[_Piece]](), [np.zeros((0, FEATURES))]
+    for word in words:
+        graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
+        own = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
+        cut = [_cut(track, pen.length * larger) for track in tracks(own)]
+        pieces.append([piece for some in cut for piece in some])
+        for some in cut:
+            start = np.array([piece.start for piece in some])
+            features.append(some[0].track.features(start, max(some[0].end - some[0].start, 1e-6), wanted))
+    every = [piece for some in pieces for piece in some]
+    if not every:
+        return [[] for _ in words]
+    follows = [b.track is a.track for a, b in pairwise(every)]
+    chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
+    made = []
+    for word, some in zip(words, pieces, strict=True):
+        own_choice = [next(chosen) for _ in some]
+        inks = (_layer(some, own_choice, layer, pen, larger) for layer in (0, 1))
+        made.append([replace(word[0], ink=ink) for ink in inks if ink is not None])
+    return made
 
 
 def _cut(track: Track, length: float) -> list[_Piece]:
@@ -104,11 +114,11 @@ def _cut(track: Track, length: float) -> list[_Piece]:
     return [_Piece(track, at[i], at[i + 2], i % 2) for i in range(count - 1)]
 
 
-def _layer(pieces: Sequence[_Piece], chosen: Indices, layer: int, pen: Swatches, larger: float) -> Ink | None:
+def _layer(pieces: Sequence[_Piece], chosen: Sequence[int], layer: int, pen: Swatches, larger: float) -> Ink | None:
     """One of the two layers of a word."""
     parts = [
         _laid(piece, pen.tracks[pen.track[number]], float(pen.start[number]), larger, pen.length)
-        for piece, number in zip(pieces, chosen.tolist(), strict=True)
+        for piece, number in zip(pieces, chosen, strict=True)
         if piece.layer == layer
     ]
     if not parts:
@@ -128,7 +138,7 @@ def _laid(
     # a short piece takes the end of its swatch that is an end of a line, or else the middle
     taken = min(long / larger, length)
     loose = swatch.loose[0] and start < 0.3 * length
-    there = start + (0 if loose else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
+    there = start + (0 if loose and long else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
     track = piece.track
     radius, density = (np.interp(at, track.along, values) for values in (track.radius, track.density))
     return track.places(at), radius, density, swatch.places(there, "uv")

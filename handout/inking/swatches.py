@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 LENGTH = 3.2  # median radii of the line: length of a piece
 CLEAR = 0.25  # mm beside the line where there must be no other
 BINS = 4
+FEATURES = 4 * BINS + 2
 _STARTS = 6  # pieces begin so many times in each length
 _FEWEST = 12
 _WIDTH, _DENSITY, _END = 0.5, 0.5, 1.0  # weights beside that of the course
@@ -62,7 +63,7 @@ class Track:
         return np.stack([np.interp(at, self.along, values[:, k]) for k in (0, 1)], axis=-1)
 
     def features(self, start: Array, length: float, radius: float) -> Array:
-        """(m, 18) float: what pieces are told by that begin after so many mm, (m,), and are `length` mm long.
+        """(m, FEATURES) float: what pieces are told by that begin after so many mm, (m,), and are `length` mm long.
 
         radius : mm, of the usual line.
         """
@@ -95,7 +96,7 @@ class Swatches:
     page : number of the page.
     tracks : the lines that they are pieces of.
     track : (k,) int; start : (k,) float, mm along it; back : (k,) bool, whether read from its end.
-    features : (k, 18), see `Track.features`.
+    features : (k, FEATURES), see `Track.features`.
     length, radius : mm, of a piece and of the usual line.
     """
 
@@ -113,17 +114,21 @@ class Swatches:
 
         return cKDTree(self.features)
 
+    @cached_property
+    def _same(self) -> Indices:
+        """(k,) int: one number for pieces that overlap, which are one and the same to the eye."""
+        place = np.floor(self.start / (self.length / 2)).astype(np.intp)
+        first = np.concatenate([[True], (np.diff(self.track) != 0) | (np.diff(place) != 0)])
+        return np.asarray(np.cumsum(first) - 1, dtype=np.intp)
+
     def choose(self, wanted: Array, follows: NDArray[np.bool_]) -> Indices:
-        """(n,) int: a piece for each of the features (n, 18), like it, but not one that was used shortly before.
+        """(n,) int: a piece for each of the features (n, FEATURES), like it, but not one that was used shortly before.
 
         follows : (n,) bool: whether a piece lies half a length further on the same line than the one before.
         """
         near, at = self._tree.query(wanted, k=min(_LIKE, len(self.features)))
         near, at = near.reshape(len(wanted), -1), at.reshape(len(wanted), -1)
-        # pieces that overlap are one and the same to the eye
-        place = np.floor(self.start / (self.length / 2)).astype(np.intp)
-        _, same = np.unique(np.stack([self.track, place]), axis=1, return_inverse=True)
-        same = np.asarray(same, dtype=np.intp).ravel()
+        same = self._same
         used = np.full(int(same.max()) + 1, -_AFTER)
         chosen = np.zeros(len(wanted), dtype=np.intp)
         last, on = -1, _STARTS // 2
@@ -150,7 +155,7 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
     Source: seed 000, §7.2.
     """
-    found = [_of_page(number, page) for number, page in enumerate(sample.pages)]
+    found = [_of_page(number, page, _ink(sample, number)) for number, page in enumerate(sample.pages)]
     enough = tuple(one for one in found if len(one.start) >= _FEWEST)
     if not enough:
         raise InputError(
@@ -160,12 +165,21 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
     return enough
 
 
-def _of_page(number: int, page: ScannedPage) -> Swatches:
+def _ink(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
+    """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
+    glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
+    known = np.full(len(sample.pages[page].graph), not glyphs)
+    for vertices in glyphs:
+        known[vertices] = True
+    return known
+
+
+def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches:
     graph = page.graph
-    radius = float(np.median(graph.radius)) if len(graph) else 1.0
+    radius = float(np.median(graph.radius[ink])) if ink.any() else 1.0
     length = LENGTH * radius
-    lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 18))]
-    clear = _clear(graph)
+    lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, FEATURES))]
+    clear = _clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
         for one, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
             begin = np.arange(0, one.length - length, length / _STARTS)

@@ -179,3 +179,13 @@ def test_a_text_in_utf_16_is_read(small_scan):
 
     Path("wide.txt").write_bytes(small_scan.written.encode("utf-16"))
     assert _text(Path("wide.txt")) == small_scan.written
+
+
+def test_a_pen_needs_no_text(call, small_scan):
+    out, err = call("hand", "pen", small_scan.scan, "-o", "pen.hand", "--json")
+    facts = json.loads(out)
+    assert facts["files"] == ["pen.hand"] and facts["pieces"] > 100 and 0.2 < facts["width"] < 0.6
+    pen = file.load(Path("pen.hand"))
+    assert pen.glyphs == () and len(pen.pages[0].graph) > 1000 and "mm wide" in err
+    _, err = call("hand", "pen", small_scan.scan, "-o", "pen.png", code=2)
+    assert "pen.hand" in err
