@@ -17,7 +17,7 @@ MAY = {
     "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
-    "author": {"hand", "writing", "motion", "inking"},
+    "author": {"hand", "writing", "motion", "inking", "scanning", "prompting", "tagging"},
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},

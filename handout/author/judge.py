@@ -16,9 +16,11 @@ from handout.author.owning import evenly
 from handout.author.truth import Truth
 from handout.values import Array, Indices
 
+NOBODY = -1
 NEAR = 0.06  # mm between a true and a found path that count as one
 _STEP = 0.5  # pixels between the places at which paths are compared
 _LOST = 0.25  # rule heights beyond which a split is another one
+_AT = 0.15  # rule heights between a true and a found split that count as one place
 _OTHER_PAPERS = ((0.05, 0.25, 0.1), (0.95, 0.85, 0.2))  # dark green, yellow
 _LIGHTER, _DARKER = 0.02, 0.15  # what counts as lightening it, and how much darker the usual ink has to be
 
@@ -48,12 +50,13 @@ class PathScore:
 class SplitScore:
     """How well the places between joined letters were found; distances in rule heights.
 
-    found : share of the true splits that have one within a quarter of a rule height.
+    found : share of the true splits that have one within a quarter of a rule height; placed : within .15 of it.
     true : share of what was found that is near a true split.
     median, worst : distance of the found ones, the middle and the 95th percentile; NaN without any.
     """
 
     found: float
+    placed: float
     true: float
     median: float
     worst: float
@@ -200,7 +203,7 @@ def owners(truth: Truth, places: Array) -> Indices:
     column, row = np.rint(np.asarray(places)).astype(np.intp).T
     height, width = truth.labels.shape
     inside = (row >= 0) & (column >= 0) & (row < height) & (column < width)
-    found = np.full(len(row), -1, dtype=np.intp)
+    found = np.full(len(row), NOBODY, dtype=np.intp)
     found[inside] = truth.labels[row[inside], column[inside]] - 1
     return found
 
@@ -215,14 +218,31 @@ def letters_right(truth: Truth, places: Array, said: Sequence[str]) -> float:
         that are taken for any letter are taken for it.
     """
     names = np.asarray(said, dtype=object)
-    owner = np.where(names == "", -1, owners(truth, places))
+    most = _most(truth, np.where(names == "", NOBODY, owners(truth, places)), names.astype(str))
+    return float(np.mean([text == letter.text for letter, text in zip(truth.letters, most, strict=True)]))
+
+
+def letters_own(truth: Truth, places: Array, given: Indices) -> float:
+    """Share of the page's letters that are themselves: as `letters_right`, but an equal letter beside it is another.
+
+    Parameters
+    ----------
+    places : (n, 2) float, pixels, vertices of the found line.
+    given : (n,) int, index in the text of the letter that each vertex is given to, −1 for none.
+    """
+    most = _most(truth, np.where(np.asarray(given) < 0, NOBODY, owners(truth, places)), np.asarray(given))
+    return float(np.mean([at == letter.at for letter, at in zip(truth.letters, most, strict=True)]))
+
+
+def _most(truth: Truth, owner: Indices, said: NDArray[Any]) -> list[Any]:
+    """What is said most often of the places of each letter; None where nothing is."""
     order = np.argsort(owner, kind="stable")
     bounds = np.searchsorted(owner[order], [[letter.at, letter.at + 1] for letter in truth.letters])
-    right = 0
-    for letter, (first, last) in zip(truth.letters, bounds, strict=True):
-        texts, counts = np.unique(names[order[first:last]].astype(str), return_counts=True)
-        right += bool(len(texts) and texts[counts.argmax()] == letter.text)
-    return right / max(len(truth.letters), 1)
+    found: list[Any] = []
+    for first, last in bounds.tolist():
+        values, counts = np.unique(said[order[first:last]], return_counts=True)
+        found.append(values[counts.argmax()] if len(values) else None)
+    return found
 
 
 def splits(truth: Truth, found: Array) -> SplitScore:
@@ -233,13 +253,15 @@ def splits(truth: Truth, found: Array) -> SplitScore:
     true = np.array([split.xy for split in truth.splits]).reshape(-1, 2)
     given = np.asarray(found, dtype=np.float64).reshape(-1, 2)
     if not len(true) or not len(given):
-        return SplitScore(float(not len(true)), float(not len(given)), np.nan, np.nan)
+        none = float(not len(true))
+        return SplitScore(none, none, float(not len(given)), np.nan, np.nan)
     away = cdist(true, given) / truth.rule
     # one beyond reach costs more than any pair within it
     pairs = linear_sum_assignment(np.where(away <= _LOST, away, 1e3))
     off = away[pairs][away[pairs] <= _LOST]
     middle, worst = np.percentile(off, [50, 95]) if len(off) else (np.nan, np.nan)
-    return SplitScore(len(off) / len(true), len(off) / len(given), float(middle), float(worst))
+    placed = int(np.count_nonzero(off <= _AT)) / len(true)
+    return SplitScore(len(off) / len(true), placed, len(off) / len(given), float(middle), float(worst))
 
 
 def matte(image: NDArray[Any], truth: Truth, ink: NDArray[Any], alpha: NDArray[Any], paper: NDArray[Any]) -> MatteScore:

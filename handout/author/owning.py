@@ -15,17 +15,22 @@ from handout.motion.trace import STEPS
 from handout.values import Array, Drawing, Indices, Manuscript
 
 _STEP = 0.4  # pixels between two places of a path as it is drawn
+_APART = 1.5  # widths of the line along it, from which on nearness is no mere continuation
 _REACH = 1.5  # mm from its path that ink may lie
 _ROWS = 1024
 _GRAPHEME = regex.compile(r"\X")
 
 
-def paths(drawing: Drawing, of: Sequence[Indices], bed: Bed) -> tuple[Path, ...]:
-    """The pen's way on the picture; `of`: what `motion.trace.written` says of its strokes."""
-    return tuple(
-        Path(bed.pixels(stroke.xy), letters, _ligature(letters))
-        for stroke, letters in zip(drawing.strokes, of, strict=True)
-    )
+def paths(drawing: Drawing, of: Sequence[Indices], bed: Bed, line: float) -> tuple[Path, ...]:
+    """The pen's way on the picture.
+
+    of : what `motion.trace.written` says of its strokes; line : pixels, width of the pen's line.
+    """
+    found = []
+    for stroke, letters in zip(drawing.strokes, of, strict=True):
+        xy = bed.pixels(stroke.xy)
+        found.append(Path(xy, parted(xy, letters, line), _ligature(letters)))
+    return tuple(found)
 
 
 def _ligature(of: Indices) -> NDArray[np.bool_]:
@@ -36,8 +41,54 @@ def _ligature(of: Indices) -> NDArray[np.bool_]:
     return flags
 
 
+def parted(xy: Array, of: Indices, line: float) -> Indices:
+    """(n,) letters of a path's samples, so that letters part where it can be seen.
+
+    Half way in motor time between two letters, the pen may be on a stem that it is about to come down again: nobody
+    can see there where one ends.  What is seen is the way from where the pen leaves the line of the one letter to
+    where it first meets that of the other, and in the middle of that they part.
+
+    xy : (n, 2) float, pixels; of : (n,) int; line : pixels, within which two ways make one line.
+    """
+    made = np.array(of)
+    far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))]
+    changes = [0, *(np.flatnonzero(np.diff(of)) + 1).tolist(), len(of)]
+    for before, change, after in zip(changes, changes[1:], changes[2:], strict=False):
+        first, last = max(change - STEPS // 2, before), min(change + STEPS // 2, after)
+        meets = _on(xy, far, slice(before, last), slice(last, after), line)
+        stays = _on(xy, far, slice(first, after), slice(before, first), line)
+        # the latter backwards, so that one rule does for both
+        end = before + _first_met(meets, first - before)
+        begin = after - _first_met(stays[::-1], after - last)
+        middle = (begin + end) // 2
+        if begin > end:  # all of the way lies on one of the letters, or on both
+            middle = end if begin == first else begin if end == last else change
+        middle = min(max(middle, before + 1), after - 1)
+        made[middle:change], made[change:middle] = of[change], of[change - 1]
+    return made
+
+
+def _on(xy: Array, far: Array, way: slice, letter: slice, line: float) -> NDArray[np.bool_]:
+    """Which samples of a way lie on a letter's line; being its continuation does not count."""
+    from scipy.spatial.distance import cdist
+
+    between = np.abs(far[way, None] - far[None, letter])
+    return np.asarray(((cdist(xy[way], xy[letter]) < line) & (between > _APART * line)).any(axis=1))
+
+
+def _first_met(met: NDArray[np.bool_], begin: int) -> int:
+    """The first sample of a way, which begins at `begin`, that is met; before it, where it has been met long since."""
+    places = np.flatnonzero(met[begin:])
+    if not len(places):
+        return len(met)
+    if places[0]:
+        return begin + int(places[0])
+    free = np.flatnonzero(~met[:begin])
+    return int(free[-1]) + 1 if len(free) else begin
+
+
 def splits(found: Sequence[Path]) -> tuple[Split, ...]:
-    """Where the letters of joined paths part, half way between their points in motor time."""
+    """Where the letters of joined paths part (see `parted`)."""
     return tuple(
         Split(
             (float(path.xy[i : i + 2, 0].mean()), float(path.xy[i : i + 2, 1].mean())),

@@ -207,8 +207,8 @@ def _truth(
     line: float,
 ) -> Truth:
     density, alpha, clean = pixels
-    paths = owning.paths(drawing, written(manuscript, hand), bed)
     unit = 25.4 / bed.dpi
+    paths = owning.paths(drawing, written(manuscript, hand), bed, line / unit)
     owned = owning.labels(paths, alpha > _SEEN, unit)
     return Truth(
         labels=owned,

@@ -56,7 +56,10 @@ class Path:
 
 @dataclass(frozen=True)
 class Split:
-    """Where two joined letters part: (x, y) pixels, and the indices of their graphemes in the text."""
+    """Where two joined letters part: (x, y) pixels, and the indices of their graphemes in the text.
+
+    It is the middle, in motor time, of what is seen of the way between them: see `owning.parted`.
+    """
 
     xy: tuple[float, float]
     before: int

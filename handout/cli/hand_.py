@@ -42,7 +42,7 @@ for _command in (prompt_.command, scan_.read, *scanned_.COMMANDS):
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:
-    """The hands that are known by name: drawn ones, and scanned ones of your own."""
+    """The hands that are known by name: drawn ones and scanned ones, the program's and your own."""
     from handout.hand.library import load, names
 
     hands, scanned = [load(name) for name in names()], _scanned()
@@ -58,7 +58,7 @@ def list_(as_json: bool) -> None:
 
 
 def _scanned() -> list[dict[str, Any]]:
-    """What is said of the user's scanned hands; one that cannot be read is named with the reason."""
+    """What is said of the scanned hands; one that cannot be read is named with the reason."""
     from handout.errors import InputError
     from handout.hand import file, library
 

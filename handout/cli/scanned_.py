@@ -139,6 +139,8 @@ def edit(name: str, corrections: str, output: str | None, as_json: bool, quiet: 
 
     source = library.scanned_file(name)
     path = hand_path(output) if output else source
+    if library.comes_with_program(path):
+        raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
     try:
         data = Path(corrections).read_bytes()
     except OSError as error:
@@ -238,7 +240,7 @@ def remove(name: str, as_json: bool, quiet: bool) -> None:
     """Delete the scanned hand NAME from among your own hands."""
     from handout.hand import library
 
-    known = library.scanned()
+    known = library.own_scanned()
     if name not in known:
         raise InputError(f"Among your own hands there is none called {name!r}{_these(known)}.")
     try:

@@ -27,9 +27,19 @@ def _paths() -> dict[str, Path]:
 
 
 def scanned() -> dict[str, Path]:
+    """Name → .hand file of the scanned hands: those that come with the program, and the user's own, which win."""
+    return {path.stem: path for path in sorted(_HOUSE.glob("*.hand"))} | own_scanned()
+
+
+def own_scanned() -> dict[str, Path]:
     """Name → .hand file of the user's own scanned hands."""
     own = shipped.user_folder("hands")
     return {path.stem: path for path in sorted(own.glob("*.hand"))} if own.is_dir() else {}
+
+
+def comes_with_program(path: Path) -> bool:
+    """Whether a .hand file is one of the program's own, which nobody should write to."""
+    return path.resolve().parent == _HOUSE
 
 
 def scanned_file(name: str) -> Path:

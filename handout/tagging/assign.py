@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from handout.hand.places import graphemes
 from handout.branching import branches
+from handout.hand.places import graphemes
 from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.features import X_HEIGHT
 from handout.values import Array, Indices, LineGraph

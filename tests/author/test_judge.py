@@ -92,6 +92,20 @@ def test_letters_are_read_by_most_of_their_vertices(simulated):
     assert judge.letters_right(truth, places, noisy) > 0.9
 
 
+def test_an_equal_letter_beside_is_another(simulated):
+    truth = simulated.truth
+    places, _ = chain(truth)
+    at = np.concatenate([p.of for p in truth.paths])
+    assert judge.letters_own(truth, places, at) == 1.0
+    assert judge.letters_own(truth, places, np.full(len(at), -1)) == 0.0
+    # the second l of "hollow" taken for the first
+    swapped = np.where(at == 3, 2, at)
+    assert (truth.by_index[2].text, truth.by_index[3].text) == ("l", "l")
+    said = [truth.by_index[int(i)].text for i in swapped]
+    assert judge.letters_right(truth, places, said) == 1.0
+    assert judge.letters_own(truth, places, swapped) == pytest.approx(1 - 1 / len(truth.letters))
+
+
 def test_owners_of_places_off_the_page_are_none(simulated):
     owner = judge.owners(simulated.truth, np.array([[-5.0, 3.0], [1e6, 3.0], [1.0, 1.0]]))
     assert owner.tolist() == [-1, -1, -1]
@@ -102,10 +116,13 @@ def test_splits_answer_for_one_each(simulated):
     true = np.array([split.xy for split in truth.splits])
     assert len(true) >= 8
     exact = judge.splits(truth, true)
-    assert (exact.found, exact.true, exact.median) == (1.0, 1.0, 0.0)
+    assert (exact.found, exact.placed, exact.true, exact.median) == (1.0, 1.0, 1.0, 0.0)
     off = judge.splits(truth, true[:-2] + np.array([0.1 * truth.rule, 0.0]))
     assert off.found == pytest.approx(1 - 2 / len(true))
+    assert off.placed == off.found
     assert off.median == pytest.approx(0.1)
+    beyond = judge.splits(truth, true + np.array([0.0, 0.2 * truth.rule]))
+    assert beyond.placed < 0.5 < beyond.found
     double = judge.splits(truth, np.concatenate([true, true]))
     assert (double.found, double.true) == (1.0, 0.5)
     nothing = judge.splits(truth, np.zeros((0, 2)))

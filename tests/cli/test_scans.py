@@ -59,7 +59,8 @@ def test_import_list_show_export_remove(call, kept):
     call("hand", "import", kept, "--name", "mine")
     assert "mine" in call("hand", "list")[0]
     listed = json.loads(call("hand", "list", "--json")[0])["scanned"]
-    assert [(one["name"], one["title"], one["glyphs"]) for one in listed] == [("mine", "A small hand", 44)]
+    own = [(one["name"], one["title"], one["glyphs"]) for one in listed if not one["name"].startswith("house-")]
+    assert own == [("mine", "A small hand", 44)]
     _, err = call("hand", "import", kept, "--name", "mine", code=2)
     assert "--replace" in err
     call("hand", "import", kept, "--name", "mine", "--replace")
@@ -71,6 +72,21 @@ def test_import_list_show_export_remove(call, kept):
     call("hand", "remove", "mine")
     _, err = call("hand", "check", "mine", code=2)
     assert "No scanned hand is called 'mine'" in err
+
+
+def test_the_hands_that_ship(call):
+    listed = {one["name"]: one for one in json.loads(call("hand", "list", "--json")[0])["scanned"]}
+    assert {"house-joined-ballpoint", "house-print-fountain"} <= listed.keys()
+    checked = json.loads(call("hand", "check", "house-joined-ballpoint", "--json")[0])
+    assert checked["glyphs"] == listed["house-joined-ballpoint"]["glyphs"] and len(checked["pages"]) == 3
+    call("hand", "export", "house-print-fountain", "-o", "print.hand")
+    assert file.load(Path("print.hand")).name == "house-print-fountain"
+    Path("none.json").write_text("[]")
+    _, err = call("hand", "edit", "house-print-fountain", "none.json", code=2)
+    assert "comes with the program" in err and "--output" in err
+    call("hand", "edit", "house-print-fountain", "none.json", "-o", "mine.hand")
+    _, err = call("hand", "remove", "house-print-fountain", code=2)
+    assert "Among your own hands" in err
 
 
 def test_a_damaged_hand_does_not_stop_the_list(call, kept):

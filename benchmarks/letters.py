@@ -1,0 +1,77 @@
+"""How well a scanned page's letters are found, measured where the truth is known: on pages of the simulated author.
+
+Letters: share of those whose name is right, where most of their line is given to a letter (in brackets: to that very
+letter, not to an equal one beside it).  Splits: share of the places between joined letters that are found within .15
+rule heights (in brackets: within .25), and share of the found ones that are true.  CPU seconds a megapixel, for ink,
+path and rules, then for letters.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.reading import HANDS, PENS, written
+from handout.author import reread
+from handout.author.truth import Simulated
+from handout.scanning.reading import WrittenPage
+from handout.tagging.making import make_page
+
+RESOLUTIONS = (300, 600)
+LETTERS, SPLITS = 0.97, 0.95  # goals
+
+
+def read(simulated: Simulated, method: str = "cut") -> tuple[WrittenPage, float]:
+    """The page read, and the CPU seconds of it."""
+    begin = time.process_time()
+    return reread.read(simulated, method=method), time.process_time() - begin
+
+
+def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str = "segments") -> str:
+    """A line of the table; ! marks what misses its goal."""
+    begin = time.process_time()
+    made = make_page(page[0], reread.transcript(simulated), rng=np.random.default_rng(1), method=method)
+    seconds = time.process_time() - begin
+    score = reread.score(simulated.truth, made)
+    split = score.splits
+    flags = ["!" if missed else " " for missed in (score.right < LETTERS, split.placed < SPLITS)]
+    size = simulated.truth.labels.size / 1e6
+    return (
+        f"{name:<32} {score.right:.3f}{flags[0]}({score.own:.3f})  {split.placed:.3f}{flags[1]}({split.found:.3f}) "
+        f"{split.true:.3f}  {page[1] / size:5.2f} {seconds / size:5.2f}"
+    )
+
+
+def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
+    """Name, method of the mask, and what is changed while the page is read."""
+    yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
+    yield "hysteresis for the cut", "hysteresis", nullcontext()
+
+
+def main() -> None:
+    """Print the table, then what single steps are worth."""
+    print(f"{'':<32} letters right  splits placed true   CPU s/MP: ink, letters")
+    for dpi in RESOLUTIONS:
+        for pen in PENS:
+            for hand in HANDS:
+                simulated = written(pen, hand, dpi)
+                print(row(f"{dpi} {pen} {hand}", simulated, read(simulated)), flush=True)
+    for pen in ("ballpoint", "pencil"):
+        steps(pen)
+
+
+def steps(pen: str) -> None:
+    """What single steps are worth on one page."""
+    simulated = written(pen, HANDS[0], RESOLUTIONS[0])
+    page, name = read(simulated), f"{RESOLUTIONS[0]} {pen}"
+    print(row(f"{name} all steps", simulated, page), flush=True)
+    print(row(f"{name} no self-training", simulated, page, "segments-once"), flush=True)
+    print(row(f"{name} chain haines_2016", simulated, page, "haines_2016"), flush=True)
+    for change, method, changed in ablations():
+        with changed:
+            page = read(simulated, method)
+        print(row(f"{name} {change}", simulated, page), flush=True)

@@ -1,0 +1,47 @@
+"""The scanned hands that ship: whole, quick to load, and out of reach of what changes hands."""
+
+import json
+import string
+import time
+
+import pytest
+
+from handout.hand import file, library
+from handout.hand.report import facts
+
+NAMES = ("house-joined-ballpoint", "house-print-fountain")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_hand_is_whole(name):
+    path = library.scanned_file(name)
+    assert library.comes_with_program(path)
+    hand = file.load(path)
+    assert hand.name == name and len(hand.pages) == 3
+    assert set(string.ascii_letters + string.digits) <= set(hand.letters)
+    checked = facts(hand)
+    assert checked["glyphs"] > 3000 and not checked["unnamed"]
+    assert len(checked["doubtful"]) < 0.1 * checked["glyphs"]
+    assert min(hand.letters[letter] for letter in "etaoinshrdlu") >= 40
+    for page in hand.pages:
+        ink = page.texture.rgba[:, :, 3] > 0
+        assert 0.01 < ink.mean() < 0.2
+
+
+def test_together_they_are_small():
+    assert sum(library.scanned_file(name).stat().st_size for name in NAMES) < 12e6
+
+
+def test_they_load_quickly():
+    begin = time.process_time()
+    file.load(library.scanned_file(NAMES[0]))
+    assert time.process_time() - begin < 1.0
+
+
+def test_ones_own_hand_of_that_name_wins(monkeypatch, tmp_path, small_hand):
+    monkeypatch.setattr("handout.shipped.user_folder", lambda name: tmp_path)
+    assert library.own_scanned() == {} and set(NAMES) <= set(library.scanned())
+    file.save(small_hand, tmp_path / f"{NAMES[0]}.hand")
+    assert library.scanned_file(NAMES[0]).parent == tmp_path
+    assert not library.comes_with_program(library.scanned_file(NAMES[0]))
+    assert json.dumps(facts(file.load(library.scanned_file(NAMES[0]))))
