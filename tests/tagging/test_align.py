@@ -16,7 +16,7 @@ from handout.tagging.features import X_HEIGHT
 from handout.tagging.linespace import Frame, Strip
 from handout.tagging.overlay import overlay
 from handout.tagging.renders import render
-from handout.tagging.segments import Page, confidence
+from handout.tagging.segments import Page, by_line, confidence
 from handout.tagging.transcript import read_transcript
 from handout.tagging.writers import Habits
 
@@ -64,7 +64,8 @@ def aligned():
     with pytest.MonkeyPatch.context() as less:  # of what takes time
         less.setattr(adapt, "_REHEARSED", 12)
         less.setattr(adapt, "_COPIES", 2)
-        return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1))
+        two = network.shipped()[:2]
+        return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
 
 
 def test_nearly_every_letter_is_found(aligned):
@@ -151,6 +152,24 @@ def test_decodings_that_agree_are_sure():
     assert confidence([one, one, one]) == pytest.approx(np.ones(len(one.left)))
     assert confidence([away, one]).max() < 0.5
     assert (confidence([away, one, one]) > confidence([away, one])).all()
+
+
+def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
+    monkeypatch.setattr(adapt, "_REHEARSED", 2)
+    monkeypatch.setattr(adapt, "_COPIES", 1)
+    strips, texts, _ = page()
+    nets = network.shipped()[:2]
+    some = Page([strip.image for strip in strips[:2]], nets)
+    lines = read_transcript("\n".join(texts[:2]))
+    once = by_line(some, lines, np.random.default_rng(1), adapting=False)
+    assert [len(each) for each in once] == [3, 3]
+    alone = decode(some.reading(0, [nets[1]]), lines[0].letters, some.widths(lines))
+    assert np.array_equal(once[0][1].left, alone.left)
+    both = by_line(some, lines, np.random.default_rng(1))
+    assert [len(each) for each in both] == [5, 5]
+    assert np.array_equal(both[0][1].left, alone.left)
+    single = Page([strips[0].image], nets[:1])
+    assert len(by_line(single, lines[:1], np.random.default_rng(1), adapting=False)[0]) == 1
 
 
 def test_the_overlay_marks_letters_where_they_are(aligned):
