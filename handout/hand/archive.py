@@ -1,6 +1,6 @@
 """One file that holds tables, arrays and pictures, and that can be trusted when it is read back.
 
-It is a zip archive of JSON, ``.npy`` arrays and PNG pictures, so that its contents can be looked at with other tools.
+It is a zip archive of JSON, ``.npy`` arrays and PNG or WebP pictures, so that other tools can look at its contents.
 Nothing in it is code and nothing is unpacked to disk.  Whoever reads says what must be there and what it must look
 like; a file that is cut off, damaged, or made to do harm is refused with a sentence.
 """
@@ -27,7 +27,7 @@ _MOST_MEMBERS = 10_000
 _MOST_BYTES = 1 << 30  # of one member, unpacked
 _MOST_PIXELS = 400_000_000
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # no clock in the file: the same hand, the same bytes
-_KEPT = (".png",)  # packed already
+_KEPT = (".png", ".webp")  # packed already
 
 Json = TypeVar("Json")
 Content = bytes | NDArray[Any] | msgspec.Struct
@@ -41,7 +41,7 @@ def pack(members: Mapping[str, Content]) -> bytes:
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(_KEPT) else zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
-            archive.writestr(info, _bytes(content))
+            archive.writestr(info, _bytes(content), compresslevel=9)
     return stream.getvalue()
 
 
@@ -137,7 +137,7 @@ class Archive:
 
         data = self.read(name)
         try:
-            with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+            with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
                 if picture.width * picture.height > _MOST_PIXELS:
                     raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
                 if picture.mode != mode:
