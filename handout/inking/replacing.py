@@ -139,6 +139,5 @@ def _laid(
     taken = min(long / larger, length)
     loose = swatch.loose[0] and start < 0.3 * length
     there = start + (0 if loose and long else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
-    track = piece.track
-    radius, density = (np.interp(at, track.along, values) for values in (track.radius, track.density))
-    return track.places(at), radius, density, swatch.places(there, "uv")
+    own, ink = piece.track.rows(at), swatch.rows(there)
+    return own[:, :2], own[:, 4], own[:, 5], ink[:, 2:4]

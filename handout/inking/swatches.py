@@ -57,10 +57,22 @@ class Track:
         """mm."""
         return float(self.along[-1])
 
-    def places(self, at: Array, name: str = "xy") -> Array:
-        """(…, 2) float: places on the page, or `uv` in the picture, after so many mm."""
-        values = getattr(self, name)
-        return np.stack([np.interp(at, self.along, values[:, k]) for k in (0, 1)], axis=-1)
+    @cached_property
+    def _table(self) -> Array:
+        return np.column_stack([self.xy, self.uv, self.radius, self.density])
+
+    def rows(self, at: Array) -> Array:
+        """(n, 6) float: x, y, u, v, radius and density after so many mm, (n,)."""
+        if len(self.along) < 2:
+            return np.repeat(self._table, len(at), axis=0)
+        low = np.clip(np.searchsorted(self.along, at, side="right") - 1, 0, len(self.along) - 2)
+        span = np.maximum(self.along[low + 1] - self.along[low], 1e-12)
+        part = np.clip((at - self.along[low]) / span, 0, 1)[:, None]
+        return np.asarray(self._table[low] * (1 - part) + self._table[low + 1] * part)
+
+    def places(self, at: Array) -> Array:
+        """(…, 2) float: places on the page after so many mm."""
+        return np.stack([np.interp(at, self.along, self.xy[:, k]) for k in (0, 1)], axis=-1)
 
     def features(self, start: Array, length: float, radius: float) -> Array:
         """(m, FEATURES) float: what pieces are told by that begin after so many mm, (m,), and are `length` mm long.

@@ -96,6 +96,17 @@ def test_what_a_piece_ends_in_is_left_to_the_line_that_goes_on():
     assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
 
 
+def test_where_one_layer_breaks_off_the_other_is_seen():
+    points = np.stack([np.arange(5, 56), np.full(51, 20)], axis=1)
+    a, b = line(points, (0.5, 0, 0, 1)), line(points, (0, 0, 0.5, 1))
+    a.loose[[25, 26]] = True
+    b.loose[[0, 12, 13, 50]] = True
+    c, d = parted(a, b)
+    assert (d.rgba[20, 30:32, 3] == 1).all() and not c.rgba[20, 30:32, 3].any()
+    assert (c.rgba[20, 17:19, 3] == 1).all() and not d.rgba[20, 17:19, 3].any()
+    assert (c.rgba[20, 5:56, 3] + d.rgba[20, 5:56, 3] == 1).all()
+
+
 def test_a_ligature_written_by_two_strangers(small_hand):
     """The way of one letter to the next, drawn with the ink of both, is not twice as thick."""
     hand = small_hand

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scanned import ink, letters, owners, page_of, picture, whole, written
+from scipy.spatial import cKDTree
 
 from handout.errors import InputError
 from handout.inking.papers import laid
@@ -57,6 +58,22 @@ def test_dots_and_marks_come_along_and_other_letters_do_not(small_hand):
     mine = (near >= 0) & own[near]
     assert (made == real).all(axis=2)[mine].mean() > 0.995
     assert (made[..., 3] > 0)[~mine].sum() < 0.15 * mine.sum(), "only what is at its own ends"
+
+
+def test_lines_of_other_letters_stay_where_they_are(small_hand):
+    graph, real = small_hand.pages[0].graph, picture(small_hand)
+    near, beside, taken = owners(small_hand), 0, 0
+    for number in (*small_hand.of("e"), *small_hand.of("n")):
+        one = ink(small_hand, int(number))
+        made = bytes_of(texture(written([one], page_of(small_hand)), small_hand, DPI))
+        away, vertex = cKDTree(one.graph.uv).query(np.argwhere(real[..., 3] > 0)[:, ::-1])
+        distance = np.full(near.shape, np.inf)
+        distance[real[..., 3] > 0] = away - 300 / 25.4 * one.graph.radius[vertex]
+        others = (near >= 0) & (cKDTree(one.graph.uv).query(graph.uv)[0] > 0.5)[near]
+        strange = others & (distance > 2) & (distance < 5)
+        beside, taken = beside + int(real[strange][:, 3].sum()), taken + int(made[strange][:, 3].sum())
+    assert beside > 50 * 255, "there was ink within the margin"
+    assert taken < 0.02 * beside
 
 
 def test_a_quarter_turn_is_a_quarter_turn(small_hand):
