@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking import flow, plain
+from handout.inking import flow, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
 from handout.inking.pen import Pen, rgb
@@ -159,7 +159,7 @@ def image(
     if page.shape != size:
         raise ValueError(f"expected paper of shape {size}, got {page.shape}")
     if drawing.ink is not None:
-        return plain.flatten(drawing.ink(dpi), page)
+        return papers.laid(drawing.ink(dpi), page)
     pixels = page.reshape(-1, 3)
     for at, light in passed(drawing, dpi, pen, rng):
         pixels[at] = np.rint(pixels[at] * light)

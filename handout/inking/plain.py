@@ -128,17 +128,16 @@ def shades(colour: Colour = COLOUR, paper: Colour = WHITE) -> NDArray[np.uint8]:
     return np.rint(255 * np.clip(mixed, 0, 1)).astype(np.uint8)
 
 
-def flatten(raster: Raster, paper: Colour | NDArray[np.uint8] = WHITE) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8, device RGB: the raster on paper of an even colour (r, g, b in 0–1), or (h, w, 3) uint8."""
+def flatten(raster: Raster, paper: Colour = WHITE) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8, device RGB: the raster on paper of an even colour (r, g, b in 0–1)."""
+    base = np.asarray(paper, dtype=np.float32)
     flat = np.empty((*raster.rgba.shape[:2], 3), dtype=np.uint8)
-    flat[:] = paper if isinstance(paper, np.ndarray) else np.rint(np.clip(np.asarray(paper), 0, 1) * 255)
-    pixels, under = raster.rgba.reshape(-1, 4), flat.reshape(-1, 3)
-    even = None if isinstance(paper, np.ndarray) else np.asarray(paper, dtype=np.float32)
+    flat[:] = np.rint(np.clip(base, 0, 1) * 255)
+    pixels = raster.rgba.reshape(-1, 4)
     for at in inked(raster.rgba[..., 3]):
         rgba = pixels[at]
-        base = under[at] / np.float32(255) if even is None else even
         mixed = base + (rgba[:, :3] - base) * rgba[:, 3:]
-        under[at] = np.rint(np.clip(mixed, 0, 1) * 255)
+        flat.reshape(-1, 3)[at] = np.rint(np.clip(mixed, 0, 1) * 255)
     return flat
 
 
