@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedHand
+from handout.scanning.belonging import owners
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
 from handout.score.measured import MeasuredLine, measure_lines
 from handout.score.pages import read_page as read_grey
 from handout.score.repetition import repetition
 from handout.tagging.align import frames
-from handout.tagging.linespace import owners
 from handout.tagging.making import make_page, read_hand, with_lines
 
 DPI = 300.0

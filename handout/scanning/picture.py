@@ -6,7 +6,6 @@ own (device RGB); 16-bit files are read at 8 bits, which is finer than the noise
 
 from __future__ import annotations
 
-import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -94,12 +93,14 @@ def count_pages(path: Path) -> int:
         return count_of_pdf(path)
     from PIL import Image
 
+    from handout.scanning import tiff
+
     Image.MAX_IMAGE_PIXELS = None
     try:
         with _quietly(), Image.open(path) as image:
             return int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
     except _DAMAGED:
-        return _count_tiff(path)
+        return tiff.count_of_tiff(path) if tiff.is_tiff(path) else 1
 
 
 @contextmanager
@@ -152,6 +153,8 @@ def _read_image(path: Path, page: int | None) -> Picture:
     """The picture in a file that is no PDF."""
     from PIL import Image, ImageOps
 
+    from handout.scanning import tiff
+
     # the check below is exact and says what to do; Pillow's own would warn on ordinary scans
     Image.MAX_IMAGE_PIXELS = None
     try:
@@ -163,15 +166,22 @@ def _read_image(path: Path, page: int | None) -> Picture:
                 image.seek(index)
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
-                return _read_tiff(path, page)  # Pillow misreads 16-bit planes
+                return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
             own, taken = image.info.get("dpi"), _photographed(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
             return Picture(rgb, _square(own, path), source_of(path, page, frames), taken)
     except _DAMAGED as error:
-        if _is_tiff(path):
-            return _read_tiff(path, page)
+        if tiff.is_tiff(path):
+            return _by_tifffile(path, page)
         raise InputError(f"Cannot read {path}: {_reason(error, path)}.") from error
+
+
+def _by_tifffile(path: Path, page: int | None) -> Picture:
+    from handout.scanning.tiff import page_of_tiff
+
+    rgb, own, count = page_of_tiff(path, page)
+    return Picture(rgb, _square(own, path), source_of(path, page, count))
 
 
 def _reason(error: BaseException, path: Path) -> str:
@@ -268,88 +278,3 @@ def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
             )
         grey = (values.astype(np.uint16) >> 8).astype(np.uint8)
     return np.repeat(grey[:, :, None], 3, axis=2)
-
-
-def _count_tiff(path: Path) -> int:
-    """How many pages a TIFF holds that Pillow cannot read; 1 for anything else."""
-    import tifffile
-
-    if not _is_tiff(path):
-        return 1
-    try:
-        with _unlogged(), tifffile.TiffFile(path) as file:
-            return max(1, len(file.pages))
-    except Exception:  # what a damaged file raises there is not one kind
-        return 1
-
-
-def _is_tiff(path: Path) -> bool:
-    return path.suffix.lower() in (".tif", ".tiff") and path.is_file() and path.stat().st_size > 0
-
-
-@contextmanager
-def _unlogged() -> Iterator[None]:
-    """Without what tifffile logs of damage, which is reported here if it matters."""
-    logger = logging.getLogger("tifffile")
-    before, logger.disabled = logger.disabled, True
-    try:
-        yield
-    finally:
-        logger.disabled = before
-
-
-def _read_tiff(path: Path, page: int | None) -> Picture:
-    """A TIFF that Pillow cannot read: 16-bit colour, planes apart."""
-    import tifffile
-
-    try:
-        with _unlogged(), tifffile.TiffFile(path) as file:
-            series = file.pages
-            index = choose_page(len(series), page, path)
-            one = series[index]
-            assert isinstance(one, tifffile.TiffPage)
-            refuse_large(one.imagewidth, one.imagelength, path)
-            values = one.asarray()
-            photometric, planes = tifffile.PHOTOMETRIC(one.photometric).name, one.planarconfig
-            own = one.get_resolution(2) if one.resolutionunit in (2, 3) else None
-            turned = one.tags.get(274)
-            source = source_of(path, page, len(series))
-    except InputError:
-        raise
-    except Exception as error:  # what a damaged file raises there is not one kind
-        raise InputError(
-            f"Cannot read {path}: it is damaged or cut off, or packed in a way that cannot be read; scan it as PNG."
-        ) from error
-    if values.ndim == 3 and planes == 2:
-        values = np.moveaxis(values, 0, -1)
-    rgb = _upright(_tiff_rgb(values, photometric, path), int(turned.value) if turned else 1)
-    return Picture(rgb, _square(own, path), source)
-
-
-def _upright(rgb: NDArray[np.uint8], orientation: int) -> NDArray[np.uint8]:
-    """The picture (h, w, 3) as the TIFF's tag of that name, 1–8, says that it is to be shown."""
-    if orientation in (5, 6, 7, 8):
-        rgb = rgb.transpose(1, 0, 2)
-    if orientation in (3, 4, 7, 8):
-        rgb = rgb[::-1]
-    if orientation in (2, 3, 6, 7):
-        rgb = rgb[:, ::-1]
-    return np.ascontiguousarray(rgb)
-
-
-def _tiff_rgb(values: NDArray[Any], photometric: str, path: Path) -> NDArray[np.uint8]:
-    if photometric not in ("RGB", "MINISBLACK", "MINISWHITE") or values.ndim not in (2, 3):
-        raise InputError(f"{path} is a TIFF of kind {photometric}: save it as RGB or grey.")
-    if values.ndim == 2:
-        values = values[:, :, None]
-    full = np.iinfo(values.dtype).max if np.issubdtype(values.dtype, np.integer) else 1
-    if full > 65535:
-        raise InputError(f"{path} holds numbers of more than 16 bits: save it as an ordinary image of 8 or 16 bits.")
-    colours = 3 if values.shape[2] >= 3 else 1
-    rgb = np.empty((*values.shape[:2], 3), dtype=np.uint8)
-    for k in range(3):  # a plane at a time: memory
-        plane = values[:, :, min(k, colours - 1)]
-        rgb[:, :, k] = (
-            (plane >> 8) if full == 65535 else (plane if full == 255 else np.rint(np.clip(plane, 0, 1) * 255))
-        )
-    return 255 - rgb if photometric == "MINISWHITE" else rgb

@@ -25,12 +25,14 @@ class WrittenLine:
 
     curve : (c0, c1, c2): the baseline is y = c0 + c1 u + c2 u², u = x − middle; y down.
     left, right : x of the first and the last ink near the baseline.
+    x_height : of the page's small letters, see `Lines`.
     words : (first, last) x of the ink of each word, along the baseline, the slant taken out.
     """
 
     curve: tuple[float, float, float]
     left: float
     right: float
+    x_height: float
     words: tuple[tuple[float, float], ...] = ()
 
     @property
@@ -53,7 +55,7 @@ class WrittenLine:
         """How far the middle hangs below the straight line through both ends, pixels (negative: above)."""
         return -self.curve[2] * (self.length / 2) ** 2
 
-    def baseline(self, x: Array | float) -> Array:
+    def base(self, x: Array | float) -> Array:
         """y of the baseline at x, pixels."""
         u = np.asarray(x, dtype=np.float64) - self.middle
         c0, c1, c2 = self.curve
@@ -81,14 +83,15 @@ def find_lines(mask: NDArray[np.bool_]) -> Lines:
     mask : (h, w) bool, True where there is ink, at about 300 dpi.
     """
     rules = find_rules(mask, DPI)
-    lines = tuple(_in_pixels(rule) for rule in rules.lines)
-    return Lines(lines, rules.x_height / _PIXEL, float(np.arctan(rules.slant)))
+    x_height = rules.x_height / _PIXEL
+    lines = tuple(_in_pixels(rule, x_height) for rule in rules.lines)
+    return Lines(lines, x_height, float(np.arctan(rules.slant)))
 
 
-def _in_pixels(rule: Rule) -> WrittenLine:
+def _in_pixels(rule: Rule, x_height: float) -> WrittenLine:
     """The same line with its baseline through the middles of the last pixels of ink, not through their lower edges."""
     c0, c1, c2 = rule.curve
-    return WrittenLine((c0 / _PIXEL - 1, c1, c2 * _PIXEL), rule.left / _PIXEL, rule.right / _PIXEL)
+    return WrittenLine((c0 / _PIXEL - 1, c1, c2 * _PIXEL), rule.left / _PIXEL, rule.right / _PIXEL, x_height)
 
 
 def ends_of_strokes(mask: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -101,6 +104,6 @@ def tops_over(line: WrittenLine, points: Array, reach: float) -> tuple[Array, Ar
     """x and height over the baseline (m,) of the points (n, 2) that lie on the line, at most `reach` from it."""
     inside = (points[:, 0] >= line.left - 2) & (points[:, 0] <= line.right + 2)
     x = points[inside, 0]
-    height = line.baseline(x) - points[inside, 1]
+    height = line.base(x) - points[inside, 1]
     near = np.abs(height) < reach
     return x[near], height[near]

@@ -1,7 +1,6 @@
 """The lines of a page one by one, each measured for itself, so that parts of a page can be put together and compared.
 
-A component of ink belongs to the line in whose small letters most of it lies; one that hangs through several lines is
-cut half way between them.
+What ink belongs to which line is told as it is for a scan (`handout.scanning.belonging`).
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.scanning.belonging import owners
 from handout.score.crowd import Style
 from handout.score.hinge import hinge_counts
 from handout.score.lines import WrittenLine, find_lines
@@ -23,7 +23,6 @@ from handout.score.statistics import line_figures
 from handout.score.words import find_words
 from handout.values import Array
 
-_WHOLE = 0.8  # of a component that lies nearest to one line: it is that line's
 _SHORT = 0.35  # of the usual ink of a line: the last word of a paragraph
 
 
@@ -65,7 +64,7 @@ def measure_lines(grey: NDArray[np.uint8]) -> list[MeasuredLine]:
         raise InputError(
             "No written line can be told on the page: it needs at least a line of dark ink on light paper."
         )
-    owner = owners(mask, lines, found.x_height)
+    owner = owners(mask, lines)
     measured = [_measured(grey, owner == i, line, found.x_height, found.slant) for i, line in enumerate(lines)]
     return [line for line in measured if line is not None]
 
@@ -74,22 +73,6 @@ def full_lines(lines: Sequence[MeasuredLine]) -> list[MeasuredLine]:
     """Without those far shorter than the others: the last words of paragraphs."""
     usual = float(np.median([line.amount for line in lines])) if lines else 0.0
     return [line for line in lines if line.amount >= _SHORT * usual]
-
-
-def owners(mask: NDArray[np.bool_], lines: Sequence[WrittenLine], x_height: float) -> NDArray[np.int16]:
-    """(h, w): the number of the line that each pixel of ink belongs to, −1 for paper."""
-    import cv2
-
-    count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
-    row, column = np.nonzero(mask)
-    x = column.astype(np.float64)
-    off = np.stack([np.abs(line.baseline(x) - 0.5 * x_height - row) for line in lines])
-    nearest, piece = np.argmin(off, axis=0), labels[row, column]
-    votes = np.bincount(piece * len(lines) + nearest, minlength=count * len(lines)).reshape(count, len(lines))
-    most = votes.max(axis=1) >= _WHOLE * np.maximum(votes.sum(axis=1), 1)
-    own = np.full(mask.shape, -1, dtype=np.int16)
-    own[row, column] = np.where(most[piece], votes.argmax(axis=1)[piece], nearest)
-    return own
 
 
 def pooled(parts: Sequence[MeasuredLine]) -> Style:

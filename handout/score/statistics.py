@@ -154,7 +154,7 @@ def _slant_spread(lines: Sequence[WrittenLine], points: Array, lean: Array, slan
     points, lean = points[stem], lean[stem]
     means = []
     for line in lines:
-        height = line.baseline(points[:, 0]) - points[:, 1]
+        height = line.base(points[:, 0]) - points[:, 1]
         near = (height > -0.3 * x) & (height < 1.8 * x)
         foot, own = points[near, 0] - height[near] * np.tan(slant), lean[near]
         for a, b in line.words:
@@ -219,7 +219,7 @@ def _margin(lines: Sequence[WrittenLine], x: float, mm: float) -> dict[str, floa
     """Left edge and distances of the lines."""
     left = np.array([line.words[0][0] for line in lines])
     at = float(np.median(left)) + 5 * x
-    level = np.array([float(line.baseline(at)) for line in lines])
+    level = np.array([float(line.base(at)) for line in lines])
     drift, off = 0.0, left - np.median(left)
     if len(lines) > 2:
         i, j = np.triu_indices(len(lines), 1)

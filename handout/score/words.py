@@ -71,13 +71,13 @@ def gap_limit(gaps: Array) -> float:
 
 def _filled(mask: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float) -> tuple[Array, Array]:
     """First and last x of the pieces of ink along the baseline."""
-    ends = line.baseline(np.array([line.left, line.middle, line.right]))
+    ends = line.base(np.array([line.left, line.middle, line.right]))
     top = max(0, int(ends.min() - _ZONE[1] * x_height) - 1)
     left = max(0, int(line.left - 2 * x_height))
     part = mask[top : max(top, int(ends.max() - _ZONE[0] * x_height) + 2), left : int(line.right + 2 * x_height)]
     row, column = np.nonzero(part)
     x = column + left
-    height = line.baseline(x.astype(np.float64)) - (row + top)
+    height = line.base(x.astype(np.float64)) - (row + top)
     near = (height > _ZONE[0] * x_height) & (height < _ZONE[1] * x_height)
     foot = np.rint(x[near] - height[near] * np.tan(slant)).astype(np.intp)
     if not len(foot):

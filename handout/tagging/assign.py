@@ -57,7 +57,7 @@ def assign(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -
     Parameters
     ----------
     graph : LineGraph, of the page; its `uv` are pixels.
-    owner : (n,) int: number of the line that each vertex belongs to (see `linespace.owners`), −1 for none.
+    owner : (n,) int: number of the line that each vertex belongs to (see `scanning.belonging`), −1 for none.
     """
     letter = np.full(len(graph), NOBODY, dtype=np.intp)
     first = 0

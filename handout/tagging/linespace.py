@@ -11,13 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from handout.scanning.belonging import owners
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image
 from handout.values import Array
 
 _MARGIN = 40  # columns of paper on both sides
-_MIDDLE, _BAND = 0.5, 0.55  # x-heights: where the body of a line lies, and half its height
-_UPPER = 0.9  # a speck above a line is nearer to it than one as far below: ascenders, dots and accents
-_SHARED = 0.25  # a component with so much of its ink in a second body belongs to both lines
 _SLANTS = np.arange(-0.3, 1.21, 0.05)
 
 
@@ -75,52 +73,6 @@ class Strip:
 
     image: Image
     frame: Frame
-
-
-def owners(mask: NDArray[np.bool_], frames: Sequence[Frame]) -> NDArray[np.int16]:
-    """(h, w) int16: the number of the line that every pixel of ink belongs to, −1 for paper.
-
-    A component belongs to the line in whose body it lies.  One that lies in the bodies of several is shared among them
-    along its strokes: every pixel goes to the body that is nearest on the way through the ink.
-    """
-    import cv2
-
-    count, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
-    y, x = np.nonzero(mask)
-    part = label[y, x]
-    over = np.stack([(frame.base(x) - y) / frame.x_height - _MIDDLE for frame in frames])
-    inside = np.abs(over) < _BAND
-    body = np.stack([np.bincount(part[line], minlength=count) for line in inside])
-    away = np.where(over > 0, over * _UPPER, -over)
-    far = np.stack([np.bincount(part, line, minlength=count) for line in away])
-    most = body.max(axis=0)
-    owner = np.where(most > 0, body.argmax(axis=0), far.argmin(axis=0)).astype(np.int16)
-    own = np.where(mask, owner[label], np.int16(-1))
-    for number in np.flatnonzero((body > _SHARED * np.maximum(most, 1)).sum(axis=0) > 1):
-        left, top, wide, high, _ = stats[number]
-        corner = (slice(top, top + high), slice(left, left + wide))
-        piece = label[corner] == number
-        lines = np.flatnonzero(body[:, number] > _SHARED * most[number])
-        own[corner][piece] = _shared(piece, (left, top), frames, lines)[piece]
-    return own
-
-
-def _shared(
-    piece: NDArray[np.bool_], corner: tuple[int, int], frames: Sequence[Frame], lines: NDArray[np.intp]
-) -> NDArray[np.int16]:
-    """(h, w) the line of every pixel of a component that lies in the bodies of several lines."""
-    from skimage.segmentation import watershed
-
-    y, x = np.nonzero(piece)
-    seeds = np.zeros(piece.shape, dtype=np.int32)
-    for number in lines:
-        frame = frames[number]
-        over = (frame.base(x + corner[0]) - y - corner[1]) / frame.x_height - _MIDDLE
-        core = np.abs(over) < _BAND
-        seeds[y[core], x[core]] = number + 1
-    # on a level floor the flood from the bodies meets half way along the strokes
-    flooded = watershed(np.zeros(piece.shape, np.uint8), seeds, mask=piece)  # type: ignore[no-untyped-call]
-    return np.asarray(flooded - 1, dtype=np.int16)
 
 
 def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None = None) -> list[Strip]:

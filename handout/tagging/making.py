@@ -17,13 +17,13 @@ from handout.errors import InputError
 from handout.hand.joining import Joining
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.scanning.belonging import owners
 from handout.scanning.reading import WrittenPage
 from handout.scanning.rules import Rules, find_rules
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
 from handout.tagging.features import X_HEIGHT
-from handout.tagging.linespace import owners
 from handout.tagging.transcript import read_transcript
 from handout.values import Indices, LineGraph
 

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from handout.cli.score_ import command
 from handout.errors import InputError
+from handout.scanning.belonging import owners
 from handout.score.closeness import closeness, half_to_half
 from handout.score.compare import compare
 from handout.score.crowd import style
 from handout.score.lines import find_lines
-from handout.score.measured import full_lines, measure_lines, owners, pooled
+from handout.score.measured import full_lines, measure_lines, pooled
 from handout.score.pages import ink
 from handout.score.repetition import repetition
 from handout.score.two_sample import TwoSample, together, two_sample, wilson
@@ -44,7 +45,7 @@ def test_lines_are_measured_apart_and_add_up_to_the_page():
 def test_all_ink_has_an_owner_and_an_ascender_its_own_line():
     mask = ink(page(lines=5, pitch=70))
     found = find_lines(mask)
-    own = owners(mask, found.lines, found.x_height)
+    own = owners(mask, found.lines)
     assert ((own >= 0) == mask).all()
     count, labels = cv2.connectedComponents(mask.astype(np.uint8))
     assert all(len(np.unique(own[labels == i])) == 1 for i in range(1, count))

@@ -21,7 +21,7 @@ def test_every_line_its_slope_and_the_height_of_letters(slope):
     assert x == pytest.approx(X + 4, abs=1.5)  # over the outside of a line of 4 pixels
     for i, line in enumerate(lines):
         assert line.slope == pytest.approx(slope, abs=0.003)
-        assert float(line.baseline(900)) == pytest.approx(level(i, 900, slope), abs=4)
+        assert float(line.base(900)) == pytest.approx(level(i, 900, slope), abs=4)
 
 
 @pytest.mark.parametrize("bend", [-18, 0, 18])
@@ -39,7 +39,7 @@ def test_a_short_last_line_stays_below_the_one_above():
     lines = find_lines(ink(grey)).lines
     assert len(lines) == 8
     assert lines[-1].length < 0.4 * lines[0].length
-    assert float(lines[-1].baseline(300)) == pytest.approx(level(7, 300, -0.02, 90), abs=5)
+    assert float(lines[-1].base(300)) == pytest.approx(level(7, 300, -0.02, 90), abs=5)
 
 
 def test_a_page_without_lines():
@@ -57,9 +57,9 @@ def test_ends_of_strokes_are_their_feet_and_tops():
 
 
 def test_a_baseline_is_what_its_curve_says():
-    line = WrittenLine((100.0, 0.1, -0.001), 0.0, 200.0)
-    assert float(line.baseline(100)) == 100
-    assert float(line.baseline(200)) == pytest.approx(100 + 10 - 10)
+    line = WrittenLine((100.0, 0.1, -0.001), 0.0, 200.0, 40.0)
+    assert float(line.base(100)) == 100
+    assert float(line.base(200)) == pytest.approx(100 + 10 - 10)
     assert line.bend == pytest.approx(10)
 
 

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout.scanning.belonging import owners
 from handout.tagging.features import ABOVE, X_HEIGHT
-from handout.tagging.linespace import Frame, owners, slant_of, straightened, strips
+from handout.tagging.linespace import Frame, slant_of, straightened, strips
 
 finite = st.floats(-3000, 3000)
 
