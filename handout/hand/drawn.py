@@ -2,7 +2,7 @@
 
 The file holds every form once.  What follows from a form by rule is derived here: the ways into a joined letter
 (from the baseline, from a high exit, or with the pen lifted), and how its last stroke ends at the end of a word.
-The format is described for people who draw in `docs/hands.md`.
+The format is described for people who draw in `docs/drawing-a-hand.md`.
 """
 
 from __future__ import annotations

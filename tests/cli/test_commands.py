@@ -85,14 +85,13 @@ def test_plot_fit_to_the_bed(call):
 
 
 def test_print_dry_run(call):
-    out, _ = call(
-        "print", "--printer", "epson", ROOT / "examples/envelope.csv", "--dry-run", "e.pdf", "--json", "--seed", 1
-    )
-    facts = json.loads(out)
+    table = ROOT / "examples/envelope.csv"
+    facts = json.loads(call("print", "--printer", "epson", table, "--dry-run", "e.svg", "--json", "--seed", 1)[0])
     assert facts.keys() >= KEYS | {"rows", "failed"}
     assert (facts["rows"], facts["failed"], facts["pages"]) == (12, [], 12)
+    call("print", "--printer", "epson", table, "--dry-run", "e.pdf", "--rows", "2-3", "-q")
     assert Path("e.pdf").read_bytes().startswith(b"%PDF")
-    call("print", "--printer", "pdf", ROOT / "examples/envelope.csv", "--dry-run", "e.png", "--rows", "2-3", "-q")
+    call("print", "--printer", "pdf", table, "--dry-run", "e.png", "--rows", "2-3", "-q")
     assert len(list(Path().glob("e-*.png"))) == 2
 
 
@@ -106,7 +105,7 @@ def test_print_reports_rows_that_cannot_be_done(call):
 
 def test_hand_list_and_show(call):
     out, _ = call("hand", "list")
-    assert out.count("house-") == 3
+    assert {"house-joined", "house-quick", "house-joined-ballpoint"} <= {line.split()[0] for line in out.splitlines()}
     call("hand", "show", "house-quick", "-o", "sheet.png", "--seed", 1, "-q")
     assert Path("sheet.png").stat().st_size > 20000
 

@@ -25,11 +25,11 @@ def call(capsys, tmp_path, monkeypatch):
 
 
 def test_sheets_and_a_report(call):
-    out, err = call("-o", "a.pdf", "--pages", 1)
+    out, err = call("-o", "a.pdf", "--pages", 1, "--ruling", "20mm")
     assert Path("a.pdf").read_bytes().startswith(b"%PDF")
     assert out.startswith("Letters\n") and "The 200 commonest pairs" in out
     assert "Wrote a.pdf: 1 pages" in err and "fewer than 8 times" in err
-    call("-o", "b.pdf", "--pages", 1, "-q")
+    call("-o", "b.pdf", "--pages", 1, "--ruling", "20mm", "-q")
     assert Path("a.pdf").read_bytes() == Path("b.pdf").read_bytes()
 
 
