@@ -1,9 +1,23 @@
-"""The README's example of the library runs as it is printed."""
+"""The README's example of the library runs as it is printed; what the documents tell people to type is understood."""
 
+import json
 import re
+import shlex
 from pathlib import Path
 
-README = Path(__file__).resolve().parent.parent / "README.md"
+import click
+import pytest
+
+from handout.cli import cli as handout
+
+ROOT = Path(__file__).resolve().parent.parent
+README = ROOT / "README.md"
+DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
+COMMANDS = [
+    (path.name, line)
+    for path in DOCUMENTS
+    for line in re.findall(r"^    (?:echo .* \| )?handout (.*)$", path.read_text(encoding="utf-8"), re.M)
+]
 
 
 def test_the_script_runs(tmp_path, monkeypatch):
@@ -17,3 +31,47 @@ def test_both_commands_are_there():
     commands = re.findall(r"^    (python3 -m venv .*)$", README.read_text(encoding="utf-8"), re.M)
     assert len(commands) == 2
     assert "handout write" in commands[0] and commands[1].endswith("-m pytest")
+
+
+def understood(words: list[str]) -> None:
+    """Raise click's error for words that the command would not take; nothing is run."""
+    context, rest = click.Context(handout), words
+    while isinstance(context.command, click.Group):
+        name, verb, rest = context.command.resolve_command(context, rest)
+        assert verb is not None
+        context = (
+            verb.make_context(name, list(rest), parent=context)
+            if not isinstance(verb, click.Group)
+            else (click.Context(verb, parent=context, info_name=name))
+        )
+
+
+@pytest.mark.parametrize(("document", "line"), COMMANDS)
+def test_commands_are_understood(document, line, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    words = shlex.split(line, comments=True)
+    understood(words[: words.index(">")] if ">" in words else words)
+
+
+def test_a_wrong_command_would_be_noticed():
+    with pytest.raises(click.UsageError):
+        understood(["write", "a", "-o", "a.svg", "--hnad", "house-quick"])
+    with pytest.raises(click.UsageError):
+        understood(["hand", "raed", "me"])
+
+
+def test_files_that_commands_name_are_there():
+    named = {name for document in DOCUMENTS for name in re.findall(r"examples/[\w.-]+", document.read_text("utf-8"))}
+    assert len(named) >= 5 and all((ROOT / name).is_file() for name in named)
+    linked = {
+        (document.parent / name).resolve()
+        for document in DOCUMENTS
+        for name in re.findall(r"\]\(([\w./-]+)\)", document.read_text("utf-8"))
+    }
+    assert len(linked) >= 8 and [path for path in linked if not path.is_file()] == []
+
+
+def test_the_worked_corrections_are_those_of_the_file():
+    text = (ROOT / "docs" / "hands.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r'^    (\{"corrections".*?^    \]\})', text, re.M | re.S)
+    assert json.loads(shown) == json.loads((ROOT / "examples" / "corrections.json").read_text("utf-8"))

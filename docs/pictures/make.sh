@@ -13,8 +13,8 @@ for pen in ballpoint fineliner fountain pencil; do
 done
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
-handout write "We picked the last quinces on Monday; the kitchen is still sticky. (house-joined-ballpoint)" \
-  --hand house-joined-ballpoint --page 130x36mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
+handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
+  --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
 python - "$work" "$here" <<'PY'
 import sys
