@@ -16,7 +16,6 @@ JUNK = "\u25a0"  # what was struck out
 LETTERS = string.ascii_letters + string.digits + string.punctuation + "–£€ßæøœ…" + SPACE + JUNK
 INDEX = {letter: number for number, letter in enumerate(LETTERS)}
 THIRDS = 3
-MARKS_OF_STRIKING = "~~"
 
 _LOOK_ALIKE = str.maketrans("‘’‚‛´“”„‟«»‹›—−‑‐·•ŒÆØ¡¿", "''','\"\"\"\"\"\"''–---.*OAO!?")
 _STRUCK = regex.compile(r"~~(.+?)~~", regex.DOTALL)

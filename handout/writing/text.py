@@ -59,8 +59,7 @@ _ALIKE = {
     "-": "–",
     "…": ("...",),
 }
-# spaces at which a line must not break
-GLUE = "\u00a0\u202f\u2007"
+# without U+00A0, U+2007 and U+202F, at which a line must not break
 _SPACES = str.maketrans(
     dict.fromkeys("\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200a\u205f\u3000", " ")
 )
