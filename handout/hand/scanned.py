@@ -181,11 +181,6 @@ class ScannedPage:
         ends = self.to_line(line, self.graph.uv[numbers[[0, -1]]])
         return Ligature(numbers, ends[0], ends[1])
 
-    @cached_property
-    def paper_colour(self) -> Array:
-        """(3,) 0–255: the usual colour of the paper."""
-        return readonly(np.median(self.paper.reshape(-1, 3), axis=0), 3)
-
 
 @dataclass(frozen=True, eq=False)
 class ScannedHand:
