@@ -28,9 +28,12 @@ NOBODY = -1
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
+_NO_STEM, _NO_TAIL = frozenset("acegijmnopqrsuvwxyz"), frozenset("abcdehiklmnorstuvwx")
+_LOWEST, _HIGHEST = -0.45, 1.35  # x-heights: of letters without tails and stems
 _NEAR = 0.7  # x-heights from a mark's column to its ink
 _HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
-_CUT = 0.02  # square x-heights: a stroke is cut where that spares it more of running outside its letter's column
+_CUT = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
+_OWN = 1.0  # x-heights of line that belong to a letter in whose column they lie, connected to the rest of it or not
 _NEVER = 1e6
 _ANCHOR = 0.35  # x-heights: anchors are sought as near to this height as there is ink
 
@@ -105,7 +108,8 @@ class _Line:
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
         after = self.u[:, None] - self.right[None]
-        away = np.where(self.present, np.maximum(np.maximum(before, after), 0), np.inf)
+        away = np.maximum(np.maximum(before, after), 0) + self._beyond()
+        away = np.where(self.present, away, np.inf)
         nearest = np.asarray(away.argmin(axis=1))
         paths = branches(self.edges, len(self.u))
         # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
@@ -123,6 +127,11 @@ class _Line:
             settled[path] = found
         return settled
 
+    def _beyond(self) -> Array:
+        """(n, letters) how far above or below what its letter reaches each vertex lies."""
+        low, high = np.array([_reach(name) for name in self.names]).T
+        return np.asarray(np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0))
+
     def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
         """The letter of every vertex of each path, so that it runs little outside their columns and is little cut."""
         for path in paths:
@@ -131,7 +140,7 @@ class _Line:
                 yield nearest[path]
                 continue
             run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
-            yield among[_fewest_cuts(away[np.ix_(path, among)] * run)]
+            yield among[_fewest_cuts(away[np.ix_(path, among)] ** 2 * run)]
 
     def assigned(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
@@ -195,11 +204,19 @@ class _Line:
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
+        for number in np.flatnonzero(self._lengths(piece, inside) >= _OWN):
+            holder[number] = self.column[np.argmax(piece == number)]
         for letter, vertex in anchors.items():
             holder[piece[vertex]] = letter
         across = piece[self.edges[~inside]]
         _follow(holder, across)
         return holder[piece]
+
+    def _lengths(self, piece: Indices, inside: NDArray[np.bool_]) -> Array:
+        """Length of the line of each piece."""
+        a, b = self.edges[inside].T
+        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
+        return np.asarray(np.bincount(piece[a], steps, minlength=int(piece.max()) + 1), dtype=np.float64)
 
     def _free(self, own: NDArray[np.bool_]) -> int:
         """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""
@@ -212,6 +229,11 @@ class _Line:
         elif height <= _HIGH and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
+
+
+def _reach(name: str) -> tuple[float, float]:
+    """How far down and up a letter reaches; loops and stems beyond that are another's."""
+    return -np.inf if name not in _NO_TAIL else _LOWEST, np.inf if name not in _NO_STEM else _HIGHEST
 
 
 def _fewest_cuts(cost: Array) -> Indices:

@@ -83,6 +83,14 @@ def test_a_stem_along_the_border_is_not_cut_where_it_strays_over_it():
     assert found[0] == {1} and 0 in found[1] and len(result.joints) == 1
 
 
+def test_a_loop_that_leans_over_the_letter_before_is_the_ascenders():
+    a = [(0.1, 0.9), (0.1, 0.1), (0.8, 0.1), (1.05, 0.5)]
+    # from where the upstroke crosses the stem: up, round, and back to it
+    loop = [(1.05, 0.5), (0.85, 1.5), (0.9, 2.1), (0.95, 2.1), (1.15, 1.5), (1.05, 0.5)]
+    _, found = given([a, loop, [(1.05, 0.5), (1.15, 0.05), (1.9, 0.3)]], ("a", 0, 1), ("l", 1, 2))
+    assert found[1] == {1} and found[2] == {1} and 0 in found[0]
+
+
 def test_columns_are_followed_exactly_where_that_cuts_a_stroke_no_more_than_once():
     cost = np.array([[0.0, 1.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.0]])
     assert _fewest_cuts(cost).tolist() == [0, 0, 1, 1]
