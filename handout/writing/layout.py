@@ -92,7 +92,7 @@ class Layout:
                 f"line spacing: {self.line_spacing:g} mm is outside {self.x_height:g} mm (the x-height) to 1000 mm."
             )
         if not 0 <= self.jitter <= 5:
-            raise InputError(f"jitter: {self.jitter:g} is outside 0 to 5 (1 is as people vary).")
+            raise InputError(f"variation: {self.jitter:g} is outside 0 to 5 (1 is as people vary).")
 
     @property
     def width(self) -> float:

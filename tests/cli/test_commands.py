@@ -106,7 +106,7 @@ def test_print_reports_rows_that_cannot_be_done(call):
 def test_hand_list_and_show(call):
     out, _ = call("hand", "list")
     assert {"house-joined", "house-quick", "house-joined-ballpoint"} <= {line.split()[0] for line in out.splitlines()}
-    call("hand", "show", "house-quick", "-o", "sheet.png", "--seed", 1, "-q")
+    call("hand", "show", "house-quick", "-o", "sheet.png", "--dpi", 72, "--pen", "plain", "--seed", 1, "-q")
     assert Path("sheet.png").stat().st_size > 20000
 
 
@@ -143,7 +143,7 @@ def test_devices(call):
         (["write", "a", "-o", "a.svg", "--speed", "quickly"], 2, "speed"),
         (["write", "a", "-o", "a.svg", "--speed", "0"], 2, "speed"),
         (["write", "a", "-o", "a.svg", "--seed", "-1"], 2, "seed"),
-        (["write", "a", "-o", "a.svg", "--jitter", "99"], 2, "jitter"),
+        (["write", "a", "-o", "a.svg", "--jitter", "99"], 2, "variation"),
         (["write", "a", "-o", "a.svg", "--ink", "blurple"], 2, "blurple"),
         (["write", "a", "-o", "a.png", "--pen", "quill"], 2, "quill"),
         (["write", "a", "-o", "a.png", "--pen-width", "0mm"], 2, "pen width"),
