@@ -24,7 +24,8 @@ _STRANGE, _STEEP = 0.35, 6.0  # log of how much nearer others may be than its ow
 _SHARE = 0.35  # of a letter's glyphs that one should be like: several that are cut in one wrong way are alike too
 _ALIEN, _STEEPER = 0.2, 9.0  # log of how much further from those it may be than is usual; cost for each unit more
 _TALL, _DEEP = frozenset("bdfhklt"), frozenset("gjpqy")
-_LONG, _CUT, _SHORT = 80, 0.65, 20.0  # per cent; share of that length below which a stem is cut; cost for each unit less
+_LONG, _CUT = 80, 0.65  # per cent; share of that length below which a stem is cut
+_SHORT = 20.0  # cost for each unit less
 _BLUR = 0.2  # x-heights
 _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # where a glyph is looked at, x-heights
 
