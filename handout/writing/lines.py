@@ -69,7 +69,8 @@ def _squeezed(units: Sequence[Unit[W]], room: float, squeeze: float) -> list[flo
     over = extent(units, gaps) - room
     if over <= 0:
         return gaps
-    if over > squeeze * sum(gaps):
+    # what is narrow already stays: two words must not become one
+    spare = [max(gap - LEAST_GAP, 0.0) for gap in gaps]
+    if over > min(squeeze * sum(gaps), sum(spare)):
         return None
-    share = 1 - over / sum(gaps)
-    return [gap * share for gap in gaps]
+    return [gap - more * over / sum(spare) for gap, more in zip(gaps, spare, strict=True)]

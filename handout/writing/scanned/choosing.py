@@ -21,7 +21,7 @@ from handout.writing.scanned.wanted import Wanted
 
 # Measured on hands of one page each: a letter that was written 25 times or more is the same glyph in two texts of one
 # wording in 3 to 5 of 100 places, 3 by pure chance, and about half of what good neighbours save over chance is kept
-NOISE = 0.25  # λ: scale of the perturbation at variation 1
+NOISE = 0.15  # λ: scale of the perturbation at variation 1
 AGAIN = 3.0  # cost of a glyph that was the last one written
 FORGOTTEN = 200.0  # letters after which a glyph is as good as new
 _TRIES = 4  # times that a word is solved for having a glyph twice

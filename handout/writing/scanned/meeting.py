@@ -11,7 +11,7 @@ from handout.values import Array, Indices
 from handout.writing.scanned.learning import Distance, Forest, mismatch
 
 _PARTED = 0.5  # share of the cost that is left between words
-_LOOSE = 0.6  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
+_LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
 
 
 class Meetings:

@@ -17,10 +17,15 @@ from handout.values import Array, Indices
 _FEW = 4  # glyphs of a letter, fewer than which have no usual size
 _FLOOR = 0.15  # x-heights: spread that any letter may have
 _USUAL = 2.0  # spreads from the median that are still usual
-_RISE, _MOST = 0.5, 2.5  # cost for each spread more, and the most of it
+_RISE, _MOST = 1.2, 6.0  # cost for each spread more, and the most of it: more than any other glyph of the letter costs
 _KIN = 6  # glyphs of a letter, fewer than which need not be alike
 _NEAREST = 2  # glyphs that one is compared with, of its letter and of others
-_STRANGE, _STEEP = 0.45, 2.5  # log of how much nearer others may be than its own kind; cost for each unit more
+_STRANGE, _STEEP = 0.35, 6.0  # log of how much nearer others may be than its own kind; cost for each unit more
+_SHARE = 0.35  # of a letter's glyphs that one should be like: several that are cut in one wrong way are alike too
+_ALIEN, _STEEPER = 0.2, 9.0  # log of how much further from those it may be than is usual; cost for each unit more
+_TALL, _DEEP = frozenset("bdfhklt"), frozenset("gjpqy")
+_LONG, _CUT = 80, 0.65  # per cent; share of that length below which a stem is cut
+_SHORT = 20.0  # cost for each unit less
 _BLUR = 0.2  # x-heights
 _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # where a glyph is looked at, x-heights
 
@@ -34,8 +39,18 @@ def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
-        cost[own] = np.clip(np.maximum(_unusual(sizes[own]), _strange(looks, own)), 0.0, _MOST)
+        odd = np.stack([_unusual(sizes[own]), _strange(looks, own), _short(letter, sizes[own])])
+        cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
     return cost
+
+
+def _short(letter: str, sizes: Array) -> Array:
+    """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem that others have and they have not."""
+    if letter not in _TALL | _DEEP:
+        return np.zeros(len(sizes))
+    reach = sizes[:, 1] if letter in _TALL else -sizes[:, 2]
+    usual = float(np.percentile(reach, _LONG))
+    return np.asarray(_SHORT * (_CUT - reach / usual)) if usual > 0 else np.zeros(len(sizes))
 
 
 def _unusual(sizes: Array) -> Array:
@@ -57,7 +72,9 @@ def _strange(looks: Array, own: NDArray[np.bool_]) -> Array:
     kin, others = away[:, own], away[:, ~own]
     np.fill_diagonal(kin, np.inf)
     near, far = (np.sort(part, axis=1)[:, :_NEAREST].mean(axis=1) + 1e-9 for part in (kin, others))
-    return np.asarray(_STEEP * (np.log(near / far) - _STRANGE))
+    most = np.sort(kin, axis=1)[:, : max(_NEAREST, round(_SHARE * len(kin)))].max(axis=1) + 1e-9
+    alien = _STEEPER * (np.log(most / np.median(most)) - _ALIEN)
+    return np.asarray(np.maximum(_STEEP * (np.log(near / far) - _STRANGE), alien))
 
 
 def _line(hand: ScannedHand, number: int, body: Indices) -> tuple[Array, Array, float]:

@@ -42,6 +42,11 @@ class Sides:
         edge = self.edges[kind, second, 0] - self.edges[kind, first, 1]
         return np.asarray(np.where(np.isfinite(near), near, edge))
 
+    def between(self, first: Indices, second: Indices) -> Array:
+        """(n,): how far pairs of glyphs, each the end of a word, are apart over all heights were their centres in one
+        place; mostly negative."""
+        return np.asarray(self.edges[WORDS, second, 0] - self.edges[WORDS, first, 1])
+
 
 def sides(forms: Forms, slant: float) -> Sides:
     """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""

@@ -27,6 +27,7 @@ _ENOUGH = 8  # pairs that tell what is usual
 # mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
+_NARROW = 4.0  # per cent: the same of the gaps between words over all heights, where cut strokes are in the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class Gaps:
 
     mean, deviation, low, high : (3,) float: of all of them; `low` and `high` are the least and the most it ever has.
     to_right, to_left : (3, n) float: what every glyph had on either side in the source, nan where nothing.
+    word : the least that two words are apart over all heights; they were one to the eye if each height had its own.
     """
 
     mean: Array
@@ -43,6 +45,7 @@ class Gaps:
     high: Array
     to_right: Array
     to_left: Array
+    word: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,10 @@ class Spacing:
         # what two neighbours of the source had is theirs, be it more or less than is usual
         own = estimates[0] == estimates[1]
         held = np.where(own, wanted, np.clip(wanted, low, high))
-        away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
+        upright = held - self.sides.clearance(first, second, kind)
+        parted = ~own & (kind == WORDS)
+        upright[parted] += np.maximum(self.gaps.word - upright - self.sides.between(first, second), 0.0)[parted]
+        away = upright + self.lean[second] - self.lean[first]
         for k in np.flatnonzero(~own & (kind != WORDS)):
             away[k] += self._short(int(first[k]), int(second[k]), float(away[k]))
         return np.asarray(away)
@@ -117,6 +123,7 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
     to_right, to_left = np.full((2, 3, len(x)), np.nan)
     mean, deviation, low, high = np.array(_USUAL)
+    word = float(low[WORDS])
     first, second = np.concatenate([beside.pairs(parted=False), beside.pairs(parted=True)]).T
     kind = kinds(forms, first, second, beside.parted[second])
     found = x[second] - x[first] + beyond.clearance(first, second, kind)
@@ -127,6 +134,9 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
             low[one], high[one] = np.percentile(own, [_SHARE, 100 - _SHARE])
             kept = np.clip(own, low[one], high[one])
             mean[one], deviation[one] = kept.mean(), kept.std()
+            if one == WORDS:
+                level = (x[second] - x[first] + beyond.between(first, second))[kind == one]
+                word = float(np.percentile(level, _NARROW))
         elif len(own):
             low[one], high[one] = min(low[one], own.min()), max(high[one], own.max())
-    return Gaps(mean, deviation, low, high, to_right, to_left)
+    return Gaps(mean, deviation, low, high, to_right, to_left, word)
