@@ -17,6 +17,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Layout": "handout.writing.layout",
     "compose": "handout.writing.compose",
+    "find": "handout.hand.library",
     "ink": "handout.inking.plain",
     "load": "handout.hand.library",
     "page": "handout.writing.layout",

@@ -231,18 +231,21 @@ def _hand(name: str, haste: float) -> Hand | ScannedHand:
 
 def _lent(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
     """The hand whose pen is asked for."""
-    from handout.hand import file
+    from handout.hand import file, library
     from handout.values import Hand
 
     if pen is None:
         return None
+    scanned = pen not in PENS and (pen.endswith(file.SUFFIX) or pen in library.scanned())
     if isinstance(hand, Hand):
-        if pen.endswith(file.SUFFIX):
+        if scanned:
             raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
         return None
-    if not pen.endswith(file.SUFFIX):
-        raise InputError(f"pen: {hand.name} is a scanned hand, written with its own pen or that of a .hand file.")
-    return file.load(Path(pen))
+    if not scanned:
+        raise InputError(
+            f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
+        )
+    return file.load(library.scanned_file(pen))
 
 
 def drawn_hand(job: Setup) -> Hand:
@@ -308,11 +311,17 @@ def pen(given: Mapping[str, Any]) -> Pen:
     from handout.inking.pen import usual
 
     width, name = given["pen_width"], given["pen"] or "ballpoint"
-    if name.endswith(".hand"):
+    if name not in PENS and (name.endswith(".hand") or _is_scanned(name)):
         return usual("ballpoint")  # never drawn with
     if name not in PENS:
         raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
     return usual(name, None if width is None else units.length(width, "pen width"), given["ink"])
+
+
+def _is_scanned(name: str) -> bool:
+    from handout.hand.library import scanned
+
+    return name in scanned()
 
 
 def paper(given: Mapping[str, Any]) -> Paper:
