@@ -28,6 +28,7 @@ _CAPITAL = 1.9  # x-heights, where there is none to measure
 _DOT = 0.4  # x-heights: a dot is no larger
 _STEP = 0.25  # of the time between two points: how finely a traced stroke is taken
 _WIDER = (0.7, 1.45)
+_LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
 _BELOW = {"\u0327"}
 
 
@@ -36,7 +37,8 @@ class Author:
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
-        inked = [hand.pages[glyph.page].graph.radius[glyph.vertices] / hand.pages[glyph.page].pitch for glyph in hand.glyphs]
+        pages = [hand.pages[glyph.page] for glyph in hand.glyphs]
+        inked = [p.graph.radius[glyph.vertices] / p.pitch for p, glyph in zip(pages, hand.glyphs, strict=True)]
         self.radius = float(np.median(np.concatenate(inked)))
         self.slant = float(np.median([p.slant for p in hand.pages]))
         self.small = float(np.median([p.x_height / p.pitch for p in hand.pages]))
@@ -110,7 +112,7 @@ class Author:
     def marks(self, mark: str) -> Iterator[list[Part]]:
         """The author's own marks of one kind, from letters that have it: x = 0 their middle, y over the letter."""
         for letter in self.hand.letters:
-            base, *own = unicodedata.normalize("NFD", letter)
+            own = list(unicodedata.normalize("NFD", letter))[1:]
             if own != [mark]:
                 continue
             for number in self.hand.of(letter).tolist():
@@ -145,15 +147,28 @@ class Author:
         """Strokes of the drawn hand's letter, as high, wide and slanting as the author writes; [] if it has none."""
         if letter not in self.house.glyphs:
             return []
-        found = [self._raised(xy) * [self._wider, 1.0] for xy in _traced(letter, self.house, rng)]
-        return [np.column_stack([xy[:, 0] + self.slant * xy[:, 1], xy[:, 1]]) * [1.0, 1.0] for xy in found]
+        strokes = _traced(letter, self.house, rng)
+        top = max(self._usual_tall, *(float(xy[:, 1].max()) for xy in strokes))
+        rise = ((self.tall if letter.islower() else self.capital) - self.small) / (top - 1)
+        return [self._leant(xy, rise) for xy in strokes]
 
-    def _raised(self, xy: Array) -> Array:
-        """Upright x-heights to line space, what is over small letters as high as the author's."""
-        y = xy[:, 1]
-        over = max(self._usual_tall - 1, 0.1)
-        high = np.where(y > 1, self.small + (y - 1) * (self.tall - self.small) / over, y * self.small)
-        return np.column_stack([xy[:, 0] * self.small, high])
+    def _leant(self, upright: Array, rise: float) -> Array:
+        """Upright x-heights to line space; what is over small letters is `rise` an x-height."""
+        x, y = upright.T * self.small
+        over = np.maximum(upright[:, 1] - 1, 0)
+        high = np.minimum(y, self.small) + rise * over
+        return np.column_stack([x * self._wider + self.slant * high, high])
+
+    def recognised(self, letter: str, number: int) -> bool:
+        """Whether a glyph's body has the shape of a letter as the drawn hand writes it; letters cut amiss have not."""
+        from scipy.spatial import cKDTree
+
+        own = self.hand.outline(number)[np.isin(self.hand.glyphs[number].vertices, self.hand.body(number))]
+        theirs = np.concatenate(self.drawn(letter, np.random.default_rng(0)))
+        boxes = [(xy - xy.min(axis=0)) / np.maximum(np.ptp(xy, axis=0), 1e-9) for xy in (own, theirs)]
+        width, other = (max(self._upright_width(xy, self.slant), 1e-9) for xy in (own, theirs))
+        away = [cKDTree(a).query(b)[0] for a, b in (boxes, boxes[::-1])]
+        return bool(0.55 < width / other < 1.8 and max(float(np.mean(some)) for some in away) < _LIKE)
 
     @cached_property
     def _usual_tall(self) -> float:

@@ -1,7 +1,8 @@
 """Letters for a scanned hand that lacks them: from its own marks and letters, and, where accepted, from a drawn hand.
 
-An accented letter is the author's own letter under the author's own mark.  What the author never wrote is lent: a letter
-from the other case, or one that a drawn hand has, leaning, as wide and as high as the author writes, in the author's ink.
+An accented letter is the author's own letter under the author's own mark.  What the author never wrote is lent: a
+letter from the other case, or one that a drawn hand has, as slanting, wide and high as the author writes, in the
+author's ink.
 
 Source: seed 000, §6.2 (all of this is this project's).
 """
@@ -16,7 +17,6 @@ from functools import lru_cache
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.author import Author
 from handout.inking.specimen_sheet import with_sheet
@@ -141,7 +141,7 @@ class _Workshop:
 
     def make(self, letter: str, fallback: bool) -> tuple[list[Specimen], str, bool]:
         """Forms of a letter, in words what of, and whether all of it is the author's; none if it cannot be had."""
-        base, *marks = unicodedata.normalize("NFD", letter)
+        base, *marks = list(unicodedata.normalize("NFD", letter))
         if not marks and fallback:
             made, source = self._lent(letter)
             return made, source, False
@@ -157,12 +157,13 @@ class _Workshop:
 
     def _lent(self, letter: str) -> tuple[list[Specimen], str]:
         other = letter.swapcase()
-        if letter.lower() in _OTHER_CASE and other in self._hand.letters:
+        alike = letter.lower() in _OTHER_CASE and other in self._hand.letters
+        numbers = [i for i in self._hand.of(other).tolist() if self._author.recognised(other, i)] if alike else []
+        if numbers:
             factor = self._author.capital / self._author.small
             factor = factor if letter.isupper() else 1 / factor
-            numbers = self._hand.of(other)[:_FORMS]
             changed = "enlarged" if letter.isupper() else "made smaller"
-            return [resized(self._hand, int(i), letter, factor) for i in numbers], f"{other} {changed}"
+            return [resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {changed}"
         strokes = [self._author.drawn(letter, self._rng) for _ in range(_FORMS)]
         made = [Specimen(letter, (drawn(some, self._author.radius),)) for some in strokes if some]
         return made, f"the form of {self._author.house.name}" if made else ""
@@ -208,7 +209,7 @@ class _Workshop:
         low, high = float(letter[:, 1].min()), float(letter[:, 1].max())
         if kind in _BELOW:
             under = letter[letter[:, 1] < low + 0.3 * small]
-            seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), 0.0])
+            seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), low])
         else:
             upper = letter[letter[:, 1] > high - 0.4 * small]
             over = min(float(part.graph.xy[:, 1].min()) for part in mark)
@@ -237,5 +238,3 @@ class _Workshop:
         low = min(float(xy[:, 1].min()) for xy in strokes)
         leant = [np.column_stack([xy[:, 0] + slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
         return [drawn(leant, self._author.radius)]
-
-

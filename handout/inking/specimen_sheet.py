@@ -126,9 +126,7 @@ def _glyphs(
     entries, exits = (
         tuple(sheet.ligature(line, path + offsets[0]) for path in paths) for paths in (one.entries, one.exits)
     )
-    yield ScannedGlyph(
-        one.letter, places[1], page, line, word, -1, mine[1], before, after, exits if has[2] else ()
-    )
+    yield ScannedGlyph(one.letter, places[1], page, line, word, -1, mine[1], before, after, exits if has[2] else ())
     if has[0]:
         yield ScannedGlyph("", places[0], page, line, word, -1, mine[0], NOBODY, number, entries)
     if has[2]:

@@ -174,7 +174,9 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) 
     way_out = "use another hand"
     if not fallback:
         given = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
-        which = f", which can supply {'all' if len(given) == len(missing) else ' '.join(given)} of them" if given else ""
+        which = (
+            f", which can supply {'all' if len(given) == len(missing) else ' '.join(given)} of them" if given else ""
+        )
         way_out += f", or --fallback to accept similar forms{which}"
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
     return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
