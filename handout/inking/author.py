@@ -1,4 +1,4 @@
-"""What there is to know of an author for whom letters are put together: sizes, slant, dots, marks, a drawn hand like it.
+"""What there is to know of an author that letters are put together for: sizes, slant, dots, marks, a drawn hand.
 
 Lengths are in line space, y up from the baseline.
 
@@ -140,7 +140,7 @@ class Author:
         """Some of a glyph's vertices, with their lowest point at 0 and their middle over it."""
         graph = line(self.hand, number, vertices)
         low = graph.xy.min(axis=0)
-        middle = low + [0.5 * float(np.ptp(graph.xy[:, 0])), 0.0]
+        middle = low + np.array([0.5 * float(np.ptp(graph.xy[:, 0])), 0.0])
         return Part(moved(graph, -middle), self.hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
 
     def drawn(self, letter: str, rng: np.random.Generator) -> list[Array]:

@@ -94,10 +94,10 @@ def with_neighbours(hand: ScannedHand, number: int, gone: Indices, letter: str, 
 
 
 def resized(hand: ScannedHand, number: int, letter: str, factor: float) -> Specimen:
-    """The body of a glyph made larger or smaller, with the same pen."""
+    """The body of a glyph made larger or smaller, to be inked anew: a pen's line does not grow with its letters."""
     graph = line(hand, number, hand.body(number))
     same = LineGraph(graph.xy * factor, graph.radius, graph.density, graph.uv, graph.edges)
-    return Specimen(letter, (Part(same, hand.glyphs[number].page, _mine(same)),))
+    return Specimen(letter, (Part(same, DRAWN, _mine(same)),))
 
 
 def drawn(strokes: Sequence[Array], radius: float) -> Part:
