@@ -283,6 +283,7 @@ def compose_and_trace(
     rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
     job, borrowed = _supplied(text, job)
     pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
+    borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
     drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
