@@ -284,10 +284,26 @@ def compose_and_trace(
     from handout.writing.compose import compose
 
     rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
+    job, borrowed = _supplied(text, job)
     pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
+    borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
+    pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
     drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
     return pages, drawings
+
+
+def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
+    """The job with a hand that has every letter of a text, as far as it may be supplied; and what was."""
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return job, []
+    from handout.inking.lending import lend
+
+    hand, found = lend(job.hand, text, fallback=job.fallback, seed=job.seed)
+    told = [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
+    return replace(job, hand=hand), told
 
 
 def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:

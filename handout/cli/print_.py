@@ -94,7 +94,7 @@ def command(
     where = ", ".join(map(str, done.files[:_MOST_NAMED])) or f"{len(done.jobs)} jobs to {profile.queue or printer}"
     said = (
         f"{len(done.rows)} of {len(done.rows) + len(done.failed)} envelopes done ({where}); "
-        f"{results.writing_time(result)}seed {job.seed}."
+        f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
     return done.exit_code

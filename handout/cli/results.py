@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ class Tally:
     pen_down: float = 0.0
     pen_up: float = 0.0
     duration: float = 0.0
+    borrowed: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> None:
         """Count some pages, as manuscripts and as strokes."""
@@ -39,6 +40,7 @@ class Tally:
         self.pen_down += sum(drawing.pen_down for drawing in drawings)
         self.pen_up += sum(drawing.pen_up for drawing in drawings)
         self.duration += sum(drawing.duration for drawing in drawings)
+        self.borrowed += pages[0].about.get("borrowed", []) if pages else []
 
     def facts(self, job: Setup, files: Sequence[Path]) -> dict[str, Any]:
         """What `--json` prints of it."""
@@ -53,6 +55,7 @@ class Tally:
             "seed": job.seed,
             "hand": job.hand.name,
             "files": [str(path) for path in files],
+            **({"borrowed": self.borrowed} if self.borrowed else {}),
         }
 
 
@@ -68,6 +71,13 @@ def summary(
 def writing_time(result: dict[str, Any]) -> str:
     """How long the writing would take by hand, for what is said at the end; nothing where strokes are not known."""
     return f"{units.duration(result['duration_s'])} of writing; " if result["strokes"] else ""
+
+
+def lent(result: dict[str, Any]) -> str:
+    """One sentence about the letters that the author never wrote; nothing where there are none."""
+    found = {one["letter"]: one["from"] for one in result.get("borrowed", []) if not one["own"]}
+    named = [f"{letter} ({source})" for letter, source in found.items()]
+    return f" Lent to the hand: {', '.join(named)}." if named else ""
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:

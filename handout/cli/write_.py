@@ -41,7 +41,7 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     result = results.summary(pages, drawings, job, files)
     said = (
         f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
-        f"{results.writing_time(result)}seed {job.seed}."
+        f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 

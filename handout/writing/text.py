@@ -67,6 +67,7 @@ _NEWLINES = regex.compile(r"\r\n|[\r\v\f\x85\u2028\u2029]")
 # What may stand for a letter when the user accepts borrowed forms
 _BORROWED = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "Ð", "ı": "i", "ħ": "h", "Ħ": "H", "™": "TM", "©": "(c)", "®": "(R)"}
 _MOST_NAMED = 20
+_FEW = 40  # letters of a hand that can be told one by one
 
 
 @dataclass(frozen=True)
@@ -80,11 +81,15 @@ class Letter:
 
 @dataclass(frozen=True)
 class Repertoire:
-    """What a hand can write: graphemes, and combining accents that it can put on them."""
+    """What a hand can write: graphemes, and combining accents that it can put on them.
+
+    lendable : graphemes that it could be lent, of which a complaint tells.
+    """
 
     name: str
     letters: frozenset[str]
     marks: frozenset[str]
+    lendable: frozenset[str] = frozenset()
 
 
 def normalise(text: str) -> str:
@@ -118,7 +123,7 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter
         if grapheme.isspace():
             letters.append(grapheme)
             continue
-        found = _letters(grapheme, hand, at) or (_borrow(grapheme, hand, at) if fallback else [])
+        found = _letters(grapheme, hand, at) or (borrow(grapheme, hand, at) if fallback else [])
         if not found:
             missing.setdefault(grapheme, []).append(f"line {line}, character {column}")
         letters.extend(found)
@@ -127,6 +132,15 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter
     if not any(isinstance(letter, Letter) for letter in letters):
         raise InputError("There is nothing to write: the text is empty.")
     return letters
+
+
+def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
+    """The graphemes of normalised `text` that a hand has no letter for, and where they stand, graphemes from 0."""
+    found: dict[str, list[int]] = {}
+    for at, grapheme in enumerate(graphemes(text)):
+        if not grapheme.isspace() and not _letters(grapheme, hand, at):
+            found.setdefault(grapheme, []).append(at)
+    return found
 
 
 def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
@@ -140,7 +154,8 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     return []
 
 
-def _borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
+def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
+    """What a hand writes for a grapheme that it lacks where similar forms are accepted; [] if there is nothing."""
     base, *marks = list(unicodedata.normalize("NFD", grapheme))
     kept = tuple(mark for mark in marks if mark in hand.marks)
     for choice in (_BORROWED.get(base, base), unicodedata.normalize("NFKC", base), base.swapcase()):
@@ -155,8 +170,15 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) 
         for grapheme, places in list(missing.items())[:_MOST_NAMED]
     ]
     more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
-    way_out = "use another hand" if fallback else "use another hand, or --fallback to accept similar forms"
-    return f"The hand {hand.name} has no form for {', '.join(named)}{more}: {way_out}."
+    way_out = "use another hand"
+    if not fallback:
+        given = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
+        which = (
+            f", which can supply {'all' if len(given) == len(missing) else ' '.join(given)} of them" if given else ""
+        )
+        way_out += f", or --fallback to accept similar forms{which}"
+    few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
+    return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
 
 
 def _name(grapheme: str) -> str:

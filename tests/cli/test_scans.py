@@ -1,6 +1,7 @@
 """Hands from scans, as a user makes, looks at, corrects and keeps them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -205,3 +206,21 @@ def test_a_pen_needs_no_text(call, small_scan):
     assert pen.glyphs == () and len(pen.pages[0].graph) > 1000 and "mm wide" in err
     _, err = call("hand", "pen", small_scan.scan, "-o", "pen.png", code=2)
     assert "pen.hand" in err
+
+
+def test_letters_that_the_hand_lacks(call, kept):
+    _, err = call("write", "eZ", "--hand", kept, "-o", "a.png", code=2)
+    assert "'Z' (line 1, character 2)" in err and "--fallback" in err and not Path("a.png").exists()
+    out, err = call("write", "eZë", "--hand", kept, "--fallback", "--seed", "1", "-o", "a.png", "--json")
+    told = {one["letter"]: one for one in json.loads(out)["borrowed"]}
+    assert told["Z"]["at"] == [1] and not told["Z"]["own"] and told["ë"]["own"]
+    assert "Lent to the hand: Z (the form of house-" in err and "ë" not in err
+    assert np.asarray(Image.open("a.png")).min() < 150
+    out, err = call("write", "ee", "--hand", kept, "--seed", "1", "-o", "b.png", "--json")
+    assert "borrowed" not in json.loads(out) and "Lent" not in err
+
+
+def test_a_pen_is_no_hand_to_write_with(call, small_hand):
+    file.save(replace(small_hand, glyphs=()), Path("pen.hand"))
+    _, err = call("write", "ee", "--hand", "pen.hand", "-o", "a.png", code=2)
+    assert "--pen" in err and not Path("a.png").exists()

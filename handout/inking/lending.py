@@ -1,0 +1,240 @@
+"""Letters for a scanned hand that lacks them: from its own marks and letters, and, where accepted, from a drawn hand.
+
+An accented letter is the author's own letter under the author's own mark.  What the author never wrote is lent: a
+letter from the other case, or one that a drawn hand has, as slanting, wide and high as the author writes, in the
+author's ink.
+
+Source: seed 000, §6.2 (all of this is this project's).
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.hand.scanned import ScannedHand
+from handout.inking.author import Author
+from handout.inking.specimen_sheet import with_sheet
+from handout.inking.specimens import Part, Specimen, drawn, mark_strokes, moved, resized, with_neighbours
+from handout.values import Array
+from handout.writing.text import Repertoire, borrow, lacking, normalise, spell
+
+_FORMS = 5  # of a letter that is put together: so that it does not repeat at once
+_OTHER_CASE = frozenset("copsuvwxz")  # of which small letters and capitals have one shape
+_BELOW = {"\u0327"}
+_DOTS = 0.42  # x-heights from one dot of a diaeresis to the other
+_GAP = (0.12, 0.55)  # x-heights between a letter and its mark
+_NAMES = {
+    "\u0300": "grave",
+    "\u0301": "acute",
+    "\u0302": "circumflex",
+    "\u0303": "tilde",
+    "\u0308": "diaeresis",
+    "\u030a": "ring",
+    "\u030c": "caron",
+    "\u0327": "cedilla",
+}
+
+
+@dataclass(frozen=True)
+class Supplied:
+    """A letter that a hand was given.
+
+    letter : what is written; source : what of, in words; own : whether all of it is the author's.
+    """
+
+    letter: str
+    source: str
+    own: bool
+
+
+@dataclass(frozen=True)
+class Borrowed:
+    """What was written for a letter that a hand lacks, and where in the text, graphemes from 0."""
+
+    letter: str
+    source: str
+    own: bool
+    at: tuple[int, ...]
+
+
+def lend(hand: ScannedHand, text: str, *, fallback: bool = False, seed: int = 0) -> tuple[ScannedHand, list[Borrowed]]:
+    """The hand with what a text needs and it lacks, and what that is.
+
+    Parameters
+    ----------
+    hand : ScannedHand
+        Returned as it is where it lacks nothing.
+    text : str
+    fallback : bool
+        Lend what the author never wrote; without it only accented letters are put together, of the author's own.
+    seed : int
+        Of the variation of what is drawn.
+
+    Raises
+    ------
+    InputError
+        The hand holds no letters, or too little clear line to draw others with.
+    MissingCharacters
+        Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
+    """
+    if not hand.letters:
+        raise InputError(
+            f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
+            "hand with letters as --hand."
+        )
+    text = normalise(text)
+    own = Repertoire(hand.name, frozenset(hand.letters), frozenset())
+    needed = lacking(text, own)
+    if not needed:
+        return hand, []
+    lent, supplied = _lent(hand, tuple(sorted(needed)), fallback, seed)
+    found = Repertoire(hand.name, frozenset(lent.letters), frozenset(), _lendable(hand, tuple(sorted(needed))))
+    spell(text, found, fallback=fallback)
+    return lent, [Borrowed(one.letter, one.source, one.own, tuple(needed[one.letter])) for one in supplied]
+
+
+@lru_cache(maxsize=8)
+def _lent(
+    hand: ScannedHand, needed: tuple[str, ...], fallback: bool, seed: int
+) -> tuple[ScannedHand, tuple[Supplied, ...]]:
+    """The hand with a sheet of what can be supplied; the same one for every text that needs the same."""
+    workshop = _Workshop(hand, np.random.default_rng(seed))
+    specimens, supplied = list[Specimen](), list[Supplied]()
+    for letter in needed:
+        made, source, own = workshop.make(letter, fallback)
+        if made:
+            supplied.append(Supplied(letter, source, own))
+            specimens += made
+        elif fallback:
+            more, source = workshop.instead(letter)
+            specimens += [one for one in more if one.letter not in {have.letter for have in specimens}]
+            supplied += [Supplied(letter, source, False)] if source else []
+    return (with_sheet(hand, specimens) if specimens else hand), tuple(supplied)
+
+
+def _lendable(hand: ScannedHand, needed: tuple[str, ...]) -> frozenset[str]:
+    """Which of some letters could be lent."""
+    workshop = _Workshop(hand, np.random.default_rng(0))
+    known = workshop.known
+    return frozenset(x for x in needed if lacking(x, known) == {} or borrow(x, known, 0))
+
+
+class _Workshop:
+    """Puts letters together for one hand."""
+
+    def __init__(self, hand: ScannedHand, rng: np.random.Generator) -> None:
+        self._hand, self._rng = hand, rng
+        self._author = Author(hand)
+
+    @property
+    def known(self) -> Repertoire:
+        """All that can be written with whatever is lent."""
+        house = self._author.house
+        letters = frozenset(self._hand.letters) | frozenset(house.glyphs)
+        return Repertoire(self._hand.name, letters, frozenset(house.marks))
+
+    def make(self, letter: str, fallback: bool) -> tuple[list[Specimen], str, bool]:
+        """Forms of a letter, in words what of, and whether all of it is the author's; none if it cannot be had."""
+        base, *marks = list(unicodedata.normalize("NFD", letter))
+        if not marks and fallback:
+            made, source = self._lent(letter)
+            return made, source, False
+        if len(marks) != 1 or len(base) != 1:
+            return [], "", False
+        return self._accented(letter, base, marks[0], fallback)
+
+    def instead(self, letter: str) -> tuple[list[Specimen], str]:
+        """What a similar form of a letter needs beyond what the hand has, and which that is."""
+        parts = [part.base for part in borrow(letter, self.known, 0)]
+        more = [made for part in parts if part not in self._hand.letters for made in self._lent(part)[0]]
+        return more, f"{''.join(parts)} in its place" if parts else ""
+
+    def _lent(self, letter: str) -> tuple[list[Specimen], str]:
+        other = letter.swapcase()
+        alike = letter.lower() in _OTHER_CASE and other in self._hand.letters
+        numbers = [i for i in self._hand.of(other).tolist() if self._author.recognised(other, i)] if alike else []
+        if numbers:
+            factor = self._author.capital / self._author.small
+            factor = factor if letter.isupper() else 1 / factor
+            changed = "enlarged" if letter.isupper() else "made smaller"
+            return [resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {changed}"
+        strokes = [self._author.drawn(letter, self._rng) for _ in range(_FORMS)]
+        made = [Specimen(letter, (drawn(some, self._author.radius),)) for some in strokes if some]
+        return made, f"the form of {self._author.house.name}" if made else ""
+
+    def _accented(self, letter: str, base: str, mark: str, fallback: bool) -> tuple[list[Specimen], str, bool]:
+        marks = list(self._author.marks(mark))
+        source, own = f"{base} with the author's own {_NAMES.get(mark, 'mark')}", bool(marks)
+        if not marks and mark == "\u0308":
+            marks = list(self._diaereses())
+            source, own = f"{base} with two of the author's own dots", bool(marks)
+        if not marks and fallback and mark in self._author.house.marks:
+            marks = [self._drawn_mark(mark) for _ in range(_FORMS)]
+            source = f"{base} with a drawn {_NAMES.get(mark, 'mark')}"
+        if not marks:
+            return [], "", False
+        if base not in self._hand.letters:
+            return self._on_lent(letter, base, mark, marks) if fallback else ([], "", False)
+        numbers = self._author.best(base, _FORMS)
+        made = [
+            with_neighbours(
+                self._hand,
+                number,
+                self._author.dot(number) if mark not in _BELOW else np.zeros(0, dtype=np.intp),
+                letter,
+                self._seated(marks[i % len(marks)], self._author.stem(number), mark),
+            )
+            for i, number in enumerate(numbers)
+        ]
+        return made, source, own
+
+    def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[Part]]) -> tuple[list[Specimen], str, bool]:
+        """A mark on a letter that is lent itself."""
+        bases, source = self._lent(base)
+        made = [
+            Specimen(letter, (*one.parts, *self._seated(marks[i % len(marks)], one.parts[0].graph.xy, mark)))
+            for i, one in enumerate(bases)
+        ]
+        return made, f"{base}, {source}, with a {_NAMES.get(mark, 'mark')}", False
+
+    def _seated(self, mark: list[Part], letter: Array, kind: str) -> list[Part]:
+        """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
+        small, slant = self._author.small, self._author.slant
+        low, high = float(letter[:, 1].min()), float(letter[:, 1].max())
+        if kind in _BELOW:
+            under = letter[letter[:, 1] < low + 0.3 * small]
+            seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), low])
+        else:
+            upper = letter[letter[:, 1] > high - 0.4 * small]
+            over = min(float(part.graph.xy[:, 1].min()) for part in mark)
+            # the mark hangs over the middle of the letter's upper part, along the slant
+            middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
+            seat = np.array([middle + slant * over, high])
+        return [Part(moved(part.graph, seat), part.source, part.role) for part in mark]
+
+    def _diaereses(self) -> Iterator[list[Part]]:
+        """Pairs of the author's dots, side by side."""
+        dots = self._author.dots()
+        for one, other in zip(dots[::2], dots[1::2], strict=False):
+            apart = 0.5 * _DOTS * self._author.small
+            level = 0.5 * (one[1] + other[1])
+            gap = float(np.clip(level, *(self._author.small * np.array(_GAP))))
+            yield [
+                Part(moved(dot.graph, np.array([side * apart, gap])), dot.source, dot.role)
+                for (dot, _), side in ((one, -1), (other, 1))
+            ]
+
+    def _drawn_mark(self, mark: str) -> list[Part]:
+        small, slant = self._author.small, self._author.slant
+        strokes = [small * xy for xy in mark_strokes(self._author.house, mark, self._rng)]
+        if mark not in _BELOW:
+            strokes = [xy - [0.0, small] for xy in strokes]
+        low = min(float(xy[:, 1].min()) for xy in strokes)
+        leant = [np.column_stack([xy[:, 0] + slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
+        return [drawn(leant, self._author.radius)]
