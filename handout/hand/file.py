@@ -27,7 +27,7 @@ from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Indices, LineGraph
 
-FORMAT = 1
+FORMAT = 2
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _OVER = 4.0  # pixels beyond the picture: smoothing moves lines that run out of it
@@ -86,12 +86,11 @@ def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = (), *, pa
     parts |= _glyph_arrays(hand.glyphs)
     for number, page in enumerate(hand.pages):
         graph, folder = page.graph, f"pages/{number}/"
-        uv = np.rint(graph.uv * _UV).astype(np.int32)
-        # differences are small where vertices follow their line: they pack to half the size
-        parts[folder + "uv.npy"] = np.diff(uv, axis=0, prepend=0).astype(np.int32)
+        parts[folder + "uv.npy"] = _steps(np.rint(graph.uv * _UV))
         parts[folder + "radius.npy"] = np.clip(np.rint(graph.radius / page.pixel * _RADIUS), 0, 65535).astype(np.uint16)
         parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
-        parts[folder + "edges.npy"] = graph.edges.astype(np.int32)
+        first, second = graph.edges.T
+        parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
         parts[folder + "paper.png"] = _picture(page.paper)
         parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
     return pack(parts)
@@ -161,9 +160,10 @@ def _facts(page: ScannedPage) -> _Page:
 
 def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPage:
     folder = f"pages/{number}/"
-    steps = archive.array(folder + "uv.npy", "int32", None, 2)
-    count = len(steps)
-    uv = np.cumsum(steps, axis=0, dtype=np.int64) / _UV
+    uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
+    count = len(uv)
+    first, apart = archive.array(folder + "edges.npy", "int32", None, 2).T
+    first = _sums(first)
     pixel = 25.4 / facts.dpi if facts.dpi > 0 else 0.0
     if count and not ((uv >= -_OVER) & (uv <= np.array(facts.shape[::-1]) + _OVER)).all():
         raise ValueError(f"page {number} has a vertex outside its picture")
@@ -172,7 +172,7 @@ def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPag
         archive.array(folder + "radius.npy", "uint16", count) / _RADIUS * pixel,
         archive.array(folder + "density.npy", "uint8", count) / _DENSITY,
         uv,
-        archive.array(folder + "edges.npy", "int32", None, 2),
+        np.column_stack([first, first + apart]),
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
     texture = Texture(facts.corner, facts.texture, partial(_ink, path, ink, facts.texture))
@@ -214,7 +214,17 @@ def _glyph_arrays(glyphs: Sequence[ScannedGlyph]) -> dict[str, Content]:
 
 
 def _flat(lists: Sequence[Indices]) -> NDArray[np.int32]:
-    return np.concatenate([np.zeros(0, np.int32), *lists]).astype(np.int32)
+    return _steps(np.concatenate([np.zeros(0, np.intp), *lists]))
+
+
+def _steps(values: NDArray[Any]) -> NDArray[np.int32]:
+    """Whole numbers as differences, which are small where vertices follow their line: they pack far better."""
+    return np.diff(values.astype(np.int64), axis=0, prepend=0).astype(np.int32)
+
+
+def _sums(steps: NDArray[Any]) -> NDArray[np.int64]:
+    """What `_steps` was made of."""
+    return np.cumsum(steps, axis=0, dtype=np.int64)
 
 
 def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) -> tuple[ScannedGlyph, ...]:
@@ -236,7 +246,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
 
 def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage]) -> dict[int, list[Ligature]]:
     owner = archive.array("ligatures/from.npy", "int32", None).tolist()
-    ways: dict[int, list[Ligature]] = {}
+    found: dict[int, list[tuple[int, int, Indices]]] = {}
     for number, path in zip(owner, _lists(archive, "ligatures", len(owner)), strict=True):
         if not 0 <= number < len(table):
             raise ValueError(f"a ligature begins at glyph {number} of {len(table)}")
@@ -245,14 +255,22 @@ def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage])
             raise ValueError(f"glyph {number} is on a line that there is not")
         if len(path) < 2 or path.min() < 0 or path.max() >= len(pages[page].graph):
             raise ValueError(f"a ligature of glyph {number} names a vertex that there is not")
-        ways.setdefault(number, []).append(pages[page].ligature(line, path))
+        found.setdefault(page, []).append((number, line, path))
+    ways: dict[int, list[Ligature]] = {}
+    for page, some in found.items():
+        # all ends of a page at once: there are thousands
+        vertices = np.array([vertex for _, _, path in some for vertex in (path[0], path[-1])])
+        lines = np.repeat([line for _, line, _ in some], 2)
+        ends = pages[page].to_line(lines, pages[page].graph.uv[vertices]).reshape(-1, 2, 2)
+        for (number, _, path), (start, end) in zip(some, ends, strict=True):
+            ways.setdefault(number, []).append(Ligature(path, start, end))
     return ways
 
 
 def _lists(archive: Archive, folder: str, count: int) -> list[Indices]:
     """Lists of vertices, cut from their one array."""
     counts = archive.array(f"{folder}/counts.npy", "int32", count)
-    flat = archive.array(f"{folder}/vertices.npy", "int32", None)
+    flat = _sums(archive.array(f"{folder}/vertices.npy", "int32", None))
     if (counts < 0).any() or int(counts.sum(dtype=np.int64)) != len(flat):
         raise ValueError(f"the lists of {folder} are not as long as they say")
     flat = flat.astype(np.intp)

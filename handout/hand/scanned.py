@@ -158,15 +158,15 @@ class ScannedPage:
         """Pixels of one unit of line space."""
         return self.pitch / self.pixel
 
-    def base(self, line: int, x: ArrayLike) -> Array:
-        """y of a line's baseline at x, pixels."""
-        c0, c1, c2, middle, reach = self.baselines[line]
+    def base(self, line: int | Indices, x: ArrayLike) -> Array:
+        """y of a line's baseline at x, pixels; for one line, or a line for each x."""
+        c0, c1, c2, middle, reach = self.baselines[line].T
         away = np.asarray(x, dtype=np.float64) - middle
         held = np.clip(away, -reach, reach)
         return np.asarray(c0 + held * (c1 + held * c2) + (away - held) * (c1 + 2 * c2 * held))
 
-    def to_line(self, line: int, uv: ArrayLike) -> Array:
-        """(n, 2): line space of places (n, 2) of the picture."""
+    def to_line(self, line: int | Indices, uv: ArrayLike) -> Array:
+        """(n, 2): line space of places (n, 2) of the picture; `line` is one for all or (n,)."""
         x, y = np.asarray(uv, dtype=np.float64).reshape(-1, 2).T
         return np.column_stack([x, self.base(line, x) - y]) / self.unit
 

@@ -105,7 +105,7 @@ def test_corrections_are_kept_apart(small_hand, tmp_path):
     ("changes", "says"),
     [
         ({"hand.json": None}, "is not a .hand file"),
-        ({"hand.json": facts(format=2)}, "newer version"),
+        ({"hand.json": facts(format=file.FORMAT + 1)}, "newer version"),
         ({"hand.json": facts(format=0)}, "read the pages again"),
         ({"hand.json": facts(format="1")}, "cannot be used"),
         ({"hand.json": facts(more=1)}, "cannot be used"),
