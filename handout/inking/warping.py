@@ -28,6 +28,7 @@ _EXACT = 0.02  # pixels: what one even movement may be off by
 _PAD = 8  # pixels around what is needed of the picture, so that lines beside it are seen
 _PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
 _ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
+_FAINT = 0.15  # opacity of ink that two specks are joined by
 _GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
@@ -146,7 +147,23 @@ def _sampled(
     rgba[~inside] = 0
     if bent:
         rgba *= _unghosted(line, back, place, near, box, patch.shape[:2])[:, :, None]
+        on = np.zeros(near.shape, dtype=bool)
+        on[inside] = np.abs(place[inside] - line.at[near[inside]]) <= line.radius[near[inside]]
+        _drop_specks(rgba, on)
     return rgba
+
+
+def _drop_specks(rgba: _Pixels, on: NDArray[np.bool_]) -> None:
+    """Clear ink that touches none `on` the line: what is left of other strokes where the ink was bent."""
+    import cv2
+
+    _, label = cv2.connectedComponents((rgba[:, :, 3] > _FAINT).astype(np.uint8), connectivity=8)
+    known = np.zeros(int(label.max()) + 1, dtype=bool)
+    known[label[on]] = True
+    known[0] = False
+    # the soft edge of a stroke is fainter than what joins it
+    near = cv2.dilate(known[label].astype(np.uint8), np.ones((5, 5), np.uint8))
+    rgba[near == 0] = 0
 
 
 def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source) -> _Pixels:

@@ -23,7 +23,8 @@ _NEAREST = 2  # glyphs that one is compared with, of its letter and of others
 _STRANGE, _STEEP = 0.35, 6.0  # log of how much nearer others may be than its own kind; cost for each unit more
 _SHARE = 0.35  # of a letter's glyphs that one should be like: several that are cut in one wrong way are alike too
 _ALIEN, _STEEPER = 0.2, 9.0  # log of how much further from those it may be than is usual; cost for each unit more
-_TALL, _DEEP = frozenset("bdfhklt"), frozenset("gjpqy")
+_TALL, _DEEP, _DOTTED = frozenset("bdfhklt"), frozenset("gpqy"), frozenset("ij")
+_APART = 0.12  # x-heights between a stem and its dot
 _LONG, _CUT = 80, 0.65  # per cent; share of that length below which a stem is cut
 _SHORT = 20.0  # cost for each unit less
 _BLUR = 0.2  # x-heights
@@ -39,18 +40,26 @@ def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
-        odd = np.stack([_unusual(sizes[own]), _strange(looks, own), _short(letter, sizes[own])])
+        stems = np.array([_stem(lines[number][1]) for number in np.flatnonzero(own)])
+        odd = np.stack([_unusual(sizes[own]), _strange(looks, own), _short(letter, sizes[own], stems)])
         cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
     return cost
 
 
-def _short(letter: str, sizes: Array) -> Array:
-    """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem that others have and they have not."""
-    if letter not in _TALL | _DEEP:
+def _short(letter: str, sizes: Array, stems: Array) -> Array:
+    """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem (k,) that others have and they have not."""
+    if letter not in _TALL | _DEEP | _DOTTED:
         return np.zeros(len(sizes))
-    reach = sizes[:, 1] if letter in _TALL else -sizes[:, 2]
+    reach = stems if letter in _DOTTED else sizes[:, 1] if letter in _TALL else -sizes[:, 2]
     usual = float(np.percentile(reach, _LONG))
     return np.asarray(_SHORT * (_CUT - reach / usual)) if usual > 0 else np.zeros(len(sizes))
+
+
+def _stem(y: Array) -> float:
+    """The top of what a line has under its dot."""
+    rising = np.sort(y)
+    gaps = np.flatnonzero(np.diff(rising) > _APART)
+    return float(rising[gaps[0]] if len(gaps) else rising[-1])
 
 
 def _unusual(sizes: Array) -> Array:

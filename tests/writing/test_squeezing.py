@@ -1,0 +1,24 @@
+"""Bunching the words of a line without making two of them one."""
+
+from types import SimpleNamespace
+from typing import Any
+
+from handout.writing.lines import LEAST_GAP, _squeezed, extent
+
+
+def _units(gaps: list[float]) -> list[Any]:
+    word = SimpleNamespace(left=0.0, right=5.0, advance=5.0)
+    return [SimpleNamespace(word=word, gap=gap) for gap in gaps]
+
+
+def test_what_is_narrow_already_is_not_squeezed() -> None:
+    units = _units([0.0, LEAST_GAP, 2.0, 1.0])
+    room = extent(units, [0.0, LEAST_GAP, 2.0, 1.0]) - 0.5
+    found = _squeezed(units, room, 0.22)
+    assert found is not None and abs(extent(units, found) - room) < 1e-9
+    assert found[1] == LEAST_GAP and min(found[1:]) >= LEAST_GAP
+
+
+def test_a_line_of_narrow_gaps_gives_nothing() -> None:
+    units = _units([0.0, LEAST_GAP, LEAST_GAP])
+    assert _squeezed(units, extent(units, [0.0, LEAST_GAP, LEAST_GAP]) - 0.01, 0.22) is None
