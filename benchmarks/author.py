@@ -20,15 +20,18 @@ a) random selection: any glyph of the letter, constant gaps, heights as they wer
 b) glyphs chosen by dynamic programming;
 c) gaps learned from the hand;
 d) heights inferred;
-e) ligatures written;
+e) ligatures written, and glyphs bent;
 f) seams cut through overlapping ink: all of it, what handout writes.
+
+The last column is f with half of the variation.  What is switched off is told in `benchmarks.parts`.  The text is of
+the program's own sentences, never the page's, and of letters that the half page has.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -38,8 +41,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.keeping_out import Author, hand_without, read_author
-from benchmarks.likeness import TEXT, house_page, real_pages
+from benchmarks.likeness import house_page, real_pages
+from benchmarks.parts import write as written_in_parts
 from handout.hand.scanned import ScannedHand
+from handout.prompting.corpus import shipped
 from handout.score.closeness import closeness
 from handout.score.crowd import Distance, Style, mean, standing
 from handout.score.measured import MeasuredLine, full_lines, measure_lines, pooled
@@ -96,20 +101,29 @@ def switches() -> dict[str, dict[str, Any]]:
     for name, more in STEPS.items():
         on = {**on, **more}
         found[name] = on
-    return found
+    return {**found, "f, half": {**on, "variation": 0.5}}
 
 
 def writable(hand: ScannedHand, author: Author, lines: int = SHOWN) -> str:
     """Lines of new text about as long as the author's, of words whose letters the hand has."""
-    words = [word for word in TEXT.split() if set(word) <= set(hand.letters)]
     longest = float(np.median([len(line) for line in author.text]))
     rows, row = list[str](), ""
-    for word in words * (1 + lines * int(longest) // max(1, sum(map(len, words)))):
+    for word in _words(frozenset(hand.letters)):
         if row and len(row) + 1 + len(word) > longest:
             rows.append(row)
             row = ""
         row = f"{row} {word}".strip()
-    return "\n".join(rows[:lines])
+        if len(rows) == lines:
+            break
+    return "\n".join(rows)
+
+
+def _words(letters: frozenset[str]) -> Iterator[str]:
+    """Words of other sentences: first of those that can be written whole, then of those that lack the least."""
+    parts = [[word for word in sentence.split() if letters.issuperset(word)] for sentence in shipped()]
+    shares = [len(part) / len(sentence.split()) for part, sentence in zip(parts, shipped(), strict=True)]
+    for number in np.argsort(shares, kind="stable")[::-1]:
+        yield from parts[number]
 
 
 def judge(author: Author, fold: int, candidate: Candidate, crowd: Mapping[str, Style], seed: int = 0) -> Result:
@@ -181,7 +195,7 @@ def main() -> None:
     if not given or not (Path(given) / "scans").is_dir():
         print("HANDOUT_DATA names no folder with scans of real pages: there is nothing to compare with.")
         sys.exit(0)
-    for name, columns in measure(Path(given)).items():
+    for name, columns in measure(Path(given), written_in_parts).items():
         _print(name, columns)
 
 
