@@ -122,7 +122,7 @@ def _words(letters: frozenset[str]) -> Iterator[str]:
     """Words of other sentences: first of those that can be written whole, then of those that lack the least."""
     parts = [[word for word in sentence.split() if letters.issuperset(word)] for sentence in shipped()]
     shares = [len(part) / len(sentence.split()) for part, sentence in zip(parts, shipped(), strict=True)]
-    for number in np.argsort(shares, kind="stable")[::-1]:
+    for number in np.argsort(np.negative(shares), kind="stable"):
         yield from parts[number]
 
 

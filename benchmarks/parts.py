@@ -107,7 +107,12 @@ def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
 
 
 def any_glyphs(
-    stock: Stock, wanted: Sequence[Wanted], rng: np.random.Generator, *, variation: float = 1.0, used: Used | None = None
+    stock: Stock,
+    wanted: Sequence[Wanted],
+    rng: np.random.Generator,
+    *,
+    variation: float = 1.0,
+    used: Used | None = None,
 ) -> Indices:
     """(n,) Random selection: of every letter any glyph, as likely as any other.  See `choosing.choose`."""
     check(stock, wanted)
