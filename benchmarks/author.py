@@ -20,10 +20,11 @@ a) random selection: any glyph of the letter, constant gaps, heights as they wer
 b) glyphs chosen by dynamic programming;
 c) gaps learned from the hand;
 d) heights inferred;
-e) ligatures written, and glyphs bent;
-f) seams cut through overlapping ink: all of it, what handout writes.
+e) ligatures written;
+f) seams cut through overlapping ink: all that the paper has.
 
-The last column is f with half of the variation.  What is switched off is told in `benchmarks.parts`.  The text is of
+Ours bends the glyphs too and is what handout writes; the column after it is the same with half of the variation.  In a
+second table of each author one part is switched off and all others are on (without ligatures nothing is bent).  What is switched off is told in `benchmarks.parts`.  The text is of
 the program's own sentences, never the page's, and of letters that the half page has.
 """
 
@@ -52,7 +53,7 @@ from handout.score.repetition import repetition
 from handout.score.two_sample import TwoSample, together, two_sample
 
 AUTHORS = ("cvl/0013_1", "cvl/0012_1", "csafe/w0238_s01_pLND_r01", "csafe/w0180_s01_pWOZ_r01")
-OWN, HOUSE = "own lines", "house-joined"
+OWN, HOUSE, OURS = "own lines", "house-joined", "ours"
 FOLDS = (0, 1)
 GOALS = {"hinge": 1.5, "runs": 1.5, "quill": 1.5, "rank": 1, "repetition": 0.02, "told apart": 0.60}
 SHOWN = 10  # lines that are written for each hand: more cost time, and the real lines are few anyway
@@ -61,6 +62,7 @@ Grey = NDArray[np.uint8]
 Write = Callable[..., Sequence[Grey]]  # write(hand, text, seed, **switches): pages (h, w) uint8 at 300 dpi
 OFF: dict[str, Any] = {
     "choice": "random", "spacing": "constant", "heights": "source", "ligatures": False, "seams": False,
+    "bending": False,
 }  # fmt: skip
 STEPS: dict[str, dict[str, Any]] = {
     "a random": {},
@@ -68,7 +70,8 @@ STEPS: dict[str, dict[str, Any]] = {
     "c gaps": {"spacing": "learned"},
     "d heights": {"heights": "learned"},
     "e ligatures": {"ligatures": True},
-    "f ours": {"seams": True},
+    "f seams": {"seams": True},
+    OURS: {"bending": True},
 }
 
 
@@ -101,7 +104,13 @@ def switches() -> dict[str, dict[str, Any]]:
     for name, more in STEPS.items():
         on = {**on, **more}
         found[name] = on
-    return {**found, "f, half": {**on, "variation": 0.5}}
+    return {**found, "ours, half": {**on, "variation": 0.5}}
+
+
+def left_out() -> dict[str, dict[str, Any]]:
+    """Column → every switch, one of them off and all the others on; what a part is worth beside the rest."""
+    on = switches()[OURS]
+    return {f"no {part}": {**on, part: off} for part, off in OFF.items()}
 
 
 def writable(hand: ScannedHand, author: Author, lines: int = SHOWN) -> str:
@@ -178,7 +187,7 @@ def measure(folder: Path, write: Write | None = None, names: Sequence[str] = AUT
     crowd = {name: _half(grey) for name, grey in real_pages(folder).items()}
     columns = sanity(authors)
     if write:
-        columns |= {name: written(write, on) for name, on in switches().items()}
+        columns |= {name: written(write, on) for name, on in {**switches(), **left_out()}.items()}
     found: dict[str, dict[str, Result]] = {}
     for author in authors:
         found[author.name] = {
@@ -196,7 +205,9 @@ def main() -> None:
         print("HANDOUT_DATA names no folder with scans of real pages: there is nothing to compare with.")
         sys.exit(0)
     for name, columns in measure(Path(given), written_in_parts).items():
-        _print(name, columns)
+        alone = left_out()
+        _print(name, {column: result for column, result in columns.items() if column not in alone})
+        _print(name, {column: columns[column] for column in (OURS, *alone)})
 
 
 def _print(name: str, columns: Mapping[str, Result]) -> None:

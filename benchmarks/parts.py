@@ -21,14 +21,16 @@ from handout.inking.scanned import drawn
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
+from handout.writing.scanned.bending import Bend, Spread, bend
 from handout.writing.scanned.choosing import Used
+from handout.writing.scanned.forms import Form
 from handout.writing.scanned.manner import Manner
 from handout.writing.scanned.stock import Stock
 from handout.writing.scanned.wanted import Wanted, check, stand_in
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
-_SCRIBE = "handout.writing.scanned.scribe"
+_SCRIBE, _SETTING = "handout.writing.scanned.scribe", "handout.writing.scanned.setting"
 _WIDE, _BORDER = 1.6, 15.0  # of the longest line, and mm: no line of the text may be broken
 
 Grey = NDArray[np.uint8]
@@ -45,6 +47,7 @@ def write(
     heights: str = "learned",
     ligatures: bool = True,
     seams: bool = True,
+    bending: bool = True,
 ) -> list[Grey]:
     """Pages (h, w) uint8 at 300 dpi of a text at the hand's own size, on white; lines stay as they are.
 
@@ -55,9 +58,18 @@ def write(
     heights : "learned", or "source": each glyph as high over the line as it stood on its page.
     ligatures : without them bodies alone are written, as they were on the page.
     seams : without them the ink that covers more is seen wherever glyphs overlap.
+    bending : without it glyphs are as they were on the page; the paper has none, nor have bodies without ligatures.
     """
     sheets = manuscripts(
-        hand, text, seed, variation=variation, choice=choice, spacing=spacing, heights=heights, ligatures=ligatures
+        hand,
+        text,
+        seed,
+        variation=variation,
+        choice=choice,
+        spacing=spacing,
+        heights=heights,
+        ligatures=ligatures,
+        bending=bending,
     )
     with ExitStack() as stack:
         if not seams:
@@ -75,6 +87,7 @@ def manuscripts(
     spacing: str = "learned",
     heights: str = "learned",
     ligatures: bool = True,
+    bending: bool = True,
 ) -> list[Manuscript]:
     """The same without ink."""
     parts = {
@@ -87,6 +100,8 @@ def manuscripts(
         for name, instead in parts.items():
             if instead:
                 stack.enter_context(patch(f"{_SCRIBE}.{name}", instead))
+        if not bending:
+            stack.enter_context(patch(f"{_SETTING}.bend", stiff))
         return compose(text, hand, own_size(hand, text, variation), np.random.default_rng(seed))
 
 
@@ -159,6 +174,13 @@ def bodies_alone(
         LineGraph(form.xy + centre, form.radius, form.density, form.uv, form.edges)
         for form, centre in zip(forms, centres, strict=True)
     ]
+
+
+def stiff(
+    form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float = 1.0
+) -> Bend:
+    """A glyph as it was on the page.  See `bending.bend`."""
+    return bend(form, number, spread, height, rng, 0.0)
 
 
 def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
