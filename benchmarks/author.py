@@ -24,8 +24,9 @@ e) ligatures written;
 f) seams cut through overlapping ink: all that the paper has.
 
 Ours bends the glyphs too and is what handout writes; the column after it is the same with half of the variation.  In a
-second table of each author one part is switched off and all others are on (without ligatures nothing is bent).  What is switched off is told in `benchmarks.parts`.  The text is of
-the program's own sentences, never the page's, and of letters that the half page has.
+second table of each author one part is switched off and all others are on (without ligatures nothing is bent).  What
+takes the place of a part is told in `benchmarks.parts`.  The text is of the program's own sentences, never the page's,
+and of letters that the half page has.
 """
 
 from __future__ import annotations
