@@ -62,9 +62,13 @@ SHOWN = 10  # lines that are written for each hand: more cost time, and the real
 Grey = NDArray[np.uint8]
 Write = Callable[..., Sequence[Grey]]  # write(hand, text, seed, **switches): pages (h, w) uint8 at 300 dpi
 OFF: dict[str, Any] = {
-    "choice": "random", "spacing": "constant", "heights": "source", "ligatures": False, "seams": False,
+    "choice": "random",
+    "spacing": "constant",
+    "heights": "source",
+    "ligatures": False,
+    "seams": False,
     "bending": False,
-}  # fmt: skip
+}
 STEPS: dict[str, dict[str, Any]] = {
     "a random": {},
     "b chosen": {"choice": "best"},
@@ -109,9 +113,9 @@ def switches() -> dict[str, dict[str, Any]]:
 
 
 def left_out() -> dict[str, dict[str, Any]]:
-    """Column → every switch, one of them off and all the others on; what a part is worth beside the rest."""
+    """Column → every switch, one of them off and all the others on; without bending that is column f."""
     on = switches()[OURS]
-    return {f"no {part}": {**on, part: off} for part, off in OFF.items()}
+    return {f"no {part}": {**on, part: off} for part, off in OFF.items() if part != "bending"}
 
 
 def writable(hand: ScannedHand, author: Author, lines: int = SHOWN) -> str:
