@@ -21,14 +21,19 @@ b) glyphs chosen by dynamic programming;
 c) gaps learned from the hand;
 d) heights inferred;
 e) ligatures written;
-f) seams cut through overlapping ink: all of it, what handout writes.
+f) seams cut through overlapping ink: all that the paper has.
+
+Ours bends the glyphs too and is what handout writes; the column after it is the same with half of the variation.  In a
+second table of each author one part is switched off and all others are on (without ligatures nothing is bent).  What
+takes the place of a part is told in `benchmarks.parts`.  The text is of the program's own sentences, never the page's,
+and of letters that the half page has.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -38,8 +43,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.keeping_out import Author, hand_without, read_author
-from benchmarks.likeness import TEXT, house_page, real_pages
+from benchmarks.likeness import house_page, real_pages
+from benchmarks.parts import write as written_in_parts
 from handout.hand.scanned import ScannedHand
+from handout.prompting.corpus import shipped
 from handout.score.closeness import closeness
 from handout.score.crowd import Distance, Style, mean, standing
 from handout.score.measured import MeasuredLine, full_lines, measure_lines, pooled
@@ -47,7 +54,7 @@ from handout.score.repetition import repetition
 from handout.score.two_sample import TwoSample, together, two_sample
 
 AUTHORS = ("cvl/0013_1", "cvl/0012_1", "csafe/w0238_s01_pLND_r01", "csafe/w0180_s01_pWOZ_r01")
-OWN, HOUSE = "own lines", "house-joined"
+OWN, HOUSE, OURS = "own lines", "house-joined", "ours"
 FOLDS = (0, 1)
 GOALS = {"hinge": 1.5, "runs": 1.5, "quill": 1.5, "rank": 1, "repetition": 0.02, "told apart": 0.60}
 SHOWN = 10  # lines that are written for each hand: more cost time, and the real lines are few anyway
@@ -55,15 +62,21 @@ SHOWN = 10  # lines that are written for each hand: more cost time, and the real
 Grey = NDArray[np.uint8]
 Write = Callable[..., Sequence[Grey]]  # write(hand, text, seed, **switches): pages (h, w) uint8 at 300 dpi
 OFF: dict[str, Any] = {
-    "choice": "random", "spacing": "constant", "heights": "source", "ligatures": False, "seams": False,
-}  # fmt: skip
+    "choice": "random",
+    "spacing": "constant",
+    "heights": "source",
+    "ligatures": False,
+    "seams": False,
+    "bending": False,
+}
 STEPS: dict[str, dict[str, Any]] = {
     "a random": {},
     "b chosen": {"choice": "best"},
     "c gaps": {"spacing": "learned"},
     "d heights": {"heights": "learned"},
     "e ligatures": {"ligatures": True},
-    "f ours": {"seams": True},
+    "f seams": {"seams": True},
+    OURS: {"bending": True},
 }
 
 
@@ -96,20 +109,35 @@ def switches() -> dict[str, dict[str, Any]]:
     for name, more in STEPS.items():
         on = {**on, **more}
         found[name] = on
-    return found
+    return {**found, "ours, half": {**on, "variation": 0.5}}
+
+
+def left_out() -> dict[str, dict[str, Any]]:
+    """Column → every switch, one of them off and all the others on; without bending that is column f."""
+    on = switches()[OURS]
+    return {f"no {part}": {**on, part: off} for part, off in OFF.items() if part != "bending"}
 
 
 def writable(hand: ScannedHand, author: Author, lines: int = SHOWN) -> str:
     """Lines of new text about as long as the author's, of words whose letters the hand has."""
-    words = [word for word in TEXT.split() if set(word) <= set(hand.letters)]
     longest = float(np.median([len(line) for line in author.text]))
     rows, row = list[str](), ""
-    for word in words * (1 + lines * int(longest) // max(1, sum(map(len, words)))):
+    for word in _words(frozenset(hand.letters)):
         if row and len(row) + 1 + len(word) > longest:
             rows.append(row)
             row = ""
         row = f"{row} {word}".strip()
-    return "\n".join(rows[:lines])
+        if len(rows) == lines:
+            break
+    return "\n".join(rows)
+
+
+def _words(letters: frozenset[str]) -> Iterator[str]:
+    """Words of other sentences: first of those that can be written whole, then of those that lack the least."""
+    parts = [[word for word in sentence.split() if letters.issuperset(word)] for sentence in shipped()]
+    shares = [len(part) / len(sentence.split()) for part, sentence in zip(parts, shipped(), strict=True)]
+    for number in np.argsort(np.negative(shares), kind="stable"):
+        yield from parts[number]
 
 
 def judge(author: Author, fold: int, candidate: Candidate, crowd: Mapping[str, Style], seed: int = 0) -> Result:
@@ -164,7 +192,7 @@ def measure(folder: Path, write: Write | None = None, names: Sequence[str] = AUT
     crowd = {name: _half(grey) for name, grey in real_pages(folder).items()}
     columns = sanity(authors)
     if write:
-        columns |= {name: written(write, on) for name, on in switches().items()}
+        columns |= {name: written(write, on) for name, on in {**switches(), **left_out()}.items()}
     found: dict[str, dict[str, Result]] = {}
     for author in authors:
         found[author.name] = {
@@ -181,8 +209,10 @@ def main() -> None:
     if not given or not (Path(given) / "scans").is_dir():
         print("HANDOUT_DATA names no folder with scans of real pages: there is nothing to compare with.")
         sys.exit(0)
-    for name, columns in measure(Path(given)).items():
-        _print(name, columns)
+    for name, columns in measure(Path(given), written_in_parts).items():
+        alone = left_out()
+        _print(name, {column: result for column, result in columns.items() if column not in alone})
+        _print(name, {column: columns[column] for column in (OURS, *alone)})
 
 
 def _print(name: str, columns: Mapping[str, Result]) -> None:

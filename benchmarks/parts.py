@@ -1,0 +1,195 @@
+"""Text written in a scanned hand with parts of the writing switched off, as the paper's Appendix F does it.
+
+Nothing of this is in the product: what is switched off is replaced for as long as a text is written.
+
+Source: seed 000, §8 and Appendix F.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from handout.hand.scanned import ScannedHand
+from handout.inking.layer import Layer
+from handout.inking.plain import flatten
+from handout.inking.scanned import drawn
+from handout.values import Array, Indices, LineGraph, Manuscript, Page
+from handout.writing.compose import compose
+from handout.writing.layout import Layout
+from handout.writing.scanned.bending import Bend, Spread, bend
+from handout.writing.scanned.choosing import Used
+from handout.writing.scanned.forms import Form
+from handout.writing.scanned.manner import Manner
+from handout.writing.scanned.stock import Stock
+from handout.writing.scanned.wanted import Wanted, check, stand_in
+
+DPI = 300.0
+LUMA = np.array([0.299, 0.587, 0.114])
+_SCRIBE, _SETTING = "handout.writing.scanned.scribe", "handout.writing.scanned.setting"
+_WIDE, _BORDER = 1.6, 15.0  # of the longest line, and mm: no line of the text may be broken
+
+Grey = NDArray[np.uint8]
+
+
+def write(
+    hand: ScannedHand,
+    text: str,
+    seed: int,
+    *,
+    variation: float = 1.0,
+    choice: str = "best",
+    spacing: str = "learned",
+    heights: str = "learned",
+    ligatures: bool = True,
+    seams: bool = True,
+    bending: bool = True,
+) -> list[Grey]:
+    """Pages (h, w) uint8 at 300 dpi of a text at the hand's own size, on white; lines stay as they are.
+
+    Parameters
+    ----------
+    choice : "best", or "random": any glyph of the letter, wherever in a word it stood.
+    spacing : "learned", or "constant": the same gap between the bounds of all bodies, and one between words.
+    heights : "learned", or "source": each glyph as high over the line as it stood on its page.
+    ligatures : without them bodies alone are written, as they were on the page.
+    seams : without them the ink that covers more is seen wherever glyphs overlap.
+    bending : without it glyphs are as they were on the page; the paper has none, nor have bodies without ligatures.
+    """
+    sheets = manuscripts(
+        hand,
+        text,
+        seed,
+        variation=variation,
+        choice=choice,
+        spacing=spacing,
+        heights=heights,
+        ligatures=ligatures,
+        bending=bending,
+    )
+    with ExitStack() as stack:
+        if not seams:
+            stack.enter_context(patch("handout.inking.texture.parted", over))
+        return [grey(sheet, hand) for sheet in sheets]
+
+
+def manuscripts(
+    hand: ScannedHand,
+    text: str,
+    seed: int,
+    *,
+    variation: float = 1.0,
+    choice: str = "best",
+    spacing: str = "learned",
+    heights: str = "learned",
+    ligatures: bool = True,
+    bending: bool = True,
+) -> list[Manuscript]:
+    """The same without ink."""
+    parts = {
+        "choose": choice == "random" and any_glyphs,
+        "gaps": spacing == "constant" and constant_gaps,
+        "heights": heights == "source" and source_heights,
+        "set_line": not ligatures and bodies_alone,
+    }
+    with ExitStack() as stack:
+        for name, instead in parts.items():
+            if instead:
+                stack.enter_context(patch(f"{_SCRIBE}.{name}", instead))
+        if not bending:
+            stack.enter_context(patch(f"{_SETTING}.bend", stiff))
+        return compose(text, hand, own_size(hand, text, variation), np.random.default_rng(seed))
+
+
+def grey(sheet: Manuscript, hand: ScannedHand, dpi: float = DPI) -> Grey:
+    """Luma of a page on white."""
+    ink = drawn(sheet, hand).ink
+    assert ink is not None
+    return np.asarray(np.rint(flatten(ink(dpi)) @ LUMA), dtype=np.uint8)
+
+
+def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
+    """A page on which no line of the text is broken, written as large as the hand's own pages are."""
+    lines = text.split("\n")
+    widest = max(map(len, lines)) * hand.x_height * _WIDE
+    high = (len(lines) + 2) * hand.pitch * hand.x_height
+    page = Page(widest + 2 * _BORDER, high + 2 * _BORDER, "own")
+    return Layout(page, (_BORDER,) * 4, x_height=hand.x_height, jitter=variation)
+
+
+def any_glyphs(
+    stock: Stock,
+    wanted: Sequence[Wanted],
+    rng: np.random.Generator,
+    *,
+    variation: float = 1.0,
+    used: Used | None = None,
+) -> Indices:
+    """(n,) Random selection: of every letter any glyph, as likely as any other.  See `choosing.choose`."""
+    check(stock, wanted)
+    return np.array([rng.choice(stock.of(stand_in(stock, one.letter))) for one in wanted], dtype=np.intp)
+
+
+def constant_gaps(
+    manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+) -> Array:
+    """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `setting.gaps`.
+
+    The two gaps, within words and between them, are the middle ones of the hand's own pages.
+    """
+    glyphs, parted = np.asarray(numbers, dtype=np.intp), np.asarray(new_word, dtype=bool)[1:]
+    bounds, x = _bounds(manner), manner.forms.centre[:, 0]
+    usual = []
+    for between in (False, True):
+        first, second = manner.beside.pairs(between).T
+        found = x[second] + bounds[second, 0] - x[first] - bounds[first, 1]
+        usual.append(float(np.median(found)) if len(found) else 0.05 + 0.25 * between)
+    return np.asarray(np.take(usual, parted.astype(np.intp)) + bounds[glyphs[:-1], 1] - bounds[glyphs[1:], 0])
+
+
+def source_heights(
+    manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+) -> Array:
+    """(n,) Heights of centres as they were in the source.  See `setting.heights`."""
+    return np.asarray(manner.forms.centre[np.asarray(numbers, dtype=np.intp), 1])
+
+
+def bodies_alone(
+    manner: Manner,
+    numbers: ArrayLike,
+    x: ArrayLike,
+    y: ArrayLike,
+    new_word: ArrayLike,
+    rng: np.random.Generator,
+    variation: float = 1.0,
+) -> list[LineGraph]:
+    """Glyphs as they were on the page, without any ligature.  See `setting.set_line`."""
+    centres = np.column_stack([np.asarray(x, dtype=float), np.asarray(y, dtype=float)])
+    forms = [manner.forms[int(number)] for number in np.asarray(numbers)]
+    return [
+        LineGraph(form.xy + centre, form.radius, form.density, form.uv, form.edges)
+        for form, centre in zip(forms, centres, strict=True)
+    ]
+
+
+def stiff(
+    form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float = 1.0
+) -> Bend:
+    """A glyph as it was on the page.  See `bending.bend`."""
+    return bend(form, number, spread, height, rng, 0.0)
+
+
+def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
+    """Two layers as they are.  See `seams.parted`."""
+    return a, b
+
+
+def _bounds(manner: Manner) -> Array:
+    """(n, 2) How far the body of each glyph reaches left (negative) and right of its centre."""
+    forms = [manner.forms[number] for number in range(len(manner.forms))]
+    ends = [((form.xy[:, 0] - form.radius).min(), (form.xy[:, 0] + form.radius).max()) for form in forms]
+    return np.array(ends)

@@ -1,0 +1,160 @@
+"""How fast text is written in a scanned hand, stage by stage, and whether a seed says all and two seeds differ.
+
+Times are CPU seconds once the hand is loaded; what is worked out once for a hand is told apart, and so is the goal
+with it.  The yardstick is `benchmarks.write`'s, so that figures from two machines can be compared.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from hashlib import sha256
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.parts import manuscripts
+from benchmarks.write import TEXT, yardstick
+from handout.hand import library
+from handout.hand.scanned import ScannedHand
+from handout.inking.plain import flatten
+from handout.inking.scanned import drawn
+from handout.values import Manuscript
+from handout.writing.compose import compose
+from handout.writing.layout import Layout, page
+from handout.writing.scanned import scribe
+
+HANDS = ("house-joined-ballpoint", "house-print-fountain")
+DPI = 600
+GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED = 1.0, 20.0, 0.05
+SENTENCE = "We walked home along the river while the rain fell on us"
+_SCRIBE, _TEXTURE = "handout.writing.scanned.scribe", "handout.inking.texture"
+STAGES = {
+    "hand": (f"{_SCRIBE}.stock", f"{_SCRIBE}.manner"),
+    "choice": (f"{_SCRIBE}.choose",),
+    "setting": (f"{_SCRIBE}.gaps", f"{_SCRIBE}.heights", f"{_SCRIBE}.set_line"),
+    "warping": (f"{_TEXTURE}.warp",),
+    "seams": (f"{_TEXTURE}.parted",),
+    "laying": (f"{_TEXTURE}._lay",),
+    "paper": (f"{__name__}.flatten",),
+}
+
+
+class Clock:
+    """CPU seconds of each stage, and of all."""
+
+    def __init__(self) -> None:
+        self.spent = dict.fromkeys(STAGES, 0.0)
+        self.all = 0.0
+
+    def timed(self, stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, its time told to a stage."""
+
+        def run(*given: Any, **named: Any) -> Any:
+            start = time.process_time()
+            try:
+                return function(*given, **named)
+            finally:
+                self.spent[stage] += time.process_time() - start
+
+        return run
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Time what is done meanwhile."""
+        with ExitStack() as stack:
+            for stage, names in STAGES.items():
+                for name in names:
+                    stack.enter_context(patch(name, self.timed(stage, _found(name))))
+            start = time.process_time()
+            yield
+            self.all = time.process_time() - start
+
+    def __str__(self) -> str:
+        rest = self.all - sum(self.spent.values())
+        shares = {**self.spent, "rest": rest}
+        return ", ".join(f"{stage} {spent:.2f}" for stage, spent in shares.items())
+
+
+def written(text: str, hand: ScannedHand, seed: int, name: str = "A4") -> list[bytes]:
+    """Pixels of the pages of a text in a hand, on white."""
+    layout = Layout(page(name), x_height=hand.x_height if name != "A4" else min(hand.x_height, 2.2))
+    return [_pixels(sheet, hand) for sheet in compose(text, hand, layout, np.random.default_rng(seed))]
+
+
+def _pixels(sheet: Manuscript, hand: ScannedHand) -> bytes:
+    ink = drawn(sheet, hand).ink
+    assert ink is not None
+    return flatten(ink(DPI)).tobytes()
+
+
+def shared(hand: ScannedHand, text: str, often: int = 25) -> tuple[float, float]:
+    """How often two texts of one wording have the same glyph in one place, and how often pure chance would.
+
+    Both of letters that the hand has at least `often` times; nan where there is none.
+    """
+    first, second = (_numbers(manuscripts(hand, text, seed)) for seed in (1, 2))
+    counts = hand.letters
+    places = [i for i, number in enumerate(first) if counts[hand.glyphs[number].letter] >= often]
+    if not places:
+        return float("nan"), float("nan")
+    chance = np.mean([1 / counts[hand.glyphs[first[i]].letter] for i in places])
+    return float(np.mean([first[i] == second[i] for i in places])), float(chance)
+
+
+def _numbers(sheets: list[Manuscript]) -> list[int]:
+    return [placed.ink.number for sheet in sheets for line in sheet.lines for placed in line.placed if placed.ink]
+
+
+def _found(name: str) -> Callable[..., Any]:
+    from pkgutil import resolve_name
+
+    module, _, attribute = name.rpartition(".")
+    found: Callable[..., Any] = getattr(resolve_name(module), attribute)
+    return found
+
+
+def main() -> None:
+    """Print the measurements."""
+    print(f"yardstick: {yardstick() * 1e3:.0f} ms of CPU")
+    for name in HANDS:
+        hand = library.find(name)
+        assert isinstance(hand, ScannedHand)
+        measure(hand)
+
+
+def measure(hand: ScannedHand) -> None:
+    """Print those of one hand."""
+    words = [word for word in TEXT.split() if set(word) <= set(hand.letters)]
+    page_text = " ".join((words * 3)[:300])
+    sentence = " ".join(word for word in SENTENCE.split() if set(word) <= set(hand.letters))
+    print(f"{hand.name}: {len(hand.glyphs)} glyphs")
+    # modules that are imported on first use are no part of it
+    written("a", hand, 0, "150x60mm")
+    for said, text, paper, goal, fresh in (
+        ("sentence, hand just loaded", sentence, "160x80mm", GOAL_SENTENCE, True),
+        ("sentence, hand known", sentence, "160x80mm", GOAL_SENTENCE, False),
+        ("page of 300 words", page_text, "A4", GOAL_PAGE, False),
+    ):
+        if fresh:
+            scribe._known.cache_clear()
+        clock = Clock()
+        with clock.running():
+            pages = written(text, hand, 1, paper)
+        mark = " " if clock.all <= goal else "!"
+        said_pages = f"{len(pages)} page{'s' if len(pages) > 1 else ''}"
+        print(f"  {said:<28}{clock.all:6.2f} s{mark} (goal {goal:g}; {said_pages}): {clock}", flush=True)
+    print(f"  one seed, one picture: {_digest(sentence, hand, 3) == _digest(sentence, hand, 3)}")
+    print(f"  two seeds, two pictures: {_digest(sentence, hand, 3) != _digest(sentence, hand, 4)}")
+    same, chance = shared(hand, page_text)
+    print(f"  two seeds, the same glyph in one place: {same:.3f} (chance {chance:.3f}; goal {GOAL_SHARED:g})")
+
+
+def _digest(text: str, hand: ScannedHand, seed: int) -> str:
+    return sha256(b"".join(written(text, hand, seed, "160x80mm"))).hexdigest()
+
+
+if __name__ == "__main__":
+    main()
