@@ -19,6 +19,7 @@ _PUBLIC = {
     "compose": "handout.writing.compose",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
+    "lend": "handout.inking.lending",
     "load": "handout.hand.library",
     "page": "handout.writing.layout",
     "plan": "handout.plotting",

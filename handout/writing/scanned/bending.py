@@ -9,7 +9,7 @@ Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +24,7 @@ _ENOUGH = 5  # instances, from which a letter's own range is known
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that what all letters have in common counts for
 _SMALL = 0.6  # x-heights: what is lower than this has no slant of its own
-_TRIES = (1.0, 0.7, 0.5, 0.3, 0.15)
+_TRIES = (1.0, 0.7, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +90,16 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
     directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
     if variation == 0:
         return unbent()
-    made = _warped(_affine(number, spread, variation * normal), -height, directions, spread, variation)
     low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
-    for share in _TRIES:
-        tried = made.scaled(share)
-        then = measure(tried(form.xy), form.radius, spread.x_height)
-        if ((then >= low) & (then <= high)).all():
-            return tried
+    # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
+    for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
+        made = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
+        made = replace(made, pushes=side * made.pushes)
+        for share in _TRIES:
+            tried = made.scaled(share)
+            then = measure(tried(form.xy), form.radius, spread.x_height)
+            if ((then >= low) & (then <= high)).all():
+                return tried
     return unbent()
 
 

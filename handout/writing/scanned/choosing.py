@@ -24,24 +24,28 @@ from handout.writing.scanned.wanted import Wanted
 NOISE = 0.15  # λ: scale of the perturbation at variation 1
 AGAIN = 3.0  # cost of a glyph that was the last one written
 FORGOTTEN = 200.0  # letters after which a glyph is as good as new
+OFTEN = 0.4  # cost for each time that a glyph was written more often than the least written that would do
 _TRIES = 4  # times that a word is solved for having a glyph twice
 
 
 class Used:
-    """When each glyph of a stock was last written, in letters; one for a text, of however many pages."""
+    """When each glyph of a stock was last written, in letters, and how often; one for a text, of however many pages."""
 
     def __init__(self, stock: Stock) -> None:
         self._last = np.full(len(stock), -np.inf)
+        self._times = np.zeros(len(stock))
         self._written = 0
 
     def cost(self, numbers: Indices, ahead: int) -> Array:
         """(k,): of writing glyphs as the letter after `ahead` others."""
         age = self._written + ahead - self._last[numbers]
-        return np.asarray(AGAIN * np.maximum(0.0, 1.0 - age / FORGOTTEN))
+        often = self._times[numbers] - self._times[numbers].min(initial=np.inf)
+        return np.asarray(AGAIN * np.maximum(0.0, 1.0 - age / FORGOTTEN) + OFTEN * often)
 
     def write(self, numbers: Indices) -> None:
         """Note that glyphs (n,) are written, one after the other."""
         self._last[numbers] = self._written + np.arange(len(numbers))
+        np.add.at(self._times, numbers, 1)
         self._written += len(numbers)
 
 
