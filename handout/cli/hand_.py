@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, prompt_, results, scan_, scanned_
+from handout.cli import jobs, options, prompt_, results, scan_, scanned_
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -111,12 +111,12 @@ def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> No
     paths = [Path(file) for file in output]
     check_outputs(paths)
     look = options.look(given)
-    job = options.setup({**given, "hand": name}, "A4")
-    hand = options.drawn_hand(job)
+    job = jobs.setup({**given, "hand": name}, "A4")
+    hand = jobs.drawn_hand(job)
     text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(job.seed)
     sheet = specimen(hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
-    drawing = options.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
+    drawing = jobs.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
     files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
     result = {**results.summary([sheet], [drawing], job, files), **_facts(hand)}
     said = f"Wrote {', '.join(map(str, files))}: {_drawn(hand)} forms; seed {job.seed}."

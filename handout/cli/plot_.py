@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import jobs, options, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,9 +62,9 @@ def command(
     look = options.look(given)
     profile = _profile(device, port)
     words = options.text_of(text, file)
-    job = options.setup(given, given["page_name"], given["margin"], given["pages"])
-    options.drawn_hand(job)
-    pages, drawings = options.compose_and_trace(words, job)
+    job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
+    jobs.drawn_hand(job)
+    pages, drawings = jobs.compose_and_trace(words, job)
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=order) for drawing in drawings]

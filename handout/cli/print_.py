@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, results
+from handout.cli import jobs, options, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def command(
     if profile.file and not profile.simulated and dry_run is None:
         raise InputError(f"{printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer.")
     addresses = read_addresses(table)
-    job = options.setup(given, page_name, "0mm", 1)
+    job = jobs.setup(given, page_name, "0mm", 1)
     look = options.look(given)
     say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
@@ -55,7 +55,7 @@ def command(
 
     def write(text: str, layout: Layout, row: int) -> Drawing:
         layout = _with_options(layout, job)
-        pages, drawings = options.compose_and_trace(text, job, layout, row)
+        pages, drawings = jobs.compose_and_trace(text, job, layout, row)
         tally.add(pages, drawings)
         return drawings[0]
 
@@ -100,7 +100,7 @@ def command(
     return done.exit_code
 
 
-def _with_options(layout: Layout, job: options.Setup) -> Layout:
+def _with_options(layout: Layout, job: jobs.Setup) -> Layout:
     """The layout of an address with what the user asked for."""
     from dataclasses import replace
 

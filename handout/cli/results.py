@@ -14,7 +14,7 @@ import click
 from handout import units
 
 if TYPE_CHECKING:
-    from handout.cli.options import Setup
+    from handout.cli.jobs import Setup
     from handout.values import Drawing, Manuscript
 
 

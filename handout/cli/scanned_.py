@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import options, results
+from handout.cli import jobs, results
 from handout.cli.scan_ import hand_path
 from handout.errors import InputError
 
@@ -280,7 +280,7 @@ def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[ND
     from handout.writing.scanned.explaining import choices_sheet, reasons
     from handout.writing.scanned.scribe import ScannedScribe
 
-    seed = options.seed(given)
+    seed = jobs.seed(given)
     scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
     explained = scribe.explained(text)
     why = reasons(scribe.stock, explained)

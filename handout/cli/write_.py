@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from handout.cli import options, results
+from handout.cli import jobs, options, results
 from handout.errors import InputError
 
 
@@ -35,8 +35,8 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     check_outputs(paths, extra)
     look = options.look(given)
     words = options.text_of(text, file)
-    job = options.setup(given, given["page_name"], given["margin"], given["pages"])
-    pages, drawings = options.compose_and_trace(words, job)
+    job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
+    pages, drawings = jobs.compose_and_trace(words, job)
     files = write_drawings(drawings, paths, **look, extra=extra)
     result = results.summary(pages, drawings, job, files)
     said = (

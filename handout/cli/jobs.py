@@ -1,0 +1,192 @@
+"""What the writing verbs do with their options: the hand and the layout they ask for, and the pages of a text."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from handout import __version__, units
+from handout.errors import InputError
+from handout.inking.pen import PENS
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from handout.hand.scanned import ScannedHand
+    from handout.values import Drawing, Hand, Manuscript
+    from handout.writing.layout import Layout
+
+_HURRIED = 2.5  # --speed fast, for a file
+
+
+def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
+    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
+    if text is None:
+        margin = min(20.0, 0.1 * min(width, height))
+        return (margin,) * 4
+    parts = [units.length(part, "margin") for part in text.split(",")]
+    if len(parts) not in (1, 2, 4):
+        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
+    top, right, bottom, left = (parts * 4)[:4]
+    return (top, right, bottom, left)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The options of a verb, checked."""
+
+    hand: Hand | ScannedHand
+    layout: Layout
+    seed: int
+    kinematics: str
+    speed: float
+    fast: bool
+    pages: int | None
+    fallback: bool
+    lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
+
+
+def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
+    """Check the common options; `given` are those of `options.writing_options`."""
+    from handout.writing.layout import Layout, page
+
+    hand = _hand(given["hand"], given["haste"])
+    sheet = page(page_name)
+    spacing, x_height = given["line_spacing"], given["x_height"]
+    layout = Layout(
+        page=sheet,
+        margin=margins(margin, sheet.width, sheet.height),
+        x_height=hand.x_height if x_height is None else units.length(x_height, "x-height"),
+        line_spacing=units.length(spacing, "line spacing") if spacing else None,
+        align=given["align"],
+        fit=given["fit"],
+        jitter=given["jitter"],
+    )
+    fast, factor = _speed(given["speed"])
+    return Setup(
+        hand,
+        layout,
+        seed(given),
+        given["kinematics"],
+        factor,
+        fast,
+        pages,
+        given["fallback"],
+        _lent(given.get("pen"), hand),
+    )
+
+
+def seed(given: Mapping[str, Any]) -> int:
+    """The seed that was asked for, or one by chance."""
+    found: int = given["seed"] if given["seed"] is not None else secrets.randbelow(10**6)
+    if found < 0:
+        raise InputError(f"seed: {found} is negative; use 0 or more.")
+    return found
+
+
+def _hand(name: str, haste: float) -> Hand | ScannedHand:
+    from handout.hand.haste import hasten
+    from handout.hand.library import find
+    from handout.values import Hand
+
+    hand = find(name)
+    if isinstance(hand, Hand):
+        return hasten(hand, haste)
+    if haste:
+        raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
+    return hand
+
+
+def _lent(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
+    """The hand whose pen is asked for."""
+    from handout.hand import file, library
+    from handout.values import Hand
+
+    if pen is None:
+        return None
+    scanned = pen not in PENS and (pen.endswith(file.SUFFIX) or pen in library.scanned())
+    if isinstance(hand, Hand):
+        if scanned:
+            raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+        return None
+    if not scanned:
+        raise InputError(
+            f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
+        )
+    return file.load(library.scanned_file(pen))
+
+
+def drawn_hand(job: Setup) -> Hand:
+    """The hand, of which strokes are wanted.
+
+    Raises
+    ------
+    InputError
+        It is a scanned one.
+    """
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return job.hand
+    raise InputError(
+        f"{job.hand.name} is a scanned hand, whose strokes are not known: it can be written as .png and .pdf and "
+        "printed; use a drawn hand."
+    )
+
+
+def _speed(text: str) -> tuple[bool, float]:
+    if text in ("human", "fast"):
+        return text == "fast", 1.0
+    try:
+        return False, float(text)
+    except ValueError:
+        raise InputError(f"speed: {text!r} is neither human, fast, nor a factor such as 1.5.") from None
+
+
+def compose_and_trace(
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
+) -> tuple[list[Manuscript], list[Drawing]]:
+    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way."""
+    import numpy as np
+
+    from handout.writing.compose import compose
+
+    rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
+    job, borrowed = _supplied(text, job)
+    pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
+    borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
+    pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
+    about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
+    drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
+    return pages, drawings
+
+
+def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
+    """The job with a hand that has every letter of a text, as far as it may be supplied; and what was."""
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return job, []
+    from handout.inking.lending import lend
+
+    hand, found = lend(job.hand, text, fallback=job.fallback, seed=job.seed)
+    told = [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
+    return replace(job, hand=hand), told
+
+
+def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:
+    """A page as timed strokes, or as scanned ink, with what is stored in every output."""
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        from handout.motion.trace import trace
+
+        speed = job.speed * (_HURRIED if job.fast else 1.0)
+        drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+    else:
+        from handout.inking.scanned import drawn
+
+        drawing = drawn(sheet, job.hand, job.lent)
+    return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
