@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from handout.errors import InputError
 from handout.tagging import fit, network
@@ -80,7 +81,9 @@ def align_strips(
     fit.check([one for one, part in zip(fits, parts, strict=True) if part.letters], (len(straight), len(lines)))
     kept = [i for i, part in enumerate(parts) if part.letters]
     used, texts = page.part(kept), [parts[i] for i in kept]
-    found = _decodings(method)(used, texts, rng)
+    # matrices this small gain little from more processors, and sums in another order would make other letters of a page
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = _decodings(method)(used, texts, rng)
     aligned = tuple(
         AlignedLine(i, straight[i].frame, _letters(straight[i].frame, text, each), float(fits[i]))
         for i, text, each in zip(kept, texts, found, strict=True)
