@@ -120,8 +120,8 @@ class Drawing:
     """Strokes in the order of writing on one page; what previews, plotters and InkML take.
 
     The time between one stroke's last sample and the next stroke's first is spent with the pen up.
-    Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch; such a page need not
-    have strokes.
+    Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch, and `inked`, where
+    it lies: (x least, y least, x greatest, y greatest), mm; such a page need not have strokes.
     `about` holds what is stored with every output: seed, hand, text, the program's version …
     """
 
@@ -129,6 +129,7 @@ class Drawing:
     page: Page
     about: Mapping[str, Any] = field(default_factory=dict)
     ink: Callable[[float], Raster] | None = field(default=None, repr=False)
+    inked: tuple[float, float, float, float] | None = None
 
     @property
     def duration(self) -> float:
@@ -148,10 +149,13 @@ class Drawing:
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float] | None:
-        """(x least, y least, x greatest, y greatest) in mm, or None for an empty drawing."""
-        if not self.strokes:
+        """(x least, y least, x greatest, y greatest) in mm of strokes and ink, or None for an empty drawing."""
+        places = [stroke.xy for stroke in self.strokes]
+        if self.inked is not None:
+            places.append(np.reshape(self.inked, (2, 2)))
+        if not places:
             return None
-        xy = np.concatenate([stroke.xy for stroke in self.strokes])
+        xy = np.concatenate(places)
         return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from handout.hand.scanned import ScannedHand
 from handout.inking.replacing import replace_pen
 from handout.inking.texture import texture
@@ -28,5 +30,17 @@ def drawn(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = N
     """
     about = {"hand": hand.name, **manuscript.about}
     if pen is None:
-        return Drawing((), manuscript.page, about, partial(texture, manuscript, hand))
-    return Drawing((), manuscript.page, {**about, "pen": pen.name}, partial(texture, replace_pen(manuscript, pen), pen))
+        return Drawing((), manuscript.page, about, partial(texture, manuscript, hand), _bounds(manuscript))
+    written = replace_pen(manuscript, pen)
+    about["pen"] = pen.name
+    return Drawing((), manuscript.page, about, partial(texture, written, pen), _bounds(written))
+
+
+def _bounds(manuscript: Manuscript) -> tuple[float, float, float, float] | None:
+    """Where the ink of a page lies, mm."""
+    inks = [placed.ink.graph for line in manuscript.lines for placed in line.placed if placed.ink is not None]
+    if not inks:
+        return None
+    xy = np.concatenate([graph.xy for graph in inks])
+    radius = np.concatenate([graph.radius for graph in inks])[:, None]
+    return (*(xy - radius).min(axis=0).tolist(), *(xy + radius).max(axis=0).tolist())

@@ -12,6 +12,7 @@ from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
 from handout.printing.submit import SimulatedQueue
 from handout.printing.table import read_addresses
 from handout.profiles import Length, Margins, Printer
+from handout.values import Drawing
 from handout.writing.layout import page
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -189,3 +190,17 @@ def test_the_example_is_ready_to_print(tmp_path):
 
 def test_uncalibrated_is_one_plain_sentence():
     assert UNCALIBRATED.count(".") == 1 and "not calibrated" in UNCALIBRATED
+
+
+@pytest.mark.parametrize(
+    ("inked", "says"),
+    [((80, 50, 150, 80), []), ((80, 2, 150, 80), ["ink comes within"]), (None, ["nothing is written"])],
+)
+def test_scanned_ink_has_margins_too(tmp_path, inked, says):
+    def write(text, layout, row):
+        return Drawing((), layout.page, {}, lambda dpi: block(rule(text, layout, row), dpi), inked)
+
+    near = Printer(kind="printer", title="Narrow", dpi=72, margins=Margins(top=Length(10), left=Length(10)), file=True)
+    report = print_rows(rows(1), write, near, DL, ink=lambda drawing, dpi: drawing.ink(dpi), out=tmp_path / "a.pdf")
+    assert report.exit_code == 0 and len(report.warnings) == len(says)
+    assert all(part in warning for part, warning in zip(says, report.warnings, strict=True))
