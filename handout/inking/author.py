@@ -26,7 +26,6 @@ _HASTY = 0.85  # of a quick one's
 _TALL, _SMALL = "bdhkl", "acemnorsuvwxz"
 _CAPITAL = 1.9  # x-heights, where there is none to measure
 _DOT = 0.4  # x-heights: a dot is no larger
-_STEP = 0.25  # of the time between two points: how finely a traced stroke is taken
 _WIDER = (0.7, 1.45)
 _LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
 _BELOW = {"\u0327"}

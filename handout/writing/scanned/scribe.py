@@ -78,7 +78,7 @@ class ScannedScribe:
         starts[first[:-1]] = [spaces > 0 for spaces, _ in words]
         apart = gaps(self._manner, numbers, starts, self._rng, self._variation) * self.pitch
         x = np.concatenate([[0.0], np.cumsum(apart)])
-        extents = x[:, None] + np.array([self._extent(int(number)) for number in numbers]).reshape(-1, 2)
+        extents = x[:, None] + self._manner.reach[numbers] * self.pitch
         usual = self._space()
         units: list[Unit[ScannedWord]] = []
         for (spaces, letters), a, b in zip(words, first, first[1:], strict=False):
@@ -103,13 +103,6 @@ class ScannedScribe:
             )
         indent = _MORE_SPACE * usual * words[0][0] if words[0][0] else 0.0
         return indent, units
-
-    def _extent(self, number: int) -> tuple[float, float]:
-        """Where the ink of a glyph begins and ends, its own parts of ligatures included; x-heights from its centre."""
-        form = self._manner.forms[number]
-        own = [way.xy[::-1][: way.own, 0] for way in form.entries] + [way.xy[: way.own, 0] for way in form.exits]
-        x = np.concatenate([form.xy[:, 0] - form.radius, form.xy[:, 0] + form.radius, *own])
-        return float(x.min()) * self.pitch, float(x.max()) * self.pitch
 
     def _space(self) -> float:
         """The usual gap between words, x-heights."""

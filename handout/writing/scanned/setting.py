@@ -122,7 +122,8 @@ class _Laid:
         count = len(line[0]) - 1
         numbers = np.concatenate([[way.anchor], self._count + np.arange(count)])
         self._edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
-        self._parts.append(tuple(values[1:] for values in line))  # type: ignore[arg-type]
+        xy, radius, density, uv = line
+        self._parts.append((xy[1:], radius[1:], density[1:], uv[1:]))
         self._count += count
         self._met.add(id(way))
 

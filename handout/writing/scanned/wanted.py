@@ -39,15 +39,6 @@ def stand_in(stock: Stock, letter: str) -> str:
     return small if letter and small != letter and len(stock.of(small)) else ""
 
 
-def borrowed(stock: Stock, wanted: Sequence[Wanted]) -> dict[str, list[int]]:
-    """Capitals that small letters are written for, and where in the text; whoever writes must say so."""
-    found: dict[str, list[int]] = {}
-    for one in wanted:
-        if stand_in(stock, one.letter) not in ("", one.letter):
-            found.setdefault(one.letter, []).append(one.at)
-    return found
-
-
 def check(stock: Stock, wanted: Sequence[Wanted]) -> None:
     """See that there is something to write for every letter.
 

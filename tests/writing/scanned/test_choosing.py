@@ -12,7 +12,7 @@ from handout.writing.scanned.choosing import AGAIN, FORGOTTEN, Used, choose, vit
 from handout.writing.scanned.explaining import choices_sheet, explain, reasons
 from handout.writing.scanned.pools import pools_of
 from handout.writing.scanned.stock import stock
-from handout.writing.scanned.wanted import Wanted, borrowed
+from handout.writing.scanned.wanted import Wanted
 
 
 @pytest.fixture(scope="module")
@@ -117,9 +117,8 @@ def test_what_is_missing_is_listed_with_its_places(kept):
     assert choose(kept, [], np.random.default_rng(0)).tolist() == []
 
 
-def test_a_capital_is_borrowed_and_said(kept):
+def test_a_capital_is_borrowed(kept):
     wanted = asked("Men")
-    assert borrowed(kept, wanted) == {"M": [0]} and borrowed(kept, asked("men")) == {}
     numbers = choose(kept, wanted, np.random.default_rng(0))
     assert kept.letters[numbers[0]] == "m"
     small, capital = (pools_of(kept, asked(text))[0].cost.min() for text in ("men", "Men"))
