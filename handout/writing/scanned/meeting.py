@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from handout.values import Array, Indices
-from handout.writing.scanned.learning import Distance, Forest, mismatch
+from handout.writing.scanned.learning import Distance, mismatch
+from handout.writing.scanned.trees import Forest
 
 _PARTED = 0.5  # share of the cost that is left between words
 _LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts

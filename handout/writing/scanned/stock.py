@@ -13,11 +13,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from handout.hand.places import PLACES, Place
 from handout.hand.scanned import DOUBTFUL, ScannedGlyph, ScannedHand, ScannedPage
-from handout.scanning.feature import SIZE, line_features
+from handout.scanning.feature import SIZE, summed_features
 from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
 from handout.writing.scanned.learning import learn
 from handout.writing.scanned.meeting import Meetings
@@ -118,10 +117,8 @@ def _features(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
         owner = np.full(len(page.graph), -1, dtype=np.intp)
         for i in here:
             owner[bodies[i]] = i
-        owned = np.flatnonzero(owner >= 0)
-        if len(owned):
-            sums = csr_matrix((np.ones(len(owned)), (owner[owned], np.arange(len(owned)))), (len(bodies), len(owned)))
-            found += sums @ line_features(_apart(page, owner), _STEP)
+        if here:
+            found += summed_features(_apart(page, owner), owner[owner >= 0], len(bodies), _STEP)
     return readonly(found / np.maximum(found.sum(axis=1), 1e-12)[:, None], None, SIZE)
 
 

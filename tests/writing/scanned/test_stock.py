@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.hand.scanned import ScannedHand
-from handout.writing.scanned.learning import Distance, Forest, as_arrays, learn, mismatch
+from handout.writing.scanned.learning import Distance, learn, mismatch
 from handout.writing.scanned.oddity import oddity
 from handout.writing.scanned.stock import stock
+from handout.writing.scanned.trees import Forest, grow, pair_features
 
 
 @pytest.fixture(scope="module")
@@ -88,15 +89,33 @@ def test_of_several_ligatures_the_best_two_count():
     assert mismatch(np.array([none]), np.array([[0.0, 1]])) == np.inf
 
 
-def test_the_forest_predicts_as_its_makers_does():
+def test_the_forest_tells_as_much_as_another_makers():
     from sklearn.ensemble import ExtraTreesRegressor
 
     rng = np.random.default_rng(0)
-    one, other = rng.random((2, 300, 216)).astype(np.float32)
-    pairs = np.concatenate([one + other, np.abs(one - other)], axis=1)
-    made = ExtraTreesRegressor(8, max_depth=6, random_state=0).fit(pairs, pairs[:, 3] + pairs[:, 300])
-    forest = as_arrays([tree.tree_ for tree in made.estimators_])
-    assert np.allclose(forest.predict(one, other), made.predict(pairs), atol=1e-5)
+    one, other = rng.dirichlet(np.full(216, 0.3), (2, 4000)).astype(np.float32)
+    pairs = pair_features(one, other)
+    cost = 100 * pairs[:, :6].sum(axis=1, dtype=np.float64) + rng.normal(0, 0.3, 4000)
+    made = ExtraTreesRegressor(32, max_depth=8, min_samples_leaf=5, max_features="sqrt", random_state=0)
+    theirs = made.fit(pairs[:3000], cost[:3000]).predict(pairs[3000:])
+    ours = grow(one[:3000], other[:3000], cost[:3000], rng).predict(one[3000:], other[3000:])
+    missed = [np.sqrt(np.mean((told - cost[3000:]) ** 2)) for told in (ours, theirs, cost[:3000].mean())]
+    assert missed[0] < 1.05 * missed[1] and missed[0] < 0.98 * missed[2]
+
+
+def test_leaves_hold_the_means_of_what_came_to_them():
+    rng = np.random.default_rng(2)
+    one, other = rng.random((2, 400, 216)).astype(np.float32)
+    cost = rng.random(400)
+    forest = grow(one, other, cost, rng)
+    assert forest.depth <= 8 and len(forest.first) == 32
+    inner = forest.low != np.arange(len(forest.low))
+    assert (forest.high[inner] == forest.low[inner] + 1).all() and (forest.low[inner] > np.flatnonzero(inner)).all()
+    assert cost.min() <= forest.value.min() and forest.value.max() <= cost.max()
+    alike = grow(one, other, np.full(400, 0.7), rng)
+    assert alike.predict(one, other) == pytest.approx(np.full(400, 0.7))
+    same = grow(one[:1].repeat(40, axis=0), other[:1].repeat(40, axis=0), cost[:40], rng)
+    assert same.depth == 0, "nothing to ask where all pairs look the same"
 
 
 def test_a_forest_learns_what_looks_tell_of_ligatures():
