@@ -237,6 +237,15 @@ class ScannedHand:
         page = self.pages[glyph.page]
         return page.to_line(glyph.line, page.graph.uv[glyph.vertices])
 
+    def placed(self, numbers: Indices, vertices: Indices) -> Array:
+        """(n, 2) line space: vertices (n,) of the pages of glyphs (n,), each on its glyph's line."""
+        page, line = np.array([(glyph.page, glyph.line) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2).T
+        place, page = np.empty((len(vertices), 2)), page[numbers]
+        for k, scan in enumerate(self.pages):
+            here = np.flatnonzero(page == k)
+            place[here] = scan.to_line(line[numbers[here]], scan.graph.uv[vertices[here]])
+        return place
+
     def body(self, number: int) -> Indices:
         """The vertices of a glyph without its ligatures; the ends of those are its own."""
         glyph = self.glyphs[number]
@@ -247,25 +256,34 @@ class ScannedHand:
         return readonly_indices(own if len(own) else glyph.vertices, None)
 
     def centre(self, number: int) -> Array:
-        """(2,) line space: the middle of a glyph's ink.
+        """(2,) line space: the middle of a glyph's ink; see `centres`."""
+        return np.asarray(self.centres[number])
+
+    @cached_property
+    def centres(self) -> Array:
+        """(n, 2) line space: the middle of each glyph's ink.
 
         Vertices weigh by density times radius squared; those below the baseline, and beyond the outer bounds of the
         glyphs beside it, are left out as long as any remain.
 
         Source: seed 000, §6.3.
         """
-        glyph = self.glyphs[number]
-        place = self.outline(number)
+        size = np.array([len(glyph.vertices) for glyph in self.glyphs], dtype=np.intp)
+        of, first = np.repeat(np.arange(len(size)), size), np.cumsum(size) - size
+        vertices = np.concatenate([np.zeros(0, dtype=np.intp), *(glyph.vertices for glyph in self.glyphs)])
+        place = self.placed(of, vertices)
+        weight = np.concatenate([np.zeros(0), *map(self._weights, self.glyphs)])
+        beside = np.array([(glyph.before, glyph.after) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2)
+        low = np.append(np.minimum.reduceat(place[:, 0], first), -np.inf)[beside[:, 0]]
+        high = np.append(np.maximum.reduceat(place[:, 0], first), np.inf)[beside[:, 1]]
+        kept = (place[:, 1] >= 0) & (place[:, 0] >= low[of]) & (place[:, 0] <= high[of])
+        kept |= ~np.logical_or.reduceat(kept, first)[of]
+        weight = np.where(kept, weight, 0.0)[:, None]
+        return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
+
+    def _weights(self, glyph: ScannedGlyph) -> Array:
         graph = self.pages[glyph.page].graph
-        weight = graph.density[glyph.vertices] * graph.radius[glyph.vertices] ** 2 + 1e-12
-        kept = place[:, 1] >= 0
-        if glyph.before >= 0:
-            kept &= place[:, 0] >= self.outline(glyph.before)[:, 0].min()
-        if glyph.after >= 0:
-            kept &= place[:, 0] <= self.outline(glyph.after)[:, 0].max()
-        if not kept.any():
-            kept[:] = True
-        return np.asarray(np.average(place[kept], axis=0, weights=weight[kept]))
+        return np.asarray(graph.density[glyph.vertices] * graph.radius[glyph.vertices] ** 2 + 1e-12)
 
 
 def _check(number: int, glyph: ScannedGlyph, pages: tuple[ScannedPage, ...], glyphs: tuple[ScannedGlyph, ...]) -> None:

@@ -29,7 +29,7 @@ _FORWARD = 12 * _UNIT
 _TRAVEL, _RATIO = 8, 1.25
 SIZE = _TRAVEL * 27
 STEP = _FORWARD  # 0.51 mm
-_TOGETHER = 1500  # starts at a time: memory
+_TOGETHER = 4000  # starts at a time: memory
 
 
 def line_features(graph: LineGraph, step: float = STEP) -> NDArray[np.float32]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
@@ -128,7 +129,7 @@ def spread(forms: Forms) -> Spread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = float(np.mean([page.x_height / page.pitch for page in hand.pages]))
-    size = np.array([measure(forms[i].xy, forms[i].radius, x_height) for i in range(len(forms))]).reshape(-1, 4)
+    size = _measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common(size, groups)
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
@@ -147,15 +148,24 @@ def spread(forms: Forms) -> Spread:
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:
     """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
-    low, high = (xy - radius[:, None]).min(axis=0), (xy + radius[:, None]).max(axis=0)
-    slant = 0.0
-    if high[1] - low[1] > _SMALL * x_height:
-        x, y = (xy - xy.mean(axis=0)).T
-        slant = float((x * y).sum() / (y * y).sum())
+    return np.asarray(_measures(xy, radius, np.array([0, len(xy)]), x_height)[0])
+
+
+def _measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
+    """(n, 4): the same of n bodies, one behind the other from the vertices `first` (n + 1,) on."""
+    begin, count = first[:-1], np.diff(first)
+    low = np.minimum.reduceat(xy - radius[:, None], begin)
+    high = np.maximum.reduceat(xy + radius[:, None], begin)
+    x, y = (xy - np.repeat(np.add.reduceat(xy, begin) / count[:, None], count, axis=0)).T
+    tall = high[:, 1] - low[:, 1] > _SMALL * x_height
+    square = np.add.reduceat(y * y, begin)
+    slant = np.where(tall, np.add.reduceat(x * y, begin) / np.where(tall, square, 1.0), 0.0)
     # of a slanted letter the upright width is what varies by itself
-    upright = xy[:, 0] - slant * xy[:, 1]
-    wide, tall = np.log([np.ptp(upright) + 2 * radius.mean(), high[1] - low[1]])
-    return np.array([wide, tall, wide - tall, slant])
+    upright = xy[:, 0] - np.repeat(slant, count) * xy[:, 1]
+    wide = np.maximum.reduceat(upright, begin) - np.minimum.reduceat(upright, begin)
+    wide = np.log(wide + 2 * np.add.reduceat(radius, begin) / count)
+    high = np.log(high[:, 1] - low[:, 1])
+    return np.column_stack([wide, high, wide - high, slant])
 
 
 def _common(size: Array, groups: Sequence[Indices]) -> Array:
@@ -172,19 +182,20 @@ def _common(size: Array, groups: Sequence[Indices]) -> Array:
 
 def _apart(forms: Forms, groups: Sequence[Indices]) -> float:
     """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
-    from scipy.spatial import cKDTree
+    first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
+    low = np.minimum.reduceat(forms.bodies.xy, first)
+    sides = np.maximum(np.maximum.reduceat(forms.bodies.xy, first) - low, 1e-3)
+    boxed = np.split((forms.bodies.xy - np.repeat(low, count, axis=0)) / np.repeat(sides, count, axis=0), first[1:])
+    pairs = [pair for own in groups if len(own) >= _ENOUGH for pair in pairwise(own.tolist())]
+    if not pairs:
+        return 0.01
+    away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
+    one, other = np.array(pairs).T
+    return float(np.median(_medians(away, count[other]) * sides[one].mean(axis=1)))
 
-    found = []
-    for own in groups:
-        boxes = [_boxed(forms[int(number)]) for number in own] if len(own) >= _ENOUGH else []
-        for (one, size), (other, _) in pairwise(boxes):
-            away = cKDTree(one).query(other)[0]
-            found.append(float(np.median(away)) * size)
-    return float(np.median(found)) if found else 0.01
 
-
-def _boxed(form: Form) -> tuple[Array, float]:
-    """A body in a box from 0 to 1, and the mean side of the box."""
-    low, high = form.xy.min(axis=0), form.xy.max(axis=0)
-    sides = np.maximum(high - low, 1e-3)
-    return (form.xy - low) / sides, float(sides.mean())
+def _medians(values: Array, count: Indices) -> Array:
+    """(n,): of so many values each, one behind the other."""
+    first = np.cumsum(count) - count
+    ranked = values[np.lexsort((values, np.repeat(np.arange(len(count)), count)))]
+    return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)

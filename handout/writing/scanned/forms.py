@@ -11,12 +11,12 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
-from handout.hand.scanned import NOBODY, ScannedHand
-from handout.values import Array, Indices, readonly, readonly_indices
+from handout.hand.scanned import ScannedHand
+from handout.values import Array, Indices, readonly_indices
+from handout.writing.scanned.taking import Strokes, Taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +80,17 @@ class Forms:
 
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
     marks : (n,) bool: what is neither a letter nor a digit.
+    bodies : Lines, one a form: what all forms have of xy, radius, density and uv.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
-        self.centre = readonly([hand.centre(number) for number in range(len(hand.glyphs))], len(hand.glyphs), 2)
+        self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self._ways = _ways(hand)
-        self._edges = _edges(hand)
+        self._taken = Taken(hand, _ways(hand), self.centre)
+        self.bodies = self._taken.bodies
+        self._edges = self._taken.edges()
+        self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -100,36 +103,17 @@ class Forms:
         return form
 
     def _form(self, number: int) -> Form:
-        glyph = self.hand.glyphs[number]
-        exits = self._ways.get(number, ())
-        entries = self._ways.get(glyph.before, ()) if glyph.before >= 0 else ()
-        body = _body(glyph.vertices, entries, exits)
-        place, radius, density, uv = self._line(number, body)
         return Form(
-            place,
-            radius,
-            density,
-            uv,
-            _within(self._edges[number], body, [*entries, *exits]),
-            tuple(self._way(number, path, body, entering=True) for path in entries),
-            tuple(self._way(number, path, body, entering=False) for path in exits),
+            *self.bodies[number],
+            self._edges[number],
+            tuple(self._way(self._taken.entries, way) for way in self._entries.get(number, ())),
+            tuple(self._way(self._taken.exits, way) for way in self._exits.get(number, ())),
         )
 
-    def _line(self, number: int, vertices: Indices) -> tuple[Array, Array, Array, Array]:
-        glyph = self.hand.glyphs[number]
-        page = self.hand.pages[glyph.page]
-        uv = page.graph.uv[vertices]
-        place = page.to_line(glyph.line, uv) - self.centre[number]
-        return place, page.graph.radius[vertices] / page.pitch, page.graph.density[vertices], uv
-
-    def _way(self, number: int, path: Indices, body: Indices, *, entering: bool) -> Way:
-        place, radius, density, uv = self._line(number, path)
-        outwards = path[::-1] if entering else path
-        theirs = ~np.isin(outwards, self.hand.glyphs[number].vertices)
-        own = int(np.argmax(theirs)) if theirs.any() else len(path)
-        height = float(place[[0, -1], 1].mean() + self.centre[number, 1])
-        anchor = int(np.searchsorted(body, outwards[0]))
-        return Way(place, radius, density, uv, anchor, max(own, 1), height)
+    def _way(self, strokes: Strokes, way: int) -> Way:
+        place, radius, density, uv = strokes.lines[way]
+        height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
+        return Way(place, radius, density, uv, int(strokes.anchor[way]), int(strokes.own[way]), height)
 
 
 def is_mark(letter: str) -> bool:
@@ -137,14 +121,28 @@ def is_mark(letter: str) -> bool:
     return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
 
 
+def _grouped(strokes: Strokes) -> Mapping[int, range]:
+    """Glyph → the numbers of its ways."""
+    glyphs, first, count = np.unique(strokes.of, return_index=True, return_counts=True)
+    found = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
+    return {glyph: range(at, at + size) for glyph, at, size in found}
+
+
 def _ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
     """Glyph → the paths of its ligatures; what is part of two ligatures of one letter is that letter's body."""
+    often = [np.zeros(len(page.graph), dtype=np.intp) for page in hand.pages]
+    for glyph in hand.glyphs:
+        for way in glyph.ligatures:
+            often[glyph.page][way.path] += 1
     found = {}
     for number, glyph in enumerate(hand.glyphs):
         if glyph.ligatures:
-            entries = [way.path for way in hand.glyphs[glyph.before].ligatures] if glyph.before >= 0 else []
-            beyond = [way.path for way in hand.glyphs[glyph.after].ligatures]
-            found[number] = tuple(_clear(way.path, entries, beyond) for way in glyph.ligatures)
+            paths = [way.path for way in glyph.ligatures]
+            if any((often[glyph.page][path] > 1).any() for path in paths):
+                entries = [way.path for way in hand.glyphs[glyph.before].ligatures] if glyph.before >= 0 else []
+                beyond = [way.path for way in hand.glyphs[glyph.after].ligatures]
+                paths = [_clear(path, entries, beyond) for path in paths]
+            found[number] = tuple(paths)
     return found
 
 
@@ -159,40 +157,3 @@ def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indi
         first = min(first, len(path) - 2)
         last = first + 1
     return readonly_indices(path[first : last + 1], None)
-
-
-def _body(vertices: Indices, entries: tuple[Indices, ...], exits: tuple[Indices, ...]) -> Indices:
-    """The vertices of a glyph that are not on the way to another, with the ends of those ways; rising."""
-    gone = [path[1:] for path in exits] + [path[:-1] for path in entries]
-    ends = [path[0] for path in exits] + [path[-1] for path in entries]
-    own = np.setdiff1d(vertices, np.concatenate(gone)) if gone else vertices
-    return readonly_indices(np.union1d(own, np.array(ends, dtype=np.intp)), None)
-
-
-def _within(edges: Indices, body: Indices, ways: list[Indices]) -> Indices:
-    """(m, 2) edges between vertices of the body, by their place in it, without those of the ways."""
-    at = np.minimum(np.searchsorted(body, edges), len(body) - 1)
-    kept = at[(body[at] == edges).all(axis=1)]
-    steps = {(int(a), int(b)) for path in ways for a, b in pairwise(path)}
-    if steps:
-        pairs = body[kept].tolist()
-        kept = kept[[(a, b) not in steps and (b, a) not in steps for a, b in pairs]]
-    return readonly_indices(kept.reshape(-1, 2), None, 2)
-
-
-def _edges(hand: ScannedHand) -> list[Indices]:
-    """The edges of the pages' graphs that lie within each glyph, by the vertices of its page."""
-    found = [np.zeros((0, 2), dtype=np.intp)] * len(hand.glyphs)
-    for number, page in enumerate(hand.pages):
-        owner = np.full(len(page.graph), NOBODY)
-        for i, glyph in enumerate(hand.glyphs):
-            if glyph.page == number:
-                owner[glyph.vertices] = i
-        edges = page.graph.edges
-        holder = np.where(owner[edges[:, 0]] == owner[edges[:, 1]], owner[edges[:, 0]], NOBODY)
-        order = np.argsort(holder, kind="stable")
-        bounds = np.searchsorted(holder[order], np.arange(len(hand.glyphs) + 1))
-        for i, glyph in enumerate(hand.glyphs):
-            if glyph.page == number:
-                found[i] = edges[order[bounds[i] : bounds[i + 1]]]
-    return found

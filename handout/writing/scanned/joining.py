@@ -15,6 +15,8 @@ def matches(first: Form, second: Form) -> tuple[tuple[int, int], ...]:
     """The exits of one form and the entries of the next that become one ligature: the closest in height, either way."""
     if not (first.exits and second.entries):
         return ()
+    if len(first.exits) == len(second.entries) == 1:
+        return ((0, 0),)
     exits = np.array([way.height for way in first.exits])
     entries = np.array([way.height for way in second.entries])
     away = np.abs(exits[:, None] - entries)

@@ -34,7 +34,7 @@ class Manner:
 
 
 def manner(hand: ScannedHand) -> Manner:
-    """The manner of a hand; takes about a second for a page."""
+    """The manner of a hand; takes about a third of a second for a page of a thousand letters."""
     forms = Forms(hand)
     near = beside(hand, forms.centre[:, 0])
     return Manner(forms, near, spacing(forms, near), flow(forms, near), spread(forms))

@@ -7,6 +7,7 @@ that a glyph looks more like other letters than like its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,20 +35,23 @@ _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # whe
 def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: cost of glyphs with the given bodies for not being like others of their letters."""
     letters = np.array([glyph.letter for glyph in hand.glyphs])
-    lines = [_line(hand, number, body) for number, body in enumerate(bodies)]
-    sizes = np.array([_size(*line) for line in lines]).reshape(-1, 4)
-    looks = np.array([_look(*line) for line in lines]).reshape(len(lines), -1)
+    x, y, each, first = _lines(hand, bodies)
+    sizes, looks = _sizes(x, y, each, first), _looks(x, y, each, first)
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
-        stems = np.array([_stem(lines[number][1]) for number in np.flatnonzero(own)])
+        own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(own)]
+        stems = np.array([_stem(line) for line in own_y]) if letter in _DOTTED else np.zeros(0)
         odd = np.stack([_unusual(sizes[own]), _strange(looks, own), _short(letter, sizes[own], stems)])
         cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
     return cost
 
 
 def _short(letter: str, sizes: Array, stems: Array) -> Array:
-    """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem (k,) that others have and they have not."""
+    """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem that others have and they have not.
+
+    stems : (k,) the tops of the stems of a letter with a dot.
+    """
     if letter not in _TALL | _DEEP | _DOTTED:
         return np.zeros(len(sizes))
     reach = stems if letter in _DOTTED else sizes[:, 1] if letter in _TALL else -sizes[:, 2]
@@ -75,31 +79,51 @@ def _strange(looks: Array, own: NDArray[np.bool_]) -> Array:
     """(k,): cost of the `own` glyphs, which are of one letter, for being nearer to those of others."""
     if own.sum() < _KIN or (~own).sum() < _NEAREST:
         return np.zeros(int(own.sum()))
-    mine = looks[own]
-    square = (mine**2).sum(axis=1)[:, None] + (looks**2).sum(axis=1) - 2 * mine @ looks.T
-    away = np.sqrt(np.maximum(square, 0.0))
-    kin, others = away[:, own], away[:, ~own]
+    length = np.einsum("ij,ij->i", looks, looks)
+    others = -2 * looks[own] @ looks.T
+    others += length[own][:, None]
+    others += length
+    np.maximum(others, 0.0, out=others)
+    kin = others[:, own]
     np.fill_diagonal(kin, np.inf)
-    near, far = (np.sort(part, axis=1)[:, :_NEAREST].mean(axis=1) + 1e-9 for part in (kin, others))
-    most = np.sort(kin, axis=1)[:, : max(_NEAREST, round(_SHARE * len(kin)))].max(axis=1) + 1e-9
+    others[:, own] = np.inf
+    near, far = (_nearest(part, _NEAREST).mean(axis=1) + 1e-9 for part in (kin, others))
+    like = max(_NEAREST, round(_SHARE * len(kin)))
+    most = _nearest(kin, like).max(axis=1) + 1e-9
     alien = _STEEPER * (np.log(most / np.median(most)) - _ALIEN)
     return np.asarray(np.maximum(_STEEP * (np.log(near / far) - _STRANGE), alien))
 
 
-def _line(hand: ScannedHand, number: int, body: Indices) -> tuple[Array, Array, float]:
-    """x and y of a body's vertices, and how much of the line each stands for; x-heights."""
-    glyph = hand.glyphs[number]
-    page = hand.pages[glyph.page]
-    x, y = page.to_line(glyph.line, page.graph.uv[body]).T * (page.pitch / page.x_height)
-    return x - x.mean(), y, page.pixel / page.x_height
+def _nearest(square: Array, count: int) -> Array:
+    """(k, count): the least of the distances whose squares are given, in any order."""
+    return np.sqrt(np.partition(square, count - 1, axis=1)[:, :count])
 
 
-def _size(x: Array, y: Array, each: float) -> tuple[float, float, float, float]:
-    """Width, top, bottom and half the length of a line."""
-    return float(np.ptp(x)), float(y.max()), float(y.min()), len(x) * each / 2
+def _lines(hand: ScannedHand, bodies: Sequence[Indices]) -> tuple[Array, Array, Array, Indices]:
+    """x and y of all bodies' vertices, x-heights, one body behind the other; how much of the line a vertex of each
+    stands for; and where each body begins, and the last one ends."""
+    first = np.cumsum([0, *map(len, bodies)])
+    count = np.diff(first)
+    pages = [hand.pages[glyph.page] for glyph in hand.glyphs]
+    unit, each = np.array([(page.pitch / page.x_height, page.pixel / page.x_height) for page in pages]).reshape(-1, 2).T
+    places = hand.placed(
+        np.repeat(np.arange(len(bodies)), count), np.concatenate([np.zeros(0, dtype=np.intp), *bodies])
+    )
+    x, y = places.T * np.repeat(unit, count)
+    return x - np.repeat(np.add.reduceat(x, first[:-1]) / count, count), y, each, first
 
 
-def _look(x: Array, y: Array, each: float) -> Array:
-    """What a line looks like from afar: square roots of its length around the points of a grid."""
+def _sizes(x: Array, y: Array, each: Array, first: Indices) -> Array:
+    """(n, 4): width, top, bottom and half the length of every line."""
+    begin = first[:-1]
+    wide = np.maximum.reduceat(x, begin) - np.minimum.reduceat(x, begin)
+    return np.column_stack(
+        [wide, np.maximum.reduceat(y, begin), np.minimum.reduceat(y, begin), np.diff(first) * each / 2]
+    )
+
+
+def _looks(x: Array, y: Array, each: Array, first: Indices) -> Array:
+    """(n, points): what lines look like from afar: square roots of their length around the points of a grid."""
     across, up = (np.exp(-(((at[:, None] - grid) / _BLUR) ** 2) / 2) for at, grid in ((x, _ACROSS), (y, _UP)))
-    return np.asarray(np.sqrt(up.T @ across * each).ravel())
+    looks = np.array([up[a:b].T @ across[a:b] for a, b in pairwise(first.tolist())])
+    return np.asarray(np.sqrt(looks.reshape(len(each), -1) * each[:, None]))

@@ -53,21 +53,37 @@ def sides(forms: Forms, slant: float) -> Sides:
     left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
     right, edges = -left, np.zeros((3, len(forms), 2))
     for kind, seen in enumerate(_SEEN):
-        for number in range(len(forms)):
-            low, high, height = _outline(forms, number, slant, loose=kind != LETTERS)
-            near = np.abs(height[:, None] - _HEIGHTS) < seen
-            left[kind, number] = np.where(near, low[:, None], np.inf).min(axis=0)
-            right[kind, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
-            edges[kind, number] = low.min(), high.max()
+        of, low, high, height = _outlines(forms, slant, loose=kind != LETTERS)
+        left[kind], right[kind] = _levels(of, low, high, height, seen, len(forms))
+        first = np.searchsorted(of, np.arange(len(forms)))
+        edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
     return Sides(left, right, edges)
 
 
-def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
-    """Left and right side of a glyph's line at every vertex, upright, and its height over the baseline."""
-    form = forms[number]
-    xy, radius = form.whole if loose else (form.xy, form.radius)
-    upright = xy[:, 0] - slant * xy[:, 1]
-    return upright - radius, upright + radius, xy[:, 1] + forms.centre[number, 1]
+def _levels(of: Indices, low: Array, high: Array, height: Array, seen: float, count: int) -> tuple[Array, Array]:
+    """(count, heights): where at every level the ink within `seen` of it begins and ends; the vertices, each `of` one
+    glyph, have ink from `low` to `high` at `height`."""
+    left = np.full(count * len(_HEIGHTS), np.inf)
+    right = -left
+    step = _HEIGHTS[1] - _HEIGHTS[0]
+    lowest = np.ceil((height - seen - _HEIGHTS[0]) / step).astype(np.intp) - 1
+    for level in range(int(2 * seen / step) + 3) if seen else ():
+        at = np.clip(lowest + level, 0, len(_HEIGHTS) - 1)
+        near = np.abs(height - _HEIGHTS[at]) < seen
+        cell = (of * len(_HEIGHTS) + at)[near]
+        np.minimum.at(left, cell, low[near])
+        np.maximum.at(right, cell, high[near])
+    return left.reshape(count, -1), right.reshape(count, -1)
+
+
+def _outlines(forms: Forms, slant: float, *, loose: bool = False) -> tuple[Indices, Array, Array, Array]:
+    """Of every vertex of every glyph's line: whose it is, its left and right side, upright, and its height over the
+    baseline."""
+    lines = [forms[number].whole if loose else (forms[number].xy, forms[number].radius) for number in range(len(forms))]
+    of = np.repeat(np.arange(len(lines)), [len(xy) for xy, _ in lines])
+    x, y = np.concatenate([np.zeros((0, 2)), *(xy for xy, _ in lines)]).T
+    radius, upright = np.concatenate([np.zeros(0), *(radius for _, radius in lines)]), x - slant * y
+    return of, upright - radius, upright + radius, y + forms.centre[of, 1]
 
 
 def apart(first: Form, second: Form, shift: Array) -> float:
