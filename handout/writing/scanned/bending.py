@@ -13,13 +13,15 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
 
-_SHARE = 0.8  # of the usual deviation of a letter, that a bend goes to
-_WARP = 1.0  # of the usual difference in shape between two instances
+_SHARE = 1.0  # of the usual deviation of a letter, that a bend goes to
+_WARP = 1.5  # of the usual difference in shape between two instances
 _WAVES = 3
 _ENOUGH = 5  # instances, from which a letter's own range is known
 _SUREST = 10  # per cent of the letters
@@ -131,7 +133,7 @@ def spread(forms: Forms) -> Spread:
     x_height = float(np.mean([page.x_height / page.pitch for page in hand.pages]))
     size = _measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
-    common = _common(size, groups)
+    common = _common(size, groups, _free(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
     for own in groups:
         middle = np.median(size[own], axis=0)
@@ -168,16 +170,29 @@ def _measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Arra
     return np.column_stack([wide, high, wide - high, slant])
 
 
-def _common(size: Array, groups: Sequence[Indices]) -> Array:
-    """(4,) the deviation within a letter of those letters whose ends are read most surely.
+def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
+    """(4,) the deviation within a letter that all letters have in common.
 
-    Elsewhere most of what varies is where a letter was cut from the next, which is none of the author's doing.
+    Of letters that stand free it is the middle one's.  Where letters are joined most of what varies is where they were
+    cut apart, which is none of the author's doing: of those it is that of the letters whose ends are read most surely.
     """
-    own = [size[group] for group in groups if len(group) >= _ENOUGH]
+    alone = [size[group[free[group]]] for group in groups]
+    own, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
+    if len(own) < _ENOUGH:
+        own, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
     if not own:
         return np.array([0.1, 0.06, 0.1, 0.06])
     rough = [1.4826 * np.median(np.abs(one - np.median(one, axis=0)), axis=0) for one in own]
-    return np.asarray(np.percentile(rough, _SUREST, axis=0)) + 1e-3
+    return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
+
+
+def _free(hand: ScannedHand) -> NDArray[np.bool_]:
+    """(n,): which glyphs are joined to no other."""
+    joined = np.zeros(len(hand.glyphs), dtype=bool)
+    for number, glyph in enumerate(hand.glyphs):
+        if glyph.ligatures:
+            joined[[number, glyph.after]] = True
+    return ~joined
 
 
 def _apart(forms: Forms, groups: Sequence[Indices]) -> float:

@@ -45,9 +45,7 @@ class Way:
     @cached_property
     def along(self) -> Array:
         """(n,) float: how far each vertex is along the way, 0 to 1."""
-        steps = np.hypot(*np.diff(self.xy, axis=0).T)
-        run = np.concatenate([[0.0], np.cumsum(np.maximum(steps, 1e-12))])
-        return np.asarray(run / run[-1])
+        return _fractions(self.xy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +85,7 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self._taken = Taken(hand, _ways(hand), self.centre)
+        self._taken = Taken(hand, ways(hand), self.centre)
         self.bodies = self._taken.bodies
         self._edges = self._taken.edges()
         self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
@@ -116,6 +114,19 @@ class Forms:
         return Way(place, radius, density, uv, int(strokes.anchor[way]), int(strokes.own[way]), height)
 
 
+def along(xy: Array, count: int) -> Array:
+    """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
+    t, own = np.linspace(0, 1, count), _fractions(xy)
+    return np.column_stack([np.interp(t, own, column) for column in xy.T])
+
+
+def _fractions(xy: Array) -> Array:
+    """(n,): how far each vertex of a line (n, 2) is along it, 0 to 1."""
+    steps = np.hypot(*np.diff(xy, axis=0).T)
+    run = np.concatenate([[0.0], np.cumsum(np.maximum(steps, 1e-12))])
+    return np.asarray(run / run[-1])
+
+
 def is_mark(letter: str) -> bool:
     """Whether a grapheme is punctuation or a symbol."""
     return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
@@ -128,7 +139,7 @@ def _grouped(strokes: Strokes) -> Mapping[int, range]:
     return {glyph: range(at, at + size) for glyph, at, size in found}
 
 
-def _ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
+def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
     """Glyph → the paths of its ligatures; what is part of two ligatures of one letter is that letter's body."""
     often = [np.zeros(len(page.graph), dtype=np.intp) for page in hand.pages]
     for glyph in hand.glyphs:

@@ -8,7 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from handout.values import Array
-from handout.writing.scanned.forms import Form, Way
+from handout.writing.scanned.forms import Form, Way, along
+
+_ALIKE, _APART = 0.12, 0.35  # x-heights between two ways: up to here they are blended, from here on not at all
+_TANGENT = 0.2  # of a way, that its direction at an end is taken over
+_COMPARED = 8  # places that two ways are compared at
 
 
 def matches(first: Form, second: Form) -> tuple[tuple[int, int], ...]:
@@ -33,18 +37,27 @@ def rises(first: Form, second: Form, pairs: tuple[tuple[int, int], ...]) -> Arra
     return np.array(found)
 
 
+def meets(out: Way, into: Way) -> tuple[float, float]:
+    """By how much the second centre must stand to the right of the first for two ways to lie on each other, on the
+    mean, and the deviation of that along them."""
+    apart = along(out.xy, _COMPARED)[:, 0] - along(into.xy, _COMPARED)[:, 0]
+    return float(apart.mean()), float(apart.std())
+
+
 def smooth(t: Array) -> Array:
     """A weight that leaves 0 and reaches 1 without a slope, so that the way keeps both directions at its ends."""
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * t))
 
 
-def blend(out: Way, into: Way, out_xy: Array, into_xy: Array) -> tuple[Array, Array, Array]:
+def blend(out: Way, into: Way, out_xy: Array, into_xy: Array, unit: float) -> tuple[Array, Array, Array]:
     """One way made of two.
 
     Parameters
     ----------
     out, into : the way as the letter on the left has it, and as the one on the right has it.
     out_xy, into_xy : (n, 2), (m, 2) float: where their vertices lie.
+    unit : height of a small letter in the same unit.  Ways further apart than a share of it do not belong to one
+        movement: a mean of them has waves that neither has, and the pen goes straight from the one to the other.
 
     Returns
     -------
@@ -57,8 +70,33 @@ def blend(out: Way, into: Way, out_xy: Array, into_xy: Array) -> tuple[Array, Ar
     ours = np.column_stack([at(out, out_xy, t), at(out, out.radius, t)])
     theirs = np.column_stack([at(into, into_xy, t), at(into, into.radius, t)])
     way = (1 - weight) * ours + weight * theirs
+    share = _strained(ours[:, :2] - theirs[:, :2], unit)
+    if share > 0:
+        way[:, :2] += share * (_direct(ours[:, :2], theirs[:, :2], t) - way[:, :2])
     way[0], way[-1] = ours[0], theirs[-1]
     return t, way[:, :2], way[:, 2]
+
+
+def _strained(apart: Array, unit: float) -> float:
+    """0–1: how much of a way is left to the pen's own course, where two ways (n, 2) are so far apart."""
+    away = float(np.hypot(*apart.T).mean()) / unit
+    return float(np.clip((away - _ALIKE) / (_APART - _ALIKE), 0.0, 1.0))
+
+
+def _direct(ours: Array, theirs: Array, t: Array) -> Array:
+    """(n, 2): the cubic from the start of one way to the end of another that keeps both their directions."""
+    start, end = ours[0], theirs[-1]
+    reach = float(np.hypot(*(end - start)))
+    k = max(int(np.searchsorted(t, _TANGENT)), 1)
+    leaving, coming = ours[k] - start, end - theirs[-1 - k]
+    leaving, coming = (reach * way / max(float(np.hypot(*way)), 1e-9) for way in (leaving, coming))
+    u = t[:, None]
+    return np.asarray(
+        (2 * u**3 - 3 * u**2 + 1) * start
+        + (u**3 - 2 * u**2 + u) * leaving
+        + (3 * u**2 - 2 * u**3) * end
+        + (u**3 - u**2) * coming
+    )
 
 
 def at(way: Way, values: Array, t: Array) -> Array:

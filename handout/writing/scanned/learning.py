@@ -19,7 +19,7 @@ from handout.writing.scanned.trees import Forest, grow
 
 _PAIRS = 3000  # pairs of strangers to learn from
 _FEW = 12  # hands with fewer ligatures teach nothing about them
-_USUAL = 0.25  # mean cost of a pair of strangers in a hand without ligatures, as in hands with them
+_USUAL = 0.08  # mean cost of a pair of strangers in a hand without ligatures, as in hands with them
 
 
 @dataclass(frozen=True)
@@ -34,17 +34,21 @@ class Distance:
 
 
 def mismatch(exits: Array, entries: Array) -> Array:
-    """(…): how much the ligature out of one glyph differs from the one into another; inf where either has none.
+    """(…): how far the ligature out of one glyph lies from the one into another; inf where either has none.
 
-    With s, e the start and the end of a ligature, min over p of |s₁ − (e₂ + p)| + |e₁ − (s₂ + p)| is the length of the
-    difference of their steps from start to end.  Of several ligatures the best two count.
+    The two may be moved along the line, as the letters will be, but not up or down: both stand on one baseline.  Their
+    mean distance is then what the way between the letters must be bent by.  (The paper compares first and last points
+    under any shift; a way out of an o, which is high, then meets one into an n that begins low.)  Of several ligatures
+    the best two count.
 
     Parameters
     ----------
-    exits, entries : (…, k, 2) float, steps of ligatures, nan for none.
+    exits, entries : (…, k, p, 2) float, line space: places along ligatures, nan for none.
     """
-    away = np.linalg.norm(exits[..., :, None, :] - entries[..., None, :, :], axis=-1)
-    return np.asarray(np.where(np.isnan(away), np.inf, away).min(axis=(-2, -1)))
+    away = exits[..., :, None, :, :] - entries[..., None, :, :, :]
+    away[..., 0] -= away[..., 0].mean(axis=-1, keepdims=True)
+    mean = np.hypot(away[..., 0], away[..., 1]).mean(axis=-1)
+    return np.asarray(np.where(np.isnan(mean), np.inf, mean).min(axis=(-2, -1)))
 
 
 def learn(feature: Array, exits: Array, entries: Array) -> Forest | Distance:
@@ -53,10 +57,10 @@ def learn(feature: Array, exits: Array, entries: Array) -> Forest | Distance:
     Parameters
     ----------
     feature : (n, 216) float.
-    exits, entries : (n, k, 2) float: see `stock.Stock`.
+    exits, entries : (n, k, p, 2) float: see `stock.Stock`.
     """
-    leaving = np.flatnonzero(~np.isnan(exits[:, 0, 0]))
-    coming = np.flatnonzero(~np.isnan(entries[:, 0, 0]))
+    leaving = np.flatnonzero(~np.isnan(exits[:, 0, 0, 0]))
+    coming = np.flatnonzero(~np.isnan(entries[:, 0, 0, 0]))
     own = feature.astype(np.float32)
     rng = np.random.default_rng(0)  # the same hand teaches the same
     if len(leaving) < _FEW:

@@ -12,6 +12,9 @@ from handout.writing.scanned.learning import Distance, mismatch
 from handout.writing.scanned.trees import Forest
 
 _PARTED = 0.5  # share of the cost that is left between words
+_FIT = 32.0  # cost of a ligature for each unit that it lies from where it should; less, and joins have humps
+_UNSEEN = 4.0  # the same where no ligature is written: what does not meet is not seen
+_MORE = 0.4  # cost of each ligature of one glyph, beyond the first, that meets none of the other's
 _LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
 
 
@@ -20,7 +23,7 @@ class Meetings:
 
     Parameters
     ----------
-    feature : (n, 216) float; exits, entries : (n, k, 2) float; density, radius : (n,) float; after : (n,) int:
+    feature : (n, 216) float; exits, entries : (n, k, p, 2) float; density, radius : (n,) float; after : (n,) int:
         see `stock.Stock`.
     learned : what tells the cost of pairs without ligatures towards each other.
     """
@@ -38,8 +41,8 @@ class Meetings:
         self._feature = feature.astype(np.float32)
         self._exits, self._entries = exits, entries
         self._density, self._radius, self._after = density, radius, after
-        self.leaves = ~np.isnan(exits[:, 0, 0])
-        self.comes = ~np.isnan(entries[:, 0, 0])
+        self._leaving, self._coming = ((~np.isnan(ways[:, :, 0, 0])).sum(axis=1) for ways in (exits, entries))
+        self.leaves, self.comes = self._leaving > 0, self._coming > 0
         self._learned = learned
         self._known = np.full((len(after), len(after)), np.nan, dtype=np.float32)
 
@@ -59,8 +62,9 @@ class Meetings:
         """(m,) float: of pairs."""
         joined = self.leaves[first] & self.comes[second]
         cost = np.empty(len(first))
-        cost[joined] = mismatch(self._exits[first[joined]], self._entries[second[joined]])
-        cost[~joined] = self._learned.predict(self._feature[first[~joined]], self._feature[second[~joined]])
+        cost[joined] = _FIT * mismatch(self._exits[first[joined]], self._entries[second[joined]])
+        cost[joined] += _MORE * np.abs(self._leaving[first[joined]] - self._coming[second[joined]])
+        cost[~joined] = _UNSEEN * self._learned.predict(self._feature[first[~joined]], self._feature[second[~joined]])
         cost += np.abs(self._density[first] - self._density[second])
         cost += np.abs(self._radius[first] - self._radius[second])
         cost[self._after[first] == second] = 0.0

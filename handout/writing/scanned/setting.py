@@ -85,7 +85,7 @@ def set_line(
         for form, number, centre in zip(forms, glyphs, centres, strict=True)
     ]
     for first, second, apart in zip(laid[:-1], laid[1:], parted[1:], strict=True):
-        _join(first, second, apart=bool(apart))
+        _join(first, second, manner.spread.x_height, apart=bool(apart))
     for one in laid:
         one.lift()
     return [one.graph() for one in laid]
@@ -147,11 +147,11 @@ class _Laid:
         return LineGraph(xy, radius, density, uv, np.concatenate(self._edges))
 
 
-def _join(first: _Laid, second: _Laid, *, apart: bool) -> None:
+def _join(first: _Laid, second: _Laid, x_height: float, *, apart: bool) -> None:
     """Ligatures of two neighbours, the whole of each for either; what stays loose may not run through the other."""
     for i, j in () if apart else matches(first.form, second.form):
         out, into = first.form.exits[i], second.form.entries[j]
-        t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy))
+        t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy), x_height)
         first.add(out, (xy, radius, at(out, out.density, t), at(out, out.uv, t)))
         second.add(into, (xy[::-1], radius[::-1], at(into, into.density, t)[::-1], at(into, into.uv, t)[::-1]))
     first.barred.append((second.xy, second.form.radius))

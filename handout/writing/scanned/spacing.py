@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from handout.values import Array, Indices
 from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
+from handout.writing.scanned.joining import matches, meets
 from handout.writing.scanned.sides import LETTERS, MARKS, WORDS, Sides, apart, sides
 
 _MARGIN = 0.15  # of the difference of two estimates, and of the usual spread, that the range is widened by
+_EVEN = 0.02  # line space: ligatures are never trusted further than this
 _PUSHES = 2
 _ENOUGH = 8  # pairs that tell what is usual
 # mean, deviation, least and most of hands that show too few
@@ -80,8 +82,22 @@ class Spacing:
         upright[parted] += np.maximum(self.gaps.word - upright - self.sides.between(first, second), 0.0)[parted]
         away = upright + self.lean[second] - self.lean[first]
         for k in np.flatnonzero(~own & (kind != WORDS)):
-            away[k] += self._short(int(first[k]), int(second[k]), float(away[k]))
+            i, j = int(first[k]), int(second[k])
+            reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
+            away[k] = np.clip(self._met(i, j, float(away[k])), *reach)
+            away[k] += self._short(i, j, float(away[k]))
         return np.asarray(away)
+
+    def _met(self, first: int, second: int, away: float) -> float:
+        """A distance and that at which the ligatures meet, each as far as it can be trusted."""
+        forms = self.forms[first], self.forms[second]
+        found = [meets(forms[0].exits[i], forms[1].entries[j]) for i, j in matches(*forms)]
+        if not found:
+            return away
+        ours = [max(deviation, _EVEN) ** -2.0 for _, deviation in found]
+        theirs = float(self.gaps.deviation[LETTERS]) ** -2.0
+        met = float(np.dot(ours, [distance for distance, _ in found]))
+        return float((met + theirs * away) / (sum(ours) + theirs))
 
     def _short(self, first: int, second: int, away: float) -> float:
         """What two letters must still be moved apart, since ink may meet from below too."""

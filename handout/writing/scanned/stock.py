@@ -18,12 +18,14 @@ from handout.hand.places import PLACES, Place
 from handout.hand.scanned import DOUBTFUL, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.feature import SIZE, summed_features
 from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
+from handout.writing.scanned.forms import along, ways
 from handout.writing.scanned.learning import learn
 from handout.writing.scanned.meeting import Meetings
 from handout.writing.scanned.oddity import oddity
 
 _DOUBT = 1.0  # cost of a glyph just under the bound of doubt; twice that for one that is nowhere near sure
 _BROKEN = 3.0  # cost of a glyph without a body
+_PLACES = 8  # along a ligature, that two are compared at
 _STEP = 0.8  # mm between the places that features are worked out at: half the time, and sums hardly tell
 
 
@@ -36,8 +38,8 @@ class Stock:
     before, after : (n,) int: the glyphs beside it in its word, −1 for none.
     density, radius : (n,) float: means over the glyph's body.
     feature : (n, 216) float: its summed line feature, the near half first, without its ligatures; sums to 1.
-    exits, entries : (n, k, 2) float: from start to end of each ligature to the glyph after, and from the one before;
-        nan where there are fewer.
+    exits, entries : (n, k, 8, 2) float: places along each ligature to the glyph after, and from the one before, over
+        the baseline; nan where there are fewer.
     doubt : (n,) float: cost of writing it, 0 unless its reading is doubtful, its ink is not all there or its size odd.
     """
 
@@ -84,7 +86,7 @@ def stock(hand: ScannedHand) -> Stock:
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
     pages = [hand.pages[glyph.page] for glyph in glyphs]
     both = list(zip(whole, pages, strict=True))
-    exits, entries = _ligatures(glyphs)
+    exits, entries = _ligatures(hand)
     return Stock(
         hand,
         tuple(glyph.letter for glyph in glyphs),
@@ -130,14 +132,18 @@ def _apart(page: ScannedPage, owner: Indices) -> LineGraph:
     return LineGraph(graph.xy, graph.radius, graph.density, graph.uv, edges).take(owner >= 0)
 
 
-def _ligatures(glyphs: Sequence[ScannedGlyph]) -> tuple[Array, Array]:
-    """The steps of the ligatures of each glyph to the next, and of those from the one before."""
-    most = max((len(glyph.ligatures) for glyph in glyphs), default=0)
-    exits = np.full((len(glyphs), max(1, most), 2), np.nan)
+def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
+    """Places along the ligatures of each glyph to the next, and along those from the one before."""
+    found = ways(hand)
+    most = max((len(paths) for paths in found.values()), default=0)
+    exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
     entries = exits.copy()
-    for number, glyph in enumerate(glyphs):
-        for k, way in enumerate(glyph.ligatures):
-            exits[number, k] = entries[glyph.after, k] = way.end - way.start
+    for number, paths in found.items():
+        glyph = hand.glyphs[number]
+        page = hand.pages[glyph.page]
+        for k, path in enumerate(paths):
+            way = page.to_line(glyph.line, page.graph.uv[path])
+            exits[number, k] = entries[glyph.after, k] = along(way, _PLACES)
     for array in (exits, entries):
         array.flags.writeable = False
     return exits, entries
