@@ -17,6 +17,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, readonly, readonly_indices
+from handout.writing.scanned.tails import tails
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,7 @@ class Way:
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
     own : how many of its vertices, counted from the anchor, belong to the glyph.
+    loose : how many of them it has where nothing meets it; see `tails`.
     height : of its middle over the source's baseline, line space.
     """
 
@@ -37,6 +39,7 @@ class Way:
     uv: Array
     anchor: int
     own: int
+    loose: int
     height: float
 
     def __len__(self) -> int:
@@ -68,10 +71,10 @@ class Form:
 
     @cached_property
     def whole(self) -> tuple[Array, Array]:
-        """(n, 2), (n,): places and radii of all that is the glyph's own: its body, and its part of its ligatures."""
+        """(n, 2), (n,): places and radii of all that is there where nothing joins it: its body, and its loose ways."""
         parts = [(self.xy, self.radius)]
-        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in self.exits]
-        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in self.entries]
+        parts += [(way.xy[: way.loose], way.radius[: way.loose]) for way in self.exits]
+        parts += [(way.xy[-way.loose :], way.radius[-way.loose :]) for way in self.entries]
         return np.concatenate([xy for xy, _ in parts]), np.concatenate([radius for _, radius in parts])
 
 
@@ -88,6 +91,7 @@ class Forms:
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
         self._ways = _ways(hand)
         self._edges = _edges(hand)
+        self._tails = tails(hand, self._ways, [_body(glyph.vertices, *self._near(i)) for i, glyph in enumerate(hand.glyphs)])
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -99,10 +103,13 @@ class Forms:
             form = self._made[number] = self._form(number)
         return form
 
+    def _near(self, number: int) -> tuple[tuple[Indices, ...], tuple[Indices, ...]]:
+        """The paths that come to a glyph, and those that leave it."""
+        return self._ways.get(self.hand.glyphs[number].before, ()), self._ways.get(number, ())
+
     def _form(self, number: int) -> Form:
         glyph = self.hand.glyphs[number]
-        exits = self._ways.get(number, ())
-        entries = self._ways.get(glyph.before, ()) if glyph.before >= 0 else ()
+        entries, exits = self._near(number)
         body = _body(glyph.vertices, entries, exits)
         place, radius, density, uv = self._line(number, body)
         return Form(
@@ -126,10 +133,11 @@ class Forms:
         place, radius, density, uv = self._line(number, path)
         outwards = path[::-1] if entering else path
         theirs = ~np.isin(outwards, self.hand.glyphs[number].vertices)
-        own = int(np.argmax(theirs)) if theirs.any() else len(path)
+        own = max(int(np.argmax(theirs)) if theirs.any() else len(path), 1)
+        loose = own + round(self._tails[0 if entering else 1] * (len(path) - own))
         height = float(place[[0, -1], 1].mean() + self.centre[number, 1])
         anchor = int(np.searchsorted(body, outwards[0]))
-        return Way(place, radius, density, uv, anchor, max(own, 1), height)
+        return Way(place, radius, density, uv, anchor, own, loose, height)
 
 
 def is_mark(letter: str) -> bool:

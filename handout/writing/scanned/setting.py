@@ -128,9 +128,9 @@ class _Laid:
         self._met.add(id(way))
 
     def lift(self) -> None:
-        """Ways that nothing has met keep what of them is the letter's own, up to the letter that they run into."""
+        """Ways that nothing has met are as long as loose ones are, up to the letter that they run into."""
         for way, outwards in self._loose():
-            order = outwards[: way.own]
+            order = outwards[: way.loose]
             xy, radius = self.place(way.xy[order]), way.radius[order]
             kept = min((_clear(xy, radius, *body) for body in self.barred), default=len(order))
             self.add(way, (xy[:kept], radius[:kept], way.density[order][:kept], way.uv[order][:kept]))

@@ -17,6 +17,7 @@ from handout.writing.scanned.forms import Form, Forms
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
+_ZONE = (-0.1, 1.15)  # x-heights over the baseline: where the eye sees the gap between two words
 _SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
 
 
@@ -30,11 +31,13 @@ class Sides:
 
     left, right : (3, n, heights) float: ±inf at heights where there is no ink.
     edges : (3, n, 2) float: the same over all heights.
+    zone : (n, 2) float: the same, as the end of a word, over the heights of small letters; ±inf where there is no ink.
     """
 
     left: Array
     right: Array
     edges: Array
+    zone: Array
 
     def clearance(self, first: Indices, second: Indices, kind: Indices) -> Array:
         """(n,): how near pairs of glyphs come at any one height were their centres in one place; mostly negative."""
@@ -47,11 +50,17 @@ class Sides:
         place; mostly negative."""
         return np.asarray(self.edges[WORDS, second, 0] - self.edges[WORDS, first, 1])
 
+    def across(self, first: Indices, second: Indices) -> Array:
+        """(n,): the same over the heights of small letters alone; inf where either has no ink there."""
+        return np.asarray(self.zone[second, 0] - self.zone[first, 1])
+
 
 def sides(forms: Forms, slant: float) -> Sides:
     """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""
     left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
     right, edges = -left, np.zeros((3, len(forms), 2))
+    zone = np.tile([np.inf, -np.inf], (len(forms), 1))
+    low_zone, high_zone = np.multiply(_ZONE, 1 / forms.hand.pitch)
     for kind, seen in enumerate(_SEEN):
         for number in range(len(forms)):
             low, high, height = _outline(forms, number, slant, loose=kind != LETTERS)
@@ -59,7 +68,10 @@ def sides(forms: Forms, slant: float) -> Sides:
             left[kind, number] = np.where(near, low[:, None], np.inf).min(axis=0)
             right[kind, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
             edges[kind, number] = low.min(), high.max()
-    return Sides(left, right, edges)
+            small = (low_zone < height) & (height < high_zone)
+            if kind == WORDS:
+                zone[number] = low[small].min(initial=np.inf), high[small].max(initial=-np.inf)
+    return Sides(left, right, edges, zone)
 
 
 def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
