@@ -91,7 +91,9 @@ class Forms:
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
         self._ways = _ways(hand)
         self._edges = _edges(hand)
-        self._tails = tails(hand, self._ways, [_body(glyph.vertices, *self._near(i)) for i, glyph in enumerate(hand.glyphs)])
+        self._tails = tails(
+            hand, self._ways, [_body(glyph.vertices, *self._near(i)) for i, glyph in enumerate(hand.glyphs)]
+        )
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:

@@ -15,6 +15,7 @@ from handout.writing.scanned.bending import Bend, bend
 from handout.writing.scanned.forms import Form, Way
 from handout.writing.scanned.joining import at, blend, matches
 from handout.writing.scanned.manner import Manner
+from handout.writing.scanned.settling import settled
 
 _TOUCH = 0.5  # of the two radii: a stroke that is cut ends so deep in the ink of the letter that it met
 
@@ -80,10 +81,12 @@ def set_line(
     glyphs, parted = _text(numbers, new_word)
     centres = np.column_stack([readonly(x, len(glyphs)), readonly(y, len(glyphs))])
     flow, forms = manner.flow, [manner.forms[int(number)] for number in glyphs]
-    laid = [
-        _Laid(form, bend(form, int(number), manner.spread, float(flow.height[number]), rng, variation), centre)
-        for form, number, centre in zip(forms, glyphs, centres, strict=True)
+    bends = [
+        bend(form, int(number), manner.spread, float(flow.height[number]), rng, variation)
+        for form, number in zip(forms, glyphs, strict=True)
     ]
+    centres[:, 0] += settled(manner.spacing, glyphs, parted, centres, bends)
+    laid = [_Laid(form, bent, centre) for form, bent, centre in zip(forms, bends, centres, strict=True)]
     for first, second, apart in zip(laid[:-1], laid[1:], parted[1:], strict=True):
         _join(first, second, apart=bool(apart))
     for one in laid:

@@ -21,6 +21,9 @@ _ZONE = (-0.1, 1.15)  # x-heights over the baseline: where the eye sees the gap 
 _SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
 
 
+Outline = tuple[Array, Array, Array]  # left and right side at every vertex, upright, and its height over the baseline
+
+
 @dataclass(frozen=True, eq=False)
 class Sides:
     """Where the ink of the glyphs of a hand ends, from each one's upright centre; line space.
@@ -64,9 +67,7 @@ def sides(forms: Forms, slant: float) -> Sides:
     for kind, seen in enumerate(_SEEN):
         for number in range(len(forms)):
             low, high, height = _outline(forms, number, slant, loose=kind != LETTERS)
-            near = np.abs(height[:, None] - _HEIGHTS) < seen
-            left[kind, number] = np.where(near, low[:, None], np.inf).min(axis=0)
-            right[kind, number] = np.where(near, high[:, None], -np.inf).max(axis=0)
+            left[kind, number], right[kind, number] = _levels(low, high, height, seen)
             edges[kind, number] = low.min(), high.max()
             small = (low_zone < height) & (height < high_zone)
             if kind == WORDS:
@@ -74,7 +75,21 @@ def sides(forms: Forms, slant: float) -> Sides:
     return Sides(left, right, edges, zone)
 
 
-def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> tuple[Array, Array, Array]:
+def _levels(low: Array, high: Array, height: Array, seen: float) -> tuple[Array, Array]:
+    """Where ink that goes from `low` to `high` at each of some heights begins and ends at every level."""
+    near = np.abs(height[:, None] - _HEIGHTS) < seen
+    left = np.where(near, low[:, None], np.inf).min(axis=0)
+    return left, np.where(near, high[:, None], -np.inf).max(axis=0)
+
+
+def nearness(first: Outline, second: Outline, kind: int) -> float:
+    """How near two outlines come to each other as a pair of this kind; see `Sides.clearance`."""
+    right, left = _levels(*first, _SEEN[kind])[1], _levels(*second, _SEEN[kind])[0]
+    near = float((left - right).min())
+    return near if np.isfinite(near) else float(second[0].min() - first[1].max())
+
+
+def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> Outline:
     """Left and right side of a glyph's line at every vertex, upright, and its height over the baseline."""
     form = forms[number]
     xy, radius = form.whole if loose else (form.xy, form.radius)

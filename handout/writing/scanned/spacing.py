@@ -61,12 +61,14 @@ class Gaps:
 class Spacing:
     """How a hand spaces its letters; line space.
 
+    slant : dx/dy of the letters, upwards.
     lean : (n,) float: how much further right each centre stands than its foot, for the slant of the hand.
     least : how far the ink of two bodies in a word is apart at the least.
     """
 
     forms: Forms
     sides: Sides
+    slant: float
     lean: Array
     gaps: Gaps
     least: float
@@ -79,8 +81,7 @@ class Spacing:
         kind = kinds(self.forms, first, second, new_word[1:])
         estimates = np.stack([self.gaps.to_right[kind, first], self.gaps.to_left[kind, second]])
         usual, spread = self.gaps.mean[kind], self.gaps.deviation[kind]
-        # what two neighbours of the source had is theirs, be it more or less than is usual
-        own = estimates[0] == estimates[1]
+        own = self.sourced(first, second, kind)
         parted = ~own & (kind == WORDS)
         estimates[:, parted] = self._word_gaps(int(parted.sum()), rng, variation)
         wanted = _drawn(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
@@ -93,6 +94,10 @@ class Spacing:
             away[k] = self._bounded(numbers, new_word, away, int(k))
         return np.asarray(away)
 
+    def sourced(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
+        """(n,) whether pairs were neighbours in the source: what they had is theirs, however far from what is usual."""
+        return np.asarray(self.gaps.to_right[kind, first] == self.gaps.to_left[kind, second])
+
     def _word_gaps(self, count: int, rng: np.random.Generator, variation: float) -> Array:
         """(count,) clearances as words have them, from the middle one to as far from it as they come."""
         shares = 50 + (50 - _SHARE) * min(variation, 1.0) * rng.uniform(-1, 1, count)
@@ -104,7 +109,7 @@ class Spacing:
         No further over the heights of small letters than the author's words come, and no nearer over all heights; bars
         and loops of the letters before the last, and after the first, count too.
         """
-        before, after = _reach(new_word, k)
+        before, after = hanging(new_word, k)
         first, second = (side.ravel() for side in np.meshgrid(before, after, indexing="ij"))
         place = np.concatenate([[0.0], np.cumsum(away)]) - self.lean[numbers]
         upright = place[second] - place[first]
@@ -139,7 +144,7 @@ def _drawn(estimates: Array, mean: Array, deviation: Array, rng: np.random.Gener
     return np.where(np.isnan(low), mean + variation * normal * deviation, drawn)
 
 
-def _reach(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
+def hanging(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
     """The letters next to the gap after letter `k` of a line, in the word before it and in the word after it."""
     before = [k - i for i in range(_OVER) if k - i >= 0 and not new_word[k - i + 1 : k + 1].any()]
     after = [k + 1 + i for i in range(_OVER) if k + 1 + i < len(new_word) and not new_word[k + 2 : k + 2 + i].any()]
@@ -155,7 +160,7 @@ def spacing(forms: Forms, beside: Beside) -> Spacing:
         apart(forms[int(i)], forms[int(j)], forms.centre[j] - forms.centre[i]) for i, j in beside.pairs(parted=False)
     ]
     least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
-    return Spacing(forms, beyond, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
+    return Spacing(forms, beyond, slant, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
 
 
 def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:

@@ -1,0 +1,96 @@
+"""Letters of a line moved a little, so that they stand as far apart as was meant, now that they are bent.
+
+Distances are drawn for letters as they were written in the source.  A letter that is bent wider, or stands higher,
+would come nearer to its neighbours than any two of the author's do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Array, Indices
+from handout.writing.scanned.bending import Bend
+from handout.writing.scanned.forms import Form
+from handout.writing.scanned.sides import LETTERS, WORDS, Outline, apart, nearness
+from handout.writing.scanned.spacing import Spacing, hanging, kinds
+
+
+def settled(
+    spacing: Spacing, numbers: Indices, new_word: NDArray[np.bool_], centres: Array, bends: Sequence[Bend]
+) -> Array:
+    """How far each letter of a line must be moved to the right; the first and, in sum, the last stay where they are.
+
+    Parameters
+    ----------
+    numbers : (n,) int; new_word : (n,) bool: see `setting.set_line`.
+    centres : (n, 2) float, line space: where the centres would lie.
+    bends : n, of the glyphs.
+
+    Returns
+    -------
+    (n,) float, line space.
+    """
+    if len(numbers) < 2:
+        return np.zeros(len(numbers))
+    first, second = numbers[:-1], numbers[1:]
+    kind = kinds(spacing.forms, first, second, new_word[1:])
+    own = spacing.sourced(first, second, kind)
+    glyphs = [
+        _Bent(spacing, int(number), bend, float(y))
+        for number, bend, y in zip(numbers, bends, centres[:, 1], strict=True)
+    ]
+    more = spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
+    for k, of in enumerate(kind.tolist()):
+        more[k] -= nearness(glyphs[k].outline(of), glyphs[k + 1].outline(of), of)
+        if of != WORDS and not own[k]:
+            shift = centres[k + 1] - centres[k] + (more[k], 0.0)
+            more[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
+    for k in np.flatnonzero(~own & (kind == WORDS)):
+        upright = centres[:, 0] + np.concatenate([[0.0], np.cumsum(more)]) - spacing.slant * centres[:, 1]
+        before, after = hanging(new_word, int(k))
+        end = max(upright[i] + glyphs[i].edges[1] for i in before)
+        begin = min(upright[i] + glyphs[i].edges[0] for i in after)
+        more[k] += max(spacing.gaps.word - (begin - end), 0.0)
+    return np.concatenate([[0.0], np.cumsum(more - _shares(more, kind == WORDS))])
+
+
+class _Bent:
+    """A glyph bent, at its height on the line.
+
+    shifted : how much further right the slant takes its centre than at its height in the source.
+    """
+
+    def __init__(self, spacing: Spacing, number: int, bend: Bend, y: float) -> None:
+        self._form, self._bend, self._y, self._slant = spacing.forms[number], bend, y, spacing.slant
+        self.shifted = spacing.slant * (y - float(spacing.forms.centre[number, 1]))
+
+    def outline(self, kind: int) -> Outline:
+        """What `sides.Sides` sees of a glyph in a pair of this kind, from its centre."""
+        xy, radius = (self._form.xy, self._form.radius) if kind == LETTERS else self._form.whole
+        x, y = self._bend(xy).T
+        upright = x - self._slant * y
+        return upright - radius, upright + radius, y + self._y
+
+    @cached_property
+    def edges(self) -> tuple[float, float]:
+        """How far its ink goes to either side, upright, where it begins or ends a word."""
+        low, high, _ = self.outline(WORDS)
+        return float(low.min()), float(high.max())
+
+    def apart(self, other: _Bent, shift: Array) -> float:
+        """See `sides.apart`."""
+        return apart(self._body(), other._body(), shift)
+
+    def _body(self) -> Form:
+        return replace(self._form, xy=self._bend(self._form.xy))
+
+
+def _shares(more: Array, words: NDArray[np.bool_]) -> Array:
+    """The sum of what was added, as shares that the gaps of a line give back: those between words, if there are any."""
+    giving = words if words.any() else np.ones(len(more), dtype=bool)
+    return np.where(giving, more.sum() / giving.sum(), 0.0)
