@@ -11,6 +11,7 @@ from handout.writing.scribe import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
+_BUNCH = 0.4  # of a gap at the end of a line, that is given up before the gaps further from the edge give
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,4 +74,9 @@ def _squeezed(units: Sequence[Unit[W]], room: float, squeeze: float) -> list[flo
     spare = [max(gap - LEAST_GAP, 0.0) for gap in gaps]
     if over > min(squeeze * sum(gaps), sum(spare)):
         return None
-    return [gap - more * over / sum(spare) for gap, more in zip(gaps, spare, strict=True)]
+    # the edge is only seen when it is near: the last gaps are the narrow ones
+    for number in reversed(range(len(gaps))):
+        less = min(spare[number], max(over, 0.0), _BUNCH * gaps[number]) if number else 0.0
+        gaps[number], spare[number], over = gaps[number] - less, spare[number] - less, over - less
+    rest = over / sum(spare) if sum(spare) else 0.0
+    return [gap - more * rest for gap, more in zip(gaps, spare, strict=True)]

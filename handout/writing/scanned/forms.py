@@ -19,6 +19,8 @@ from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.tails import tails
 
+_CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
+
 
 @dataclass(frozen=True, eq=False)
 class Way:
@@ -136,7 +138,8 @@ class Forms:
         outwards = path[::-1] if entering else path
         theirs = ~np.isin(outwards, self.hand.glyphs[number].vertices)
         own = max(int(np.argmax(theirs)) if theirs.any() else len(path), 1)
-        loose = own + round(self._tails[0 if entering else 1] * (len(path) - own))
+        far = np.linalg.norm(place - place[0 if entering else -1], axis=1) > _CLEAR / self.hand.pitch
+        loose = own + round(self._tails[0 if entering else 1] * max(int(far.sum()) - own, 0))
         height = float(place[[0, -1], 1].mean() + self.centre[number, 1])
         anchor = int(np.searchsorted(body, outwards[0]))
         return Way(place, radius, density, uv, anchor, own, loose, height)

@@ -12,6 +12,7 @@ from handout.writing.scanned.learning import Distance, Forest, mismatch
 
 _PARTED = 0.5  # share of the cost that is left between words
 _LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
+_CUT = 0.4  # cost of a ligature that is cut for a word to end, or begin, there
 
 
 class Meetings:
@@ -51,7 +52,7 @@ class Meetings:
             self._known[first[:, None], second] = known
         cost = known.astype(np.float64)
         if parted:
-            return _PARTED * cost
+            return np.asarray(_PARTED * cost + _CUT * (1.0 * self.leaves[first][:, None] + self.comes[second]))
         return np.asarray(cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second]))
 
     def _own(self, first: Indices, second: Indices) -> Array:

@@ -21,42 +21,45 @@ from handout.writing.scanned.spacing import Spacing, hanging, kinds
 
 
 def settled(
-    spacing: Spacing, numbers: Indices, new_word: NDArray[np.bool_], centres: Array, bends: Sequence[Bend]
+    spacing: Spacing, numbers: Indices, new_word: NDArray[np.bool_], apart: Array, y: Array, bends: Sequence[Bend]
 ) -> Array:
-    """How far each letter of a line must be moved to the right; the first and, in sum, the last stay where they are.
+    """How far each glyph's centre stands to the right of the one before it, where they are bent and at their heights.
 
     Parameters
     ----------
-    numbers : (n,) int; new_word : (n,) bool: see `setting.set_line`.
-    centres : (n, 2) float, line space: where the centres would lie.
+    numbers : (n,) int; new_word : (n,) bool: see `setting.gaps`.
+    apart : (n − 1,) float, line space: the same of glyphs that are as they were in the source.
+    y : (n,) float, line space: how high the centres stand.
     bends : n, of the glyphs.
 
     Returns
     -------
-    (n,) float, line space.
+    (n − 1,) float, line space.
     """
     if len(numbers) < 2:
-        return np.zeros(len(numbers))
+        return apart
     first, second = numbers[:-1], numbers[1:]
     kind = kinds(spacing.forms, first, second, new_word[1:])
     own = spacing.sourced(first, second, kind)
     glyphs = [
-        _Bent(spacing, int(number), bend, float(y))
-        for number, bend, y in zip(numbers, bends, centres[:, 1], strict=True)
+        _Bent(spacing, int(number), bend, float(height)) for number, bend, height in zip(numbers, bends, y, strict=True)
     ]
-    more = spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
+    away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
-        more[k] -= nearness(glyphs[k].outline(of), glyphs[k + 1].outline(of), of)
+        away[k] -= nearness(glyphs[k].outline(of), glyphs[k + 1].outline(of), of)
         if of != WORDS and not own[k]:
-            shift = centres[k + 1] - centres[k] + (more[k], 0.0)
-            more[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
+            shift = np.array([away[k], y[k + 1] - y[k]])
+            away[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
     for k in np.flatnonzero(~own & (kind == WORDS)):
-        upright = centres[:, 0] + np.concatenate([[0.0], np.cumsum(more)]) - spacing.slant * centres[:, 1]
         before, after = hanging(new_word, int(k))
-        end = max(upright[i] + glyphs[i].edges[1] for i in before)
-        begin = min(upright[i] + glyphs[i].edges[0] for i in after)
-        more[k] += max(spacing.gaps.word - (begin - end), 0.0)
-    return np.concatenate([[0.0], np.cumsum(more - _shares(more, kind == WORDS))])
+        upright = (
+            np.concatenate([[0.0], np.cumsum(away[before[-1] : after[-1]])])
+            - spacing.slant * y[before[-1] : after[-1] + 1]
+        )
+        end = max(upright[i - before[-1]] + glyphs[i].edges[1] for i in before)
+        begin = min(upright[i - before[-1]] + glyphs[i].edges[0] for i in after)
+        away[k] += max(spacing.gaps.word - (begin - end), 0.0)
+    return np.asarray(away)
 
 
 class _Bent:
@@ -88,9 +91,3 @@ class _Bent:
 
     def _body(self) -> Form:
         return replace(self._form, xy=self._bend(self._form.xy))
-
-
-def _shares(more: Array, words: NDArray[np.bool_]) -> Array:
-    """The sum of what was added, as shares that the gaps of a line give back: those between words, if there are any."""
-    giving = words if words.any() else np.ones(len(more), dtype=bool)
-    return np.where(giving, more.sum() / giving.sum(), 0.0)

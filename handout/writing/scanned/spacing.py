@@ -96,7 +96,7 @@ class Spacing:
 
     def sourced(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
         """(n,) whether pairs were neighbours in the source: what they had is theirs, however far from what is usual."""
-        return np.asarray(self.gaps.to_right[kind, first] == self.gaps.to_left[kind, second])
+        return np.isclose(self.gaps.to_right[kind, first], self.gaps.to_left[kind, second], rtol=0.0, atol=1e-12)
 
     def _word_gaps(self, count: int, rng: np.random.Generator, variation: float) -> Array:
         """(count,) clearances as words have them, from the middle one to as far from it as they come."""
@@ -186,10 +186,10 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
             if one == WORDS:
                 words = np.sort(own)
                 level = (x[second] - x[first] + beyond.between(first, second))[kind == one]
-                word = float(np.percentile(level, _NARROW))
+                word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
                 across = (x[second] - x[first] + beyond.across(first, second))[kind == one]
                 across = across[np.isfinite(across)]
-                zone = float(np.percentile(across, 100 - _SHARE)) if len(across) else np.inf
+                zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
         elif len(own):
             # few are no rule: one that was set far off must not be what is written every time
             mean[one] = np.median(own)
