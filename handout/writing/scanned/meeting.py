@@ -12,7 +12,7 @@ from handout.writing.scanned.learning import Distance, Forest, mismatch
 
 _PARTED = 0.5  # share of the cost that is left between words
 _LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
-_CUT = 0.4  # cost of a ligature that is cut for a word to end, or begin, there
+_CUT = 1.0  # cost of a ligature that is cut for a word to end, or begin, there
 
 
 class Meetings:
@@ -52,8 +52,12 @@ class Meetings:
             self._known[first[:, None], second] = known
         cost = known.astype(np.float64)
         if parted:
-            return np.asarray(_PARTED * cost + _CUT * (1.0 * self.leaves[first][:, None] + self.comes[second]))
+            return np.asarray(_PARTED * cost + self.cut(first)[:, None] + _CUT * self.comes[second])
         return np.asarray(cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second]))
+
+    def cut(self, last: Indices) -> Array:
+        """(k,) float ≥ 0: of ending a word with each of some glyphs (k,), whose ligatures then lead nowhere."""
+        return np.asarray(_CUT * self.leaves[last])
 
     def _own(self, first: Indices, second: Indices) -> Array:
         """(m,) float: of pairs."""

@@ -19,6 +19,8 @@ from handout.writing.scanned.forms import Form
 from handout.writing.scanned.sides import LETTERS, WORDS, Outline, apart, nearness
 from handout.writing.scanned.spacing import Spacing, hanging, kinds
 
+_PUSHES = 3  # that two letters are moved apart by: one sideways takes them less far apart than it is long
+
 
 def settled(
     spacing: Spacing, numbers: Indices, new_word: NDArray[np.bool_], apart: Array, y: Array, bends: Sequence[Bend]
@@ -47,7 +49,7 @@ def settled(
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
         away[k] -= nearness(glyphs[k].outline(of), glyphs[k + 1].outline(of), of)
-        if of != WORDS and not own[k]:
+        for _ in range(_PUSHES if of != WORDS and not own[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
             away[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
     for k in np.flatnonzero(~own & (kind == WORDS)):

@@ -41,7 +41,8 @@ class Gaps:
 
     mean, deviation, low, high : (3,) float: of all of them; `low` and `high` are the least and the most it ever has.
     to_right, to_left : (3, n) float: what every glyph had on either side in the source, nan where nothing.
-    words : (m,) float: the clearances of all words, rising.
+    words : (m,) float: the clearances of words, rising, without those before the last word of a line, which is bunched
+        where the edge is near.
     word : the least that two words are apart over all heights; they were one to the eye if each height had its own.
     zone : the most that they are apart over the heights of small letters.
     """
@@ -184,14 +185,19 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
             kept = np.clip(own, low[one], high[one])
             mean[one], deviation[one] = kept.mean(), kept.std()
             if one == WORDS:
-                words = np.sort(own)
+                words = own[~beside.closes(second[kind == one])]
+                words = np.sort(words if len(words) >= _ENOUGH else own)
                 level = (x[second] - x[first] + beyond.between(first, second))[kind == one]
                 word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
                 across = (x[second] - x[first] + beyond.across(first, second))[kind == one]
                 across = across[np.isfinite(across)]
                 zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
         elif len(own):
-            # few are no rule: one that was set far off must not be what is written every time
-            mean[one] = np.median(own)
-            low[one], high[one] = mean[one] - deviation[one], mean[one] + deviation[one]
+            mean[one], low[one], high[one] = _few(own, float(deviation[one]))
     return Gaps(mean, deviation, low, high, to_right, to_left, words, word, zone)
+
+
+def _few(own: Array, deviation: float) -> tuple[float, float, float]:
+    """Middle, least and most of few clearances: one that was set far off must not be what is written every time."""
+    middle = float(np.median(own))
+    return middle, middle - deviation, middle + deviation
