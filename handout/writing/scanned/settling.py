@@ -52,15 +52,13 @@ def settled(
         for _ in range(_PUSHES if of != WORDS and not own[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
             away[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
-    for k in np.flatnonzero(~own & (kind == WORDS)):
-        before, after = hanging(new_word, int(k))
-        upright = (
-            np.concatenate([[0.0], np.cumsum(away[before[-1] : after[-1]])])
-            - spacing.slant * y[before[-1] : after[-1] + 1]
-        )
-        end = max(upright[i - before[-1]] + glyphs[i].edges[1] for i in before)
-        begin = min(upright[i - before[-1]] + glyphs[i].edges[0] for i in after)
-        away[k] += max(spacing.gaps.word - (begin - end), 0.0)
+    for k in np.flatnonzero(~own & (kind == WORDS)).tolist():
+        before, after = hanging(new_word, k)
+        begin, end = int(before[-1]), int(after[-1]) + 1
+        upright = np.concatenate([[0.0], np.cumsum(away[begin : end - 1])]) - spacing.slant * y[begin:end]
+        right = max(upright[i - begin] + glyphs[i].edges[1] for i in before)
+        left = min(upright[i - begin] + glyphs[i].edges[0] for i in after)
+        away[k] += max(spacing.gaps.word - (left - right), 0.0)
     return np.asarray(away)
 
 
