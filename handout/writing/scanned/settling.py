@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from handout.values import Array, Indices
 from handout.writing.scanned.bending import Bend
 from handout.writing.scanned.forms import Form
-from handout.writing.scanned.sides import LETTERS, WORDS, Outline, apart, nearness
+from handout.writing.scanned.sides import LETTERS, WORDS, Side, apart, nearness, side
 from handout.writing.scanned.spacing import Spacing, hanging, kinds
 
 _PUSHES = 3  # that two letters are moved apart by: one sideways takes them less far apart than it is long
@@ -48,7 +48,7 @@ def settled(
     ]
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
-        away[k] -= nearness(glyphs[k].outline(of), glyphs[k + 1].outline(of), of)
+        away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
         for _ in range(_PUSHES if of != WORDS and not own[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
             away[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
@@ -70,24 +70,31 @@ class _Bent:
 
     def __init__(self, spacing: Spacing, number: int, bend: Bend, y: float) -> None:
         self._form, self._bend, self._y, self._slant = spacing.forms[number], bend, y, spacing.slant
+        self._sides: dict[int, Side] = {}
         self.shifted = spacing.slant * (y - float(spacing.forms.centre[number, 1]))
 
-    def outline(self, kind: int) -> Outline:
-        """What `sides.Sides` sees of a glyph in a pair of this kind, from its centre."""
-        xy, radius = (self._form.xy, self._form.radius) if kind == LETTERS else self._form.whole
-        x, y = self._bend(xy).T
-        upright = x - self._slant * y
-        return upright - radius, upright + radius, y + self._y
+    def side(self, kind: int) -> Side:
+        """What `sides.Sides` has of a glyph in a pair of this kind, from its centre."""
+        if kind not in self._sides:
+            xy, radius = (self._body.xy, self._body.radius) if kind == LETTERS else self._whole
+            upright = xy[:, 0] - self._slant * xy[:, 1]
+            self._sides[kind] = side((upright - radius, upright + radius, xy[:, 1] + self._y), kind)
+        return self._sides[kind]
 
-    @cached_property
+    @property
     def edges(self) -> tuple[float, float]:
         """How far its ink goes to either side, upright, where it begins or ends a word."""
-        low, high, _ = self.outline(WORDS)
-        return float(low.min()), float(high.max())
+        return self.side(WORDS)[2:]
 
     def apart(self, other: _Bent, shift: Array) -> float:
         """See `sides.apart`."""
-        return apart(self._body(), other._body(), shift)
+        return apart(self._body, other._body, shift)
 
+    @cached_property
     def _body(self) -> Form:
         return replace(self._form, xy=self._bend(self._form.xy))
+
+    @cached_property
+    def _whole(self) -> tuple[Array, Array]:
+        xy, radius = self._form.whole
+        return self._bend(xy), radius

@@ -21,6 +21,7 @@ _ZONE = (-0.1, 1.15)  # x-heights over the baseline: where the eye sees the gap 
 _SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
 
 
+Side = tuple[Array, Array, float, float]  # left and right, at every level and over all heights
 Outline = tuple[Array, Array, Array]  # left and right side at every vertex, upright, and its height over the baseline
 
 
@@ -82,11 +83,15 @@ def _levels(low: Array, high: Array, height: Array, seen: float) -> tuple[Array,
     return left, np.where(near, high[:, None], -np.inf).max(axis=0)
 
 
-def nearness(first: Outline, second: Outline, kind: int) -> float:
-    """How near two outlines come to each other as a pair of this kind; see `Sides.clearance`."""
-    right, left = _levels(*first, _SEEN[kind])[1], _levels(*second, _SEEN[kind])[0]
-    near = float((left - right).min())
-    return near if np.isfinite(near) else float(second[0].min() - first[1].max())
+def side(outline: Outline, kind: int) -> Side:
+    """The sides of one outline as they count in a pair of this kind: at every level, and over all heights."""
+    return *_levels(*outline, _SEEN[kind]), float(outline[0].min()), float(outline[1].max())
+
+
+def nearness(first: Side, second: Side) -> float:
+    """How near two come to each other; see `Sides.clearance`."""
+    near = float((second[0] - first[1]).min())
+    return near if np.isfinite(near) else second[2] - first[3]
 
 
 def _outline(forms: Forms, number: int, slant: float, *, loose: bool = False) -> Outline:
