@@ -51,7 +51,10 @@ def settled(
         away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
         for _ in range(_PUSHES if of != WORDS and not own[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
-            away[k] += max(spacing.least - glyphs[k].apart(glyphs[k + 1], shift), 0.0)
+            short = spacing.least - glyphs[k].apart(glyphs[k + 1], shift)
+            if short <= 0:
+                break
+            away[k] += short
     for k in np.flatnonzero(~own & (kind == WORDS)).tolist():
         before, after = hanging(new_word, k)
         begin, end = int(before[-1]), int(after[-1]) + 1
