@@ -164,8 +164,7 @@ def bodies_alone(
     x: ArrayLike,
     y: ArrayLike,
     new_word: ArrayLike,
-    rng: np.random.Generator,
-    variation: float = 1.0,
+    bends: Sequence[Bend],
 ) -> list[LineGraph]:
     """Glyphs as they were on the page, without any ligature.  See `setting.set_line`."""
     centres = np.column_stack([np.asarray(x, dtype=float), np.asarray(y, dtype=float)])

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from statistics import median
 from typing import Generic
 
 from handout.writing.scribe import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
+_BUNCH = 0.4  # of the usual gap, that one near the edge gives up before those further from it give anything
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +73,12 @@ def _squeezed(units: Sequence[Unit[W]], room: float, squeeze: float) -> list[flo
         return gaps
     # what is narrow already stays: two words must not become one
     spare = [max(gap - LEAST_GAP, 0.0) for gap in gaps]
-    if over > min(squeeze * sum(gaps), sum(spare)):
+    if len(gaps) < 2 or over > min(squeeze * sum(gaps), sum(spare)):
         return None
-    return [gap - more * over / sum(spare) for gap, more in zip(gaps, spare, strict=True)]
+    # the edge is only seen when it is near: the last gaps are the narrow ones
+    least = (1 - _BUNCH) * median(gaps[1:])
+    for number in reversed(range(1, len(gaps))):
+        less = min(spare[number], over, max(gaps[number] - least, 0.0))
+        gaps[number], spare[number], over = gaps[number] - less, spare[number] - less, over - less
+    rest = over / sum(spare) if sum(spare) else 0.0
+    return [gap - more * rest for gap, more in zip(gaps, spare, strict=True)]

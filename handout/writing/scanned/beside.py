@@ -33,6 +33,17 @@ class Beside:
         second = np.flatnonzero((self.before != NOBODY) & (self.parted == parted))
         return np.column_stack([self.before[second], second])
 
+    def closes(self, second: Indices) -> NDArray[np.bool_]:
+        """(n,) whether the words that begin with some glyphs (n,) are the last of their lines."""
+        last = second.copy()
+        for _ in range(len(self.after)):
+            following = self.after[last]
+            on = (following != NOBODY) & ~self.parted[following]
+            if not on.any():
+                break
+            last = np.where(on, following, last)
+        return np.asarray(self.after[last] == NOBODY)
+
 
 def beside(hand: ScannedHand, x: Array) -> Beside:
     """The neighbours of a hand's glyphs, whose centres are at `x` (n,) on their lines."""

@@ -114,7 +114,9 @@ def solve(
     if variation <= 0:
         none = tuple(np.zeros(len(pool.numbers)) for pool in pools)
         steps = _steps(stock, wanted, pools)
-        yield Solved(0, _taken(pools, viterbi([pool.cost for pool in pools], steps)), none, none)
+        unary = [pool.cost for pool in pools]
+        unary[-1] = unary[-1] + stock.meetings.cut(pools[-1].numbers)
+        yield Solved(0, _taken(pools, viterbi(unary, steps)), none, none)
         return
     used = Used(stock) if used is None else used
     before: Indices | None = None
@@ -125,6 +127,7 @@ def solve(
         unary = [pool.cost + chance for pool, chance in zip(own, noise, strict=True)]
         if before is not None:
             unary[0] = unary[0] + stock.meetings.cost(before, own[0].numbers, parted=True)[0]
+        unary[-1] = unary[-1] + stock.meetings.cut(own[-1].numbers)
         numbers = _word(own, unary, again, _steps(stock, wanted[first:last], own))
         used.write(numbers)
         before = numbers[-1:]

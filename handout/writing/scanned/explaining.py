@@ -96,6 +96,8 @@ def _beside(
         left = cost(numbers[i - 1 : i], own, wanted[i - 1].word != wanted[i].word)[0]
     if i + 1 < last:
         right = cost(own, numbers[i + 1 : i + 2], wanted[i].word != wanted[i + 1].word)[:, 0]
+    else:
+        right = stock.meetings.cut(own)
     return left, right
 
 

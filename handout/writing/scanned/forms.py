@@ -16,7 +16,10 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices, readonly_indices
+from handout.writing.scanned.tails import tails
 from handout.writing.scanned.taking import Strokes, Taken
+
+_CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +31,7 @@ class Way:
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
     own : how many of its vertices, counted from the anchor, belong to the glyph.
+    loose : how many of them it has where nothing meets it; see `tails`.
     height : of its middle over the source's baseline, line space.
     """
 
@@ -37,6 +41,7 @@ class Way:
     uv: Array
     anchor: int
     own: int
+    loose: int
     height: float
 
     def __len__(self) -> int:
@@ -66,10 +71,10 @@ class Form:
 
     @cached_property
     def whole(self) -> tuple[Array, Array]:
-        """(n, 2), (n,): places and radii of all that is the glyph's own: its body, and its part of its ligatures."""
+        """(n, 2), (n,): places and radii of all that is there where nothing joins it: its body, and its loose ways."""
         parts = [(self.xy, self.radius)]
-        parts += [(way.xy[: way.own], way.radius[: way.own]) for way in self.exits]
-        parts += [(way.xy[-way.own :], way.radius[-way.own :]) for way in self.entries]
+        parts += [(way.xy[: way.loose], way.radius[: way.loose]) for way in self.exits]
+        parts += [(way.xy[-way.loose :], way.radius[-way.loose :]) for way in self.entries]
         return np.concatenate([xy for xy, _ in parts]), np.concatenate([radius for _, radius in parts])
 
 
@@ -85,10 +90,12 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self._taken = Taken(hand, ways(hand), self.centre)
+        found = ways(hand)
+        self._taken = Taken(hand, found, self.centre)
         self.bodies = self._taken.bodies
         self._edges = self._taken.edges()
         self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
+        self._tails = tails(hand, found, self._taken.vertices())
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -104,14 +111,17 @@ class Forms:
         return Form(
             *self.bodies[number],
             self._edges[number],
-            tuple(self._way(self._taken.entries, way) for way in self._entries.get(number, ())),
-            tuple(self._way(self._taken.exits, way) for way in self._exits.get(number, ())),
+            tuple(self._way(self._taken.entries, way, entering=True) for way in self._entries.get(number, ())),
+            tuple(self._way(self._taken.exits, way, entering=False) for way in self._exits.get(number, ())),
         )
 
-    def _way(self, strokes: Strokes, way: int) -> Way:
+    def _way(self, strokes: Strokes, way: int, *, entering: bool) -> Way:
         place, radius, density, uv = strokes.lines[way]
+        own = int(strokes.own[way])
+        far = np.linalg.norm(place - place[0 if entering else -1], axis=1) > _CLEAR / self.hand.pitch
+        loose = own + round(self._tails[0 if entering else 1] * max(int(far.sum()) - own, 0))
         height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
-        return Way(place, radius, density, uv, int(strokes.anchor[way]), int(strokes.own[way]), height)
+        return Way(place, radius, density, uv, int(strokes.anchor[way]), own, loose, height)
 
 
 def along(xy: Array, count: int) -> Array:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+
+import numpy as np
 
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, readonly
-from handout.writing.scanned.bending import Spread, spread
+from handout.values import Array, Indices
+from handout.writing.scanned.bending import Bend, Spread, spread
 from handout.writing.scanned.beside import Beside, beside
 from handout.writing.scanned.flow import Flow, flow
 from handout.writing.scanned.forms import Form, Forms
@@ -24,13 +26,13 @@ class Manner:
     flow: Flow
     spread: Spread
 
-    @cached_property
-    def reach(self) -> Array:
-        """(n, 2) float, line space: how far the ink of each glyph goes left (negative) and right of its centre.
+    def reach(self, numbers: Indices, bends: Sequence[Bend]) -> Array:
+        """(n, 2) float, line space: how far the ink of bent glyphs goes left (negative) and right of their centres.
 
         Strokes count that are its own part of a ligature: where it is joined, the next letter has more of it.
         """
-        return readonly([_reach(self.forms[number]) for number in range(len(self.forms))], len(self.forms), 2)
+        found = [_reach(self.forms[int(number)], bend) for number, bend in zip(numbers, bends, strict=True)]
+        return np.array(found).reshape(-1, 2)
 
 
 def manner(hand: ScannedHand) -> Manner:
@@ -40,6 +42,7 @@ def manner(hand: ScannedHand) -> Manner:
     return Manner(forms, near, spacing(forms, near), flow(forms, near), spread(forms))
 
 
-def _reach(form: Form) -> tuple[float, float]:
+def _reach(form: Form, bend: Bend) -> tuple[float, float]:
     xy, radius = form.whole
+    xy = bend(xy)
     return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())

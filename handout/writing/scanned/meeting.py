@@ -16,6 +16,7 @@ _FIT = 32.0  # cost of a ligature for each unit that it lies from where it shoul
 _UNSEEN = 4.0  # the same where no ligature is written: what does not meet is not seen
 _MORE = 0.4  # cost of each ligature of one glyph, beyond the first, that meets none of the other's
 _LOOSE = 2.5  # cost of a ligature that meets none, in a word: the pen would have gone on, and lifts
+_CUT = 1.0  # cost of a ligature that is cut for a word to end, or begin, there
 
 
 class Meetings:
@@ -55,8 +56,12 @@ class Meetings:
             self._known[first[:, None], second] = known
         cost = known.astype(np.float64)
         if parted:
-            return _PARTED * cost
+            return np.asarray(_PARTED * cost + self.cut(first)[:, None] + _CUT * self.comes[second])
         return np.asarray(cost + _LOOSE * (self.leaves[first][:, None] != self.comes[second]))
+
+    def cut(self, last: Indices) -> Array:
+        """(k,) float ≥ 0: of ending a word with each of some glyphs (k,), whose ligatures then lead nowhere."""
+        return np.asarray(_CUT * self.leaves[last])
 
     def _own(self, first: Indices, second: Indices) -> Array:
         """(m,) float: of pairs."""

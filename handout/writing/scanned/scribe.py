@@ -19,7 +19,8 @@ from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.explaining import Explained, explain
 from handout.writing.scanned.manner import Manner, manner
-from handout.writing.scanned.setting import gaps, heights, set_line
+from handout.writing.scanned.setting import bent, gaps, heights, set_line
+from handout.writing.scanned.settling import settled
 from handout.writing.scanned.stock import Stock, stock
 from handout.writing.scanned.wanted import Wanted
 from handout.writing.scanned.word import ScannedWord
@@ -76,9 +77,12 @@ class ScannedScribe:
         first = np.concatenate([[0], np.cumsum([len(letters) for _, letters in words])])
         starts = np.zeros(len(numbers), dtype=bool)
         starts[first[:-1]] = [spaces > 0 for spaces, _ in words]
-        apart = gaps(self._manner, numbers, starts, self._rng, self._variation) * self.pitch
+        apart = gaps(self._manner, numbers, starts, self._rng, self._variation)
+        y = heights(self._manner, numbers, starts, self._rng, self._variation)
+        bends = bent(self._manner, numbers, self._rng, self._variation)
+        apart = settled(self._manner.spacing, numbers, starts, apart, y, bends) * self.pitch
         x = np.concatenate([[0.0], np.cumsum(apart)])
-        extents = x[:, None] + self._manner.reach[numbers] * self.pitch
+        extents = x[:, None] + self._manner.reach(numbers, bends) * self.pitch
         usual = self._space()
         units: list[Unit[ScannedWord]] = []
         for (spaces, letters), a, b in zip(words, first, first[1:], strict=False):
@@ -92,6 +96,8 @@ class ScannedScribe:
                     ScannedWord(
                         numbers[a:b],
                         x[a:b] - begin,
+                        y[a:b],
+                        tuple(bends[a:b]),
                         extents[a:b] - begin,
                         tuple(letter.at for letter in letters),
                         tuple(_spelt(letter) for letter in letters),
@@ -116,8 +122,8 @@ class ScannedScribe:
         numbers = np.concatenate([word.numbers for word in words])
         x = np.concatenate([start + word.x * scale for word, start in zip(words, starts, strict=True)]) / unit
         parted = _parted(words)
-        y = heights(self._manner, numbers, parted, self._rng, self._variation)
-        graphs = set_line(self._manner, numbers, x, y, parted, self._rng, self._variation)
+        y, bends = np.concatenate([word.y for word in words]), [bend for word in words for bend in word.bends]
+        graphs = set_line(self._manner, numbers, x, y, parted, bends)
         of = [(i, at, spelt) for i, word in enumerate(words) for at, spelt in zip(word.at, word.spelt, strict=True)]
         for number, graph, (word, at, spelt) in zip(numbers, graphs, of, strict=True):
             source = self._hand.glyphs[int(number)]

@@ -5,7 +5,7 @@ Source: seed 000, §6.3, §6.4.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,14 +51,23 @@ def heights(
     return manner.flow.over(glyphs, parted, rng, variation)
 
 
+def bent(manner: Manner, numbers: ArrayLike, rng: np.random.Generator, variation: float = 1.0) -> list[Bend]:
+    """How each of some glyphs (n,) is bent, never further than the author's own letters vary.
+
+    variation : 0 not at all, 1 as much as is usual.
+    """
+    glyphs = readonly_indices(np.asarray(numbers, dtype=np.intp).reshape(-1), None)
+    height = manner.flow.height
+    return [bend(manner.forms[int(i)], int(i), manner.spread, float(height[i]), rng, variation) for i in glyphs]
+
+
 def set_line(
     manner: Manner,
     numbers: ArrayLike,
     x: ArrayLike,
     y: ArrayLike,
     new_word: ArrayLike,
-    rng: np.random.Generator,
-    variation: float = 1.0,
+    bends: Sequence[Bend],
 ) -> list[LineGraph]:
     """The ink of one line.
 
@@ -66,8 +75,7 @@ def set_line(
     ----------
     numbers, new_word : see `gaps`.
     x, y : (n,) float, line space: where the glyphs' centres lie.
-    variation : how much the glyphs are bent: 0 not at all, 1 as much as is usual; never further than the author's
-        own letters vary.
+    bends : n, of the glyphs; see `bent`.
 
     Returns
     -------
@@ -79,11 +87,8 @@ def set_line(
     """
     glyphs, parted = _text(numbers, new_word)
     centres = np.column_stack([readonly(x, len(glyphs)), readonly(y, len(glyphs))])
-    flow, forms = manner.flow, [manner.forms[int(number)] for number in glyphs]
-    laid = [
-        _Laid(form, bend(form, int(number), manner.spread, float(flow.height[number]), rng, variation), centre)
-        for form, number, centre in zip(forms, glyphs, centres, strict=True)
-    ]
+    forms = [manner.forms[int(number)] for number in glyphs]
+    laid = [_Laid(form, bent, centre) for form, bent, centre in zip(forms, bends, centres, strict=True)]
     for first, second, apart in zip(laid[:-1], laid[1:], parted[1:], strict=True):
         _join(first, second, manner.spread.x_height, apart=bool(apart))
     for one in laid:
@@ -128,9 +133,9 @@ class _Laid:
         self._met.add(id(way))
 
     def lift(self) -> None:
-        """Ways that nothing has met keep what of them is the letter's own, up to the letter that they run into."""
+        """Ways that nothing has met are as long as loose ones are, up to the letter that they run into."""
         for way, outwards in self._loose():
-            order = outwards[: way.own]
+            order = outwards[: way.loose]
             xy, radius = self.place(way.xy[order]), way.radius[order]
             kept = min((_clear(xy, radius, *body) for body in self.barred), default=len(order))
             self.add(way, (xy[:kept], radius[:kept], way.density[order][:kept], way.uv[order][:kept]))

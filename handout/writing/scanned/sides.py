@@ -17,7 +17,12 @@ from handout.writing.scanned.forms import Form, Forms
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
+_ZONE = (-0.1, 1.15)  # x-heights over the baseline: where the eye sees the gap between two words
 _SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
+
+
+Side = tuple[Array, Array, float, float]  # left and right, at every level and over all heights
+Outline = tuple[Array, Array, Array]  # left and right side at every vertex, upright, and its height over the baseline
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +35,13 @@ class Sides:
 
     left, right : (3, n, heights) float: ±inf at heights where there is no ink.
     edges : (3, n, 2) float: the same over all heights.
+    zone : (n, 2) float: the same, as the end of a word, over the heights of small letters; ±inf where there is no ink.
     """
 
     left: Array
     right: Array
     edges: Array
+    zone: Array
 
     def clearance(self, first: Indices, second: Indices, kind: Indices) -> Array:
         """(n,): how near pairs of glyphs come at any one height were their centres in one place; mostly negative."""
@@ -47,17 +54,39 @@ class Sides:
         place; mostly negative."""
         return np.asarray(self.edges[WORDS, second, 0] - self.edges[WORDS, first, 1])
 
+    def across(self, first: Indices, second: Indices) -> Array:
+        """(n,): the same over the heights of small letters alone; inf where either has no ink there."""
+        return np.asarray(self.zone[second, 0] - self.zone[first, 1])
+
 
 def sides(forms: Forms, slant: float) -> Sides:
     """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""
     left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
     right, edges = -left, np.zeros((3, len(forms), 2))
+    zone = np.tile([np.inf, -np.inf], (len(forms), 1))
+    low_zone, high_zone = np.multiply(_ZONE, 1 / forms.hand.pitch)
     for kind, seen in enumerate(_SEEN):
         of, low, high, height = _outlines(forms, slant, loose=kind != LETTERS)
         left[kind], right[kind] = _levels(of, low, high, height, seen, len(forms))
         first = np.searchsorted(of, np.arange(len(forms)))
         edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
-    return Sides(left, right, edges)
+        if kind == WORDS:
+            small = (low_zone < height) & (height < high_zone)
+            zone[:, 0] = np.minimum.reduceat(np.where(small, low, np.inf), first)
+            zone[:, 1] = np.maximum.reduceat(np.where(small, high, -np.inf), first)
+    return Sides(left, right, edges, zone)
+
+
+def side(outline: Outline, kind: int) -> Side:
+    """The sides of one outline as they count in a pair of this kind: at every level, and over all heights."""
+    left, right = _levels(np.zeros(len(outline[0]), dtype=np.intp), *outline, _SEEN[kind], 1)
+    return left[0], right[0], float(outline[0].min()), float(outline[1].max())
+
+
+def nearness(first: Side, second: Side) -> float:
+    """How near two come to each other; see `Sides.clearance`."""
+    near = float((second[0] - first[1]).min())
+    return near if np.isfinite(near) else second[2] - first[3]
 
 
 def _levels(of: Indices, low: Array, high: Array, height: Array, seen: float, count: int) -> tuple[Array, Array]:

@@ -82,6 +82,12 @@ class Taken:
         self.exits = self._strokes(*self._ways[0], leaving=True)
         self.entries = self._strokes(*self._ways[1], leaving=False)
 
+    def vertices(self) -> list[Indices]:
+        """The vertices of each body, by the numbers of its page."""
+        before = self._before[[glyph.page for glyph in self._hand.glyphs]]
+        own = self._codes % self._count - np.repeat(before, np.diff(self.bodies.first))
+        return np.split(own, self.bodies.first[1:-1])
+
     def edges(self) -> list[Indices]:
         """n of (m, 2) int: the edges between vertices of each body, by their place in it, without those of the ways."""
         owner = np.full(self._count, NOBODY)

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from handout.values import Array, Indices
+from handout.writing.scanned.bending import Bend
 from handout.writing.words import cuts
 
 
@@ -18,6 +19,8 @@ class ScannedWord:
 
     numbers : (n,) int, of the glyphs in their hand.
     x : (n,) float: their centres.
+    y : (n,) float, line space: how high those stand.
+    bends : n: how each is bent.
     extents : (n, 2) float: where the ink of each begins and ends.
     at, spelt : index in the text and grapheme of each.
     advance : where the next word's gap begins.
@@ -26,6 +29,8 @@ class ScannedWord:
 
     numbers: Indices
     x: Array
+    y: Array
+    bends: tuple[Bend, ...]
     extents: Array
     at: tuple[int, ...]
     spelt: tuple[str, ...]
@@ -56,6 +61,8 @@ class ScannedWord:
             self,
             numbers=self.numbers[a:b],
             x=self.x[a:b] - begin,
+            y=self.y[a:b],
+            bends=self.bends[a:b],
             extents=extents,
             at=self.at[a:b],
             spelt=self.spelt[a:b],

@@ -40,7 +40,7 @@ def total(kept, wanted, numbers):
     own = sum(float(p.cost[p.numbers == n][0]) for p, n in zip(pools, numbers, strict=True))
     pairs = zip(wanted, wanted[1:], numbers, numbers[1:], strict=False)
     one = [kept.meetings.cost(np.array([a]), np.array([b]), v.word != w.word)[0, 0] for v, w, a, b in pairs]
-    return own + sum(one)
+    return own + sum(one) + float(kept.meetings.cut(np.array(numbers[-1:]))[0])
 
 
 @settings(max_examples=60, deadline=None)

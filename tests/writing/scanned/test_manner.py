@@ -7,8 +7,9 @@ import pytest
 
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
+from handout.writing.scanned.bending import unbent
 from handout.writing.scanned.manner import manner
-from handout.writing.scanned.setting import gaps, heights, set_line
+from handout.writing.scanned.setting import bent, gaps, heights, set_line
 
 
 def test_reach_is_the_ink_on_both_sides(small_hand, small_manner):
@@ -16,7 +17,9 @@ def test_reach_is_the_ink_on_both_sides(small_hand, small_manner):
     for number, glyph in enumerate(small_hand.glyphs):
         x = small_hand.outline(number)[:, 0] - small_manner.forms.centre[number, 0]
         radius = page.graph.radius[glyph.vertices] / page.pitch
-        assert small_manner.reach[number] == pytest.approx([(x - radius).min(), (x + radius).max()])
+        assert small_manner.reach(np.array([number]), [unbent()])[0] == pytest.approx(
+            [(x - radius).min(), (x + radius).max()]
+        )
 
 
 def at_twice_the_size(page):
@@ -61,7 +64,7 @@ def test_the_page_a_glyph_is_from_makes_no_difference(small_hand, two_pages):
     for glyphs in (numbers, mixed):
         dx = gaps(two_pages, glyphs, new_word, rng, variation=0)
         x, y = np.concatenate([[0], np.cumsum(dx)]), two_pages.flow.height[glyphs]
-        lines.append(set_line(two_pages, glyphs, x, y, new_word, rng, variation=0))
+        lines.append(set_line(two_pages, glyphs, x, y, new_word, bent(two_pages, glyphs, rng, variation=0)))
         assert heights(two_pages, glyphs, new_word, rng, variation=0) == pytest.approx(y, abs=0.3)
     for one, other in zip(*lines, strict=True):
         assert np.allclose(one.xy, other.xy) and np.allclose(one.radius, other.radius)

@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 
 from handout.writing.scanned.joining import matches
-from handout.writing.scanned.setting import _clear, gaps, heights, set_line
+from handout.writing.scanned.setting import _clear, bent, gaps, heights, set_line
+from handout.writing.scanned.settling import settled
 
 
 def whole(manner, numbers, new_word, seed=0, variation=1.0):
     rng = np.random.default_rng(seed)
     dx = gaps(manner, numbers, new_word, rng, variation)
     y = heights(manner, numbers, new_word, rng, variation)
+    bends = bent(manner, numbers, rng, variation)
+    dx = settled(manner.spacing, np.array(numbers), np.array(new_word), dx, y, bends)
     x = np.concatenate([[0.0], np.cumsum(dx)])
-    return x, y, set_line(manner, numbers, x, y, new_word, rng, variation)
+    return x, y, set_line(manner, numbers, x, y, new_word, bends)
 
 
 def test_a_text_of_the_source_comes_back_at_its_own_places(small_hand, small_manner, small_lines):
@@ -105,9 +108,9 @@ def test_a_glyph_used_twice_is_not_the_same_twice(small_manner):
 
 def test_nothing_to_set_and_what_does_not_fit(small_manner):
     rng = np.random.default_rng(0)
-    assert set_line(small_manner, [], [], [], [], rng) == []
+    assert set_line(small_manner, [], [], [], [], []) == []
     with pytest.raises(ValueError, match="shape"):
-        set_line(small_manner, [1, 2], [0.0], [0.0, 0.0], [True, False], rng)
+        set_line(small_manner, [1, 2], [0.0], [0.0, 0.0], [True, False], [])
     with pytest.raises(ValueError, match="2 glyphs, but 3"):
         heights(small_manner, [1, 2], [True, False, False], rng)
 

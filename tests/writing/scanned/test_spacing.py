@@ -127,3 +127,33 @@ def test_punctuation_keeps_its_own_distance(small_manner):
     centre = small_manner.forms.centre[:, 0] - space.lean
     own = centre[comma] - centre[before] + edges[comma, 0] - edges[before, 1]
     assert gap == pytest.approx(own)
+
+
+def test_gaps_between_words_are_drawn_from_all_of_the_page_s(small_manner):
+    """Whatever the two glyphs had: a glyph that is written often brings no gap of its own along."""
+    space = small_manner.spacing
+    words = space.gaps.words
+    assert len(words) and (np.diff(words) >= 0).all()
+    first, second = small_manner.beside.pairs(parted=True).T
+    numbers, new_word = np.array([first[0], second[3]]), np.array([True, True])
+    found = []
+    for seed in range(300):
+        dx = gaps(small_manner, numbers, new_word, np.random.default_rng(seed))
+        clear = dx - np.diff(space.lean[numbers]) + space.sides.clearance(numbers[:1], numbers[1:], np.array([1]))
+        found.append(float(clear[0]))
+    low, high = space.gaps.low[1], space.gaps.high[1]
+    assert low - 1e-9 <= min(found) and max(found) <= high + 1e-9
+    assert np.ptp(found) > 0.5 * (high - low), "and not from what one glyph had"
+
+
+def test_the_last_word_of_a_line_is_known(small_manner):
+    second = small_manner.beside.pairs(parted=True)[:, 1]
+    assert small_manner.beside.closes(second).sum() == 3  # lines
+
+
+def test_few_marks_are_no_rule(small_hand):
+    """One full stop far off among three is not what every third is written like."""
+    from handout.writing.scanned.spacing import _few
+
+    mean, low, high = _few(np.array([0.1, 0.12, 0.9]), 0.08)
+    assert (mean, low, high) == pytest.approx((0.12, 0.04, 0.2))

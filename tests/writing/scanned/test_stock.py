@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.hand.scanned import ScannedHand
 from handout.writing.scanned.learning import Distance, learn, mismatch
-from handout.writing.scanned.meeting import Meetings
+from handout.writing.scanned.meeting import _CUT, Meetings
 from handout.writing.scanned.oddity import oddity
 from handout.writing.scanned.stock import stock
 from handout.writing.scanned.trees import Forest, grow, pair_features
@@ -67,7 +67,8 @@ def test_neighbours_in_the_source_are_free_and_spaces_count_half(kept):
     first = np.flatnonzero(kept.after >= 0)
     assert (within[first, kept.after[first]] == 0).all() and (within >= 0).all()
     lifted = kept.meetings.leaves[:, None] == kept.meetings.comes
-    assert np.allclose(parted[lifted], within[lifted] / 2) and (parted[~lifted] < within[~lifted] / 2).all()
+    kept_on = parted - _CUT * (1.0 * kept.meetings.leaves[:, None] + kept.meetings.comes)
+    assert np.allclose(kept_on[lifted], within[lifted] / 2) and (kept_on[~lifted] < within[~lifted] / 2).all()
     # a block asked for by itself is the same
     assert np.array_equal(stock(kept.hand).meetings.cost(numbers[3:7], numbers[:5], False), within[3:7, :5])
 
