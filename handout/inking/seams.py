@@ -16,6 +16,7 @@ from handout.scanning.cut import minimum_cut
 
 _FINE = 64.0  # capacities become whole numbers: so much finer than they would
 _NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which two lines are one
+_ONE = 0.02  # pixels within which two vertices are one
 _ENDING = 0.5  # radii before its end where a line gives way to one that goes on
 _ALIKE = 0.5  # cosine of twice the angle between them, at least
 _LUMA = np.array([0.299, 0.587, 0.114], dtype=np.float32)
@@ -115,7 +116,9 @@ def _same(layer: Layer, other: Layer) -> _Mask:
     near = away <= reach
     at = np.where(near, at, 0)
     cosine = (layer.twice * np.conj(other.twice[at])).real
-    return np.asarray(near & (cosine >= _ALIKE * np.abs(layer.twice) * np.abs(other.twice[at])))
+    along = cosine >= _ALIKE * np.abs(layer.twice) * np.abs(other.twice[at])
+    # where a ligature turns sharply the two see different directions; that its vertices are in one place is enough
+    return np.asarray(near & (along | (away < _ONE)))
 
 
 def _ending(layer: Layer) -> _Mask:
