@@ -76,7 +76,9 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
     wide, narrow = around(np.conj(step) * cut)
     # where a way turns back on itself the movements on either side are opposite, and their middle is none
     torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
-    turn = np.where(known, np.where(torn, narrow, wide) / np.where(known, np.where(torn, step_square, square), 1), width)
+    turn = np.where(
+        known, np.where(torn, narrow, wide) / np.where(known, np.where(torn, step_square, square), 1), width
+    )
     turn = np.where(np.abs(turn) > 1e-6, turn, width)
     twice = np.where(known, around(step**2)[0] / np.where(known, square, 1), 0)
     along = np.abs(turn)
