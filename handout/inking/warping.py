@@ -29,7 +29,7 @@ _PAD = 8  # pixels around what is needed of the picture, so that lines beside it
 _PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
 _ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
 _FAINT = 0.15  # opacity of ink that two specks are joined by
-_APART = 1.5  # pixels of the picture between movements beside each other, above which they are not evened out
+_APART = 3.0  # pixels of the picture between movements beside each other, above which they are not evened out
 _GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
