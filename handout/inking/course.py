@@ -13,7 +13,8 @@ from handout.values import Ink
 
 _SMOOTH = 6  # rounds in which a vertex takes on its neighbours' movement
 _STEP = 1.2  # pixels between vertices, at most
-_LEAST, _MOST = 0.5, 2.0  # what a line's width may change by, of what its length does
+_LEAST, _MOST = 0.5, 2.0  # what a line's length may change by, of what its width does
+_ALIKE = 0.8  # of the movements around a vertex, that is left in their mean
 _SHARE = 1e-6  # of the whole glyph's movement in every vertex's: what a dot goes by
 
 _Complex = NDArray[np.complex128]
@@ -58,24 +59,30 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
     count = len(at)
     spread = _spread(graph.edges, count)
 
-    def around(values: NDArray[np.complex128]) -> _Complex:
+    def around(values: NDArray[np.complex128]) -> tuple[_Complex, ...]:
         total = np.zeros(count, dtype=np.complex128)
         np.add.at(total, a, values)
         np.add.at(total, b, values)
         total += _SHARE * values.sum()
+        near = total
         for _ in range(_SMOOTH):
             total = spread @ total
-        return total
+        return total, near
 
-    square = around(np.abs(step) ** 2 + 0j)
+    square, step_square = around(np.abs(step) ** 2 + 0j)
     known = np.abs(square) > 0
     radius, own = graph.radius * scale, source.radius_at(graph.uv)
     width = np.abs(_smooth(own, spread) / np.maximum(_smooth(radius, spread), 1e-9))
-    turn = np.where(known, around(np.conj(step) * cut) / np.where(known, square, 1), width)
+    wide, narrow = around(np.conj(step) * cut)
+    # where a way turns back on itself the movements on either side are opposite, and their middle is none
+    torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
+    turn = np.where(
+        known, np.where(torn, narrow, wide) / np.where(known, np.where(torn, step_square, square), 1), width
+    )
     turn = np.where(np.abs(turn) > 1e-6, turn, width)
-    twice = np.where(known, around(step**2) / np.where(known, square, 1), 0)
+    twice = np.where(known, around(step**2)[0] / np.where(known, square, 1), 0)
     along = np.abs(turn)
-    width = np.clip(width, _LEAST * along, _MOST * along)
+    turn *= np.clip(along, _LEAST * width, _MOST * width) / along
     loose = graph.degree < 2
     return _finer(Course(at, uv, radius, turn, width, twice, loose), a, b, np.abs(step))
 

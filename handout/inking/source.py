@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _OWN = 0.8  # pixels within which a vertex of the page is one of the glyph's: less than from vertex to vertex
-_BITS = 4  # of a pixel's fraction, where discs are drawn
+_RIM = 1.0  # pixels on either side of its radius over which a line that is cut fades, as the rim of a lifted pen does
 
 _Pixels = NDArray[np.float32]
 Box = tuple[int, int, int, int]
@@ -106,22 +106,26 @@ class Source:
         owner = np.ones(size, dtype=np.uint8)
         number = np.zeros(size, dtype=np.int32)
         every = np.concatenate([others, mine])
-        x, y = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
-        owner[y, x], number[y, x] = 0, np.arange(len(every))
+        u, v = np.clip(np.rint(self.page.graph.uv[every] - corner).astype(np.intp), 0, np.array(size[::-1]) - 1).T
+        owner[v, u], number[v, u] = 0, np.arange(len(every))
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
         at = np.zeros(int(label.max()) + 1, dtype=np.int32)
-        at[label[y, x]] = number[y, x]
+        at[label[v, u]] = number[v, u]
         kept = (at[label] >= len(others)).astype(np.float32)
-        for (cx, cy), radius in self._cuts(mine, corner):
-            cv2.circle(kept, (cx, cy), radius, 1.0, -1, shift=_BITS)
+        for (x, y), radius in self._cuts(mine, corner):
+            reach = int(radius + _RIM) + 1
+            left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
+            part = kept[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
+            down, right = np.ogrid[: part.shape[0], : part.shape[1]]
+            away = np.hypot(right + left - x, down + top - y)
+            np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
         return np.asarray(np.maximum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
 
-    def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[int, int], int]]:
-        """Discs of the glyph's vertices from which the line goes on into another letter, in parts of pixels."""
+    def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[float, float], float]]:
+        """Centre and radius of the glyph's vertices from which the line goes on into another letter, pixels."""
         own = np.zeros(len(self.radius), dtype=bool)
         own[mine] = True
         a, b = self._crossing.T
         ends = np.unique(a[own[a] & ~own[b]])
-        xy = np.rint((self.page.graph.uv[ends] - corner) * (1 << _BITS)).astype(int).tolist()
-        radii = np.rint(self.radius[ends] * (1 << _BITS)).astype(int).tolist()
-        return [((x, y), r) for (x, y), r in zip(xy, radii, strict=True)]
+        places = (self.page.graph.uv[ends] - corner).tolist()
+        return [((x, y), r) for (x, y), r in zip(places, self.radius[ends].tolist(), strict=True)]

@@ -1,17 +1,22 @@
 """Scanned ink on a page: every glyph's own ink where the glyph is written.
 
+Ink is averaged and laid on in device RGB, not in linear light: the matte was found there, as what makes the scan again
+when the ink is laid on its paper, so that laid on otherwise its soft edges come out paler than on the author's page.
+
 Source: seed 000, §6.5.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
+from handout.inking.grid import settled
 from handout.inking.layer import Layer
 from handout.inking.seams import parted
 from handout.inking.source import Source
@@ -21,9 +26,7 @@ from handout.values import Ink, Manuscript, Raster
 _MOST = 4e9  # pixels of a page
 
 
-def texture(
-    manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN, gradient: float = 0.0
-) -> Raster:
+def texture(manuscript: Manuscript, hand: ScannedHand, dpi: float, *, margin: float = MARGIN) -> Raster:
     """The ink of a page on a transparent sheet.
 
     Parameters
@@ -36,8 +39,6 @@ def texture(
         20 to 4800.
     margin : float
         mm around the line within which ink is taken along.
-    gradient : float
-        Weight of a change of luma in the cost of seams, see `seams.seam`.
 
     Returns
     -------
@@ -56,8 +57,9 @@ def texture(
     rgba = np.zeros((height, width, 4), dtype=np.float32)
     sources = tuple(Source(page) for page in hand.pages)
     for line in manuscript.lines:
-        inks = [placed.ink for placed in line.placed if placed.ink is not None]
-        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin), gradient):
+        words = groupby((placed for placed in line.placed if placed.ink is not None), key=lambda placed: placed.word)
+        inks = [ink for _, word in words for ink in settled([placed.ink for placed in word if placed.ink], dpi)]
+        for layer in _parted(_layers(inks, sources, dpi, (height, width), margin)):
             _lay(rgba, layer)
     return Raster(rgba, dpi)
 
@@ -85,13 +87,13 @@ def _layers(
             yield layer
 
 
-def _parted(layers: Iterator[Layer], gradient: float) -> Iterator[Layer]:
+def _parted(layers: Iterator[Layer]) -> Iterator[Layer]:
     """The layers, each parted from the one before where both show one line."""
     before: Layer | None = None
     for layer in layers:
         own = layer
         if before is not None:
-            before, own = parted(before, layer, gradient=gradient)
+            before, own = parted(before, layer)
             yield before
         before = own
     if before is not None:

@@ -29,6 +29,7 @@ _PAD = 8  # pixels around what is needed of the picture, so that lines beside it
 _PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
 _ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
 _FAINT = 0.15  # opacity of ink that two specks are joined by
+_APART = 3.0  # pixels of the picture between movements beside each other, above which they are not evened out
 _GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
@@ -217,13 +218,17 @@ def _back(
     if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
         return back, False
     side = 2 * max(1, round(float(np.median(line.radius)))) + 1
-    parts = np.zeros((*place.shape, 3), dtype=np.float32)
-    parts[inside] = np.stack([rest.real, rest.imag, np.ones(len(rest))], axis=1)
+    parts = np.zeros((*place.shape, 4), dtype=np.float32)
+    parts[inside] = np.stack([rest.real, rest.imag, np.abs(rest) ** 2, np.ones(len(rest))], axis=1)
     for _ in range(2):
         parts = np.asarray(cv2.blur(parts, (side, side)))
         parts[~inside] = 0
-    x, y, weight = parts[inside].T
-    return even + (x + 1j * y) / weight, True
+    x, y, square, weight = parts[inside].T
+    mean = (x + 1j * y) / weight
+    apart = np.sqrt(np.maximum(square / weight - np.abs(mean) ** 2, 0))
+    # where strokes part, or a way turns back on itself, the middle between two movements is nobody's ink
+    own_share = np.clip(apart / _APART - 1, 0, 1)
+    return even + mean + own_share * (rest - mean), True
 
 
 def _even(line: Course) -> Any:
@@ -267,4 +272,4 @@ def _unghosted(
     beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
     kept = np.ones(near.shape, dtype=np.float32)
     kept[inside] = 1 - ghost * beside
-    return np.asarray(cv2.blur(kept, (3, 3)), dtype=np.float32)
+    return np.asarray(np.minimum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)

@@ -16,33 +16,32 @@ from handout.inking.warping import warp
 from handout.values import LineGraph
 
 
-def cost_of(a, b, both, taken, gradient):
-    luma = [(x[..., :3] + 1 - x[..., 3:]) @ [0.299, 0.587, 0.114] for x in (a, b)]
+def cost_of(a, b, both, taken):
     apart, total = np.sqrt(((a - b) ** 2).sum(axis=2)), 0.0
     for y, x in zip(*np.nonzero(both), strict=True):
         for v, u in ((y, x + 1), (y + 1, x)):
             if v < both.shape[0] and u < both.shape[1] and both[v, u] and taken[y, x] != taken[v, u]:
-                total += apart[y, x] + apart[v, u] + gradient * sum(abs(one[y, x] - one[v, u]) for one in luma)
+                total += apart[y, x] + apart[v, u]
     return total
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.integers(0, 10**6), st.sampled_from([0.0, 2.0]))
-def test_no_seam_is_cheaper(seed, gradient):
+@given(st.integers(0, 10**6))
+def test_no_seam_is_cheaper(seed):
     rng = np.random.default_rng(seed)
     a, b = rng.random((2, 3, 4, 4))
     both = rng.random((3, 4)) < 0.85
     to_a, to_b = np.zeros((2, 3, 4), dtype=bool)
     to_a[:, 0], to_b[:, -1] = both[:, 0], both[:, -1]
-    taken = seam(a, b, both, to_a, to_b, gradient=gradient)
+    taken = seam(a, b, both, to_a, to_b)
     assert not taken[to_a].any() and taken[to_b].all() and not taken[~both].any()
     free = np.argwhere(both & ~to_a & ~to_b)
     best = np.inf
     for choice in product([False, True], repeat=len(free)):
         other = to_b.copy()
         other[tuple(free.T)] = choice
-        best = min(best, cost_of(a, b, both, other, gradient))
-    assert cost_of(a, b, both, taken, gradient) == pytest.approx(best, abs=0.02)
+        best = min(best, cost_of(a, b, both, other))
+    assert cost_of(a, b, both, taken) == pytest.approx(best, abs=0.02)
 
 
 def line(points, colour, ends=True):
