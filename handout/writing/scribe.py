@@ -42,10 +42,14 @@ ToPage = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Unit(Generic[W]):
-    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before)."""
+    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before).
+
+    meant : the word that was to be written, where this one is struck out; "" for what is left of one that was cut.
+    """
 
     word: W
     gap: float
+    meant: str | None = None
 
 
 class Scribe(Protocol[W]):

@@ -5,7 +5,6 @@ Source: seed 000, §6.
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
@@ -24,7 +23,7 @@ from handout.writing.scanned.stock import Stock, stock
 from handout.writing.scanned.wanted import Wanted
 from handout.writing.scanned.word import ScannedWord
 from handout.writing.scribe import ToPage, Unit
-from handout.writing.text import Letter, Repertoire, normalise, spell
+from handout.writing.text import Letter, Repertoire, normalise, spell, spelt
 
 _MORE_SPACE = 0.75  # of a space, for every further one
 _MOST_SPACES = 12
@@ -94,7 +93,7 @@ class ScannedScribe:
                         x[a:b] - begin,
                         extents[a:b] - begin,
                         tuple(letter.at for letter in letters),
-                        tuple(_spelt(letter) for letter in letters),
+                        tuple(spelt(letter) for letter in letters),
                         float(after),
                         glued=bool(a) and not starts[a],
                     ),
@@ -118,11 +117,11 @@ class ScannedScribe:
         parted = _parted(words)
         y = heights(self._manner, numbers, parted, self._rng, self._variation)
         graphs = set_line(self._manner, numbers, x, y, parted, self._rng, self._variation)
-        of = [(i, at, spelt) for i, word in enumerate(words) for at, spelt in zip(word.at, word.spelt, strict=True)]
-        for number, graph, (word, at, spelt) in zip(numbers, graphs, of, strict=True):
+        of = [(i, at, letter) for i, word in enumerate(words) for at, letter in zip(word.at, word.spelt, strict=True)]
+        for number, graph, (word, at, letter) in zip(numbers, graphs, of, strict=True):
             source = self._hand.glyphs[int(number)]
             ink = Ink(_laid(graph, unit, to_page), source.page, int(number))
-            yield Placed(Glyph(spelt, (), (), 0.0), (), bool(source.before >= 0), word, at, ink)
+            yield Placed(Glyph(letter, (), (), 0.0), (), bool(source.before >= 0), word, at, ink)
 
 
 def _laid(graph: LineGraph, unit: float, to_page: ToPage) -> LineGraph:
@@ -155,13 +154,9 @@ def _wanted(pieces: Sequence[Sequence[Piece]]) -> list[Wanted]:
     word = -1
     for paragraph in pieces:
         spaced = list(_spaced(paragraph))
-        units = [unit for spaces, letters in spaced for unit in (*" " * min(spaces, 1), *map(_spelt, letters))]
+        units = [unit for spaces, letters in spaced for unit in (*" " * min(spaces, 1), *map(spelt, letters))]
         where = iter(place for unit, place in zip(units, places(units), strict=True) if not unit.isspace())
         for number, (spaces, letters) in enumerate(spaced):
             word += 1 if spaces or not number else 0
-            wanted += [Wanted(_spelt(letter), next(where), word, letter.at) for letter in letters]
+            wanted += [Wanted(spelt(letter), next(where), word, letter.at) for letter in letters]
     return wanted
-
-
-def _spelt(letter: Letter) -> str:
-    return unicodedata.normalize("NFC", letter.base + "".join(letter.marks))
