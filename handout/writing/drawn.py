@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from handout.values import Hand, Placed
+from handout.writing.lining import HOUSE
 from handout.writing.pieces import Piece
 from handout.writing.scribe import ToPage, Unit
 from handout.writing.slips import Struck
@@ -36,6 +37,7 @@ class DrawnScribe:
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
         self._hand, self._rng, self._jitter = hand, rng, jitter
         self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
+        self.lining = HOUSE
 
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[Word]]]]:
         """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 from handout.values import Array, Placed
+from handout.writing.lining import Lining
 from handout.writing.pieces import Piece
 from handout.writing.text import Repertoire
 
@@ -58,6 +59,7 @@ class Scribe(Protocol[W]):
     name : of the hand.
     pitch : usual distance of lines.
     repertoire : what the hand can write.
+    lining : how its lines lie on a page.
     """
 
     @property
@@ -66,6 +68,8 @@ class Scribe(Protocol[W]):
     def pitch(self) -> float: ...
     @property
     def repertoire(self) -> Repertoire: ...
+    @property
+    def lining(self) -> Lining: ...
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[W]]]]:
         """(indent, units) of every paragraph."""
 

@@ -14,9 +14,9 @@ from handout.errors import DoesNotFit
 from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import Layout
 from handout.writing.lines import Row
+from handout.writing.lining import lies
 from handout.writing.scribe import Scribe, ToPage, W
 from handout.writing.striking import Striking
-from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
 
 ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
 
@@ -67,20 +67,16 @@ def _sheet(
     page: int,
 ) -> Manuscript:
     """Place the rows of one page."""
-    scale, pitch, jitter = layout.x_height, spacing(scribe.pitch, layout), layout.jitter
-    vary = USUAL.scaled(jitter)
-    tilt_of_page = rng.normal(0.0, 0.5 * vary.tilt)
-    edges = Drift(vary.edge, EDGE_MEMORY, rng)
+    scale, pitch = layout.x_height, spacing(scribe.pitch, layout)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
-    for number, row in enumerate(rows):
-        baseline = layout.margin[0] + ASCENT * scale + number * pitch + rng.normal(0.0, vary.pitch) * scale
-        edge = edges.next()
-        tilt = tilt_of_page + rng.normal(0.0, vary.tilt)
-        bend = rng.normal(0.0, vary.bend)
+    wandering = lies(scribe.lining, len(rows), layout.jitter, 0.5 * room(layout), rng)
+    for number, (row, lie) in enumerate(zip(rows, wandering, strict=True)):
         if not row.units:
             continue
-        x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)
-        rise = _curve(tilt, bend, layout)
+        baseline = layout.margin[0] + (ASCENT - lie.above) * scale + number * pitch
+        x = layout.margin[3] + scale * (_left(row, layout, lie.edge) + row.indent)
+        half = 0.5 * layout.width
+        rise = (lie.slope, lie.sag * scale, layout.margin[3] + half, half)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
         placed = scribe.place([unit.word for unit in row.units], starts, scale, to_page)
         if striking is not None:
@@ -88,9 +84,48 @@ def _sheet(
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
         slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
         words += len(row.units)
-    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale, 3), "line_spacing": round(pitch, 3)}
+    lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
+    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale + lower, 3), "line_spacing": round(pitch, 3)}
     about = {"hand": scribe.name, **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
+
+
+def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:
+    """The lines with their ink between the upper and lower margin, and by how much, mm, all of them went down for it.
+
+    slack : mm that there are below the last line.
+    """
+    if not lines:
+        return [], 0.0
+    upper, lower = layout.margin[0], layout.page.height - layout.margin[2]
+    down = min(max(upper - _extent(lines[0])[0], 0.0), max(slack, 0.0))
+    moved = []
+    for line in lines:
+        top, bottom = _extent(line)
+        alone = max(upper - top - down, 0.0) or -min(max(bottom + down - lower, 0.0), max(top + down - upper, 0.0))
+        moved.append(_shifted(line, down + alone) if down + alone else line)
+    return moved, down
+
+
+def _extent(line: Line) -> tuple[float, float]:
+    """Where the ink of a line begins and ends, mm from the top of the page."""
+    places = [stroke[:, 1] for placed in line.placed for stroke in placed.strokes]
+    for placed in line.placed:
+        if placed.ink is not None:
+            graph = placed.ink.graph
+            places += [graph.xy[:, 1] - graph.radius, graph.xy[:, 1] + graph.radius]
+    y = np.concatenate(places)
+    return float(y.min()), float(y.max())
+
+
+def _shifted(line: Line, down: float) -> Line:
+    """The line further down its page, mm."""
+    by = np.array([0.0, down])
+    placed = []
+    for one in line.placed:
+        ink = one.ink and replace(one.ink, graph=replace(one.ink.graph, xy=one.ink.graph.xy + by))
+        placed.append(replace(one, strokes=tuple(stroke + by for stroke in one.strokes), ink=ink))
+    return replace(line, placed=tuple(placed), baseline=line.baseline + down)
 
 
 def _struck(
@@ -146,13 +181,6 @@ def _left(row: Row[W], layout: Layout, edge: float) -> float:
         return max(0.0, 0.5 * spare + edge)
     wander = edge if layout.align == "ragged" else 0.25 * edge
     return min(max(wander, -0.5), max(0.0, spare))
-
-
-def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, float, float]:
-    """(slope, sag, middle, half width): u mm from its middle a line has risen by slope·u + sag·(u/half)²."""
-    half = 0.5 * layout.width
-    most = 0.35 * layout.x_height / half  # re-anchored: a long line drifts no further than a short one
-    return max(-most, min(most, tilt)), bend * layout.x_height, layout.margin[3] + half, half
 
 
 def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:

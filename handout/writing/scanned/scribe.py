@@ -17,6 +17,7 @@ from handout.values import Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.explaining import Explained, explain
+from handout.writing.scanned.lining import lining
 from handout.writing.scanned.manner import Manner, manner
 from handout.writing.scanned.setting import gaps, heights, set_line
 from handout.writing.scanned.stock import Stock, stock
@@ -49,7 +50,7 @@ class ScannedScribe:
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._rng, self._variation = hand, rng, variation
         self.stock, self._manner = _known(hand)
-        self.name, self.pitch = hand.name, hand.pitch
+        self.name, self.pitch, self.lining = hand.name, hand.pitch, lining(hand)
         self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
 
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[ScannedWord]]]]:
