@@ -171,11 +171,16 @@ def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
 
     if isinstance(job.hand, Hand):
         return job, []
+    hand, told = supplied(text, job.hand, job.fallback, job.seed)
+    return replace(job, hand=hand), told
+
+
+def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[ScannedHand, list[dict[str, Any]]]:
+    """A scanned hand with every letter of a text, as far as it may be supplied; and what was."""
     from handout.inking.lending import lend
 
-    hand, found = lend(job.hand, text, fallback=job.fallback, seed=job.seed)
-    told = [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
-    return replace(job, hand=hand), told
+    lent, found = lend(hand, text, fallback=fallback, seed=seed)
+    return lent, [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
 
 
 def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:

@@ -91,12 +91,14 @@ def _sheet(
 
 
 def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:
-    """The lines with their ink between the upper and lower margin, and by how much, mm, all of them went down for it.
+    """The lines with scanned ink between the upper and lower margin, and how far, mm, all of them went down for it.
+
+    ASCENT and DESCENT are those of drawn letters; what an author writes may be taller.
 
     slack : mm that there are below the last line.
     """
-    if not lines:
-        return [], 0.0
+    if not any(placed.ink for line in lines for placed in line.placed):
+        return list(lines), 0.0
     upper, lower = layout.margin[0], layout.page.height - layout.margin[2]
     down = min(max(upper - _extent(lines[0])[0], 0.0), max(slack, 0.0))
     moved = []
@@ -109,13 +111,9 @@ def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[L
 
 def _extent(line: Line) -> tuple[float, float]:
     """Where the ink of a line begins and ends, mm from the top of the page."""
-    places = [stroke[:, 1] for placed in line.placed for stroke in placed.strokes]
-    for placed in line.placed:
-        if placed.ink is not None:
-            graph = placed.ink.graph
-            places += [graph.xy[:, 1] - graph.radius, graph.xy[:, 1] + graph.radius]
-    y = np.concatenate(places)
-    return float(y.min()), float(y.max())
+    graphs = [placed.ink.graph for placed in line.placed if placed.ink is not None]
+    tops, bottoms = ([graph.xy[:, 1] + side * graph.radius for graph in graphs] for side in (-1, 1))
+    return float(np.concatenate(tops).min()), float(np.concatenate(bottoms).max())
 
 
 def _shifted(line: Line, down: float) -> Line:

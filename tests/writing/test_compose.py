@@ -178,13 +178,3 @@ def test_absurd_layouts_are_refused(wrong):
 def test_absurd_pages_are_refused(name):
     with pytest.raises(InputError):
         page(name)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_tall_letters_of_the_first_line_stay_below_the_margin(seed):
-    layout = Layout(page("A6"), (15.0, 10.0, 15.0, 10.0), x_height=3.0, jitter=2.0)
-    (sheet,) = pages("ÉÂÊ Ÿ Õ\nÇ jgç", JOINED, seed, layout)
-    y = ink(sheet)[:, 1]
-    assert y.min() >= 15.0 - 1e-9 and y.max() <= 133.0
-    first = sheet.lines[0]
-    assert sheet.about["baseline"] == pytest.approx(first.baseline, abs=3.0)
