@@ -18,6 +18,7 @@ _RISE, _RISE_SD = 0.05, 0.045  # tangent
 _MOST_RISE = 0.3  # a long word is not left by its line: from its middle to its end
 _APART = (0.26, 0.5)  # between two lines
 _SWING, _WAVE = (0.24, 0.38), (0.8, 1.2)  # of a wave: amplitude and length
+_WAVED = 2.5  # a wave over less looks like one letter more
 _BOW = 0.07
 _HABIT = 0.7  # how often a writer does it in the usual way
 
@@ -68,6 +69,8 @@ class Striking:
         return [np.concatenate([passes[0], passes[1][::-1][1:], passes[2][1:]])]
 
     def _wave(self, left: float, right: float) -> list[Array]:
+        if right - left < _WAVED:
+            return self._lines(left, right)
         a, b = self._ends(left, right)
         quarters = max(4, 2 * round(2 * (b - a) / self._rng.uniform(*_WAVE)))
         x = np.linspace(a, b, quarters + 1)

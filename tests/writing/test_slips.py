@@ -173,3 +173,9 @@ def test_words_are_struck_in_several_ways_most_in_the_usual_one():
             ways.append((len(strokes), int(max(turns)), bool(max(waves) > 6)))
             assert all(s[:, 0].min() < 0.4 and s[:, 0].max() > 4.6 for s in strokes[:1])
     assert {(1, 0), (2, 0), (1, 2)} <= {way[:2] for way in ways} and any(way[2] for way in ways)
+
+
+def test_short_words_are_not_struck_with_a_wave():
+    for seed in range(60):
+        for stroke in Striking(np.random.default_rng(seed)).strokes(0.0, 1.5):
+            assert (np.diff(np.sign(np.diff(stroke[:, 1]))) != 0).sum() < 6
