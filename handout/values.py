@@ -284,6 +284,8 @@ class Placed:
     word : index of its word on the page.
     at : index of its grapheme in the text.
     ink : what it is written with, where it was scanned; such a glyph has no strokes.
+
+    What strikes a word out is placed after the word's last letter, as a glyph of no letter; it has strokes always.
     """
 
     glyph: Glyph

@@ -45,6 +45,7 @@ class Setup:
     fast: bool
     pages: int | None
     fallback: bool
+    slips: float = 0.0  # words in 100 that are begun wrongly
     lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
 
 
@@ -74,6 +75,7 @@ def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, p
         fast,
         pages,
         given["fallback"],
+        given.get("slips", 0.0),
         _lent(given.get("pen"), hand),
     )
 
@@ -155,7 +157,7 @@ def compose_and_trace(
 
     rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
     job, borrowed = _supplied(text, job)
-    pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback)
+    pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback, slips=job.slips)
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
@@ -169,11 +171,16 @@ def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
 
     if isinstance(job.hand, Hand):
         return job, []
+    hand, told = supplied(text, job.hand, job.fallback, job.seed)
+    return replace(job, hand=hand), told
+
+
+def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[ScannedHand, list[dict[str, Any]]]:
+    """A scanned hand with every letter of a text, as far as it may be supplied; and what was."""
     from handout.inking.lending import lend
 
-    hand, found = lend(job.hand, text, fallback=job.fallback, seed=job.seed)
-    told = [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
-    return replace(job, hand=hand), told
+    lent, found = lend(hand, text, fallback=fallback, seed=seed)
+    return lent, [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
 
 
 def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:

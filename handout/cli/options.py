@@ -85,6 +85,31 @@ def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
 writing_options = _all(_WRITING)
 
 
+def _slips(_context: click.Context, _option: click.Parameter, given: str | None) -> float:
+    """Slips in 100 words: nothing, a number, or the option alone."""
+    if given is None:
+        return 0.0
+    from handout.writing.slips import USUAL, check_rate
+
+    try:
+        return check_rate(USUAL if given == _USUALLY else float(given))
+    except ValueError:
+        raise InputError(
+            f"slips: {given!r} is no number of slips in 100 words; give one, such as --slips 3, or put --slips last."
+        ) from None
+
+
+_USUALLY = "usual"
+slips_option = click.option(
+    "--slips",
+    is_flag=False,
+    flag_value=_USUALLY,
+    metavar="[RATE]",
+    callback=_slips,
+    help="Words in 100 begun wrongly, struck out and written again; without a number 2. Never in addresses.",
+)
+
+
 def sheet_options(default: str) -> Callable[[F], F]:
     """--page (of that default), --margin and --pages."""
     sizes = "A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."

@@ -33,6 +33,7 @@ _SIMULATED = "sim:"
 @click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets.")
 @options.sheet_options("A5")
 @options.writing_options
+@options.slips_option
 @options.picture_options
 def command(
     text: tuple[str, ...],
@@ -87,6 +88,7 @@ def command(
             "stretched": _stretched(reports),
         }
         said = f"Plotted {_sheets(len(reports))} in {units.duration(executed)}; seed {job.seed}."
+    said += results.slipped(result)
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 

@@ -26,6 +26,7 @@ _MOST_NAMED = 12
 @click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-.")
 @click.option("--copies", type=int, default=1, show_default=True, help="Envelopes for each row.")
 @options.writing_options
+@options.slips_option
 @options.picture_options
 def command(
     table: Path, printer: str, dry_run: Path | None, page_name: str, rows: str, copies: int, **given: Any
@@ -43,6 +44,8 @@ def command(
     from handout.printing.table import read_addresses
     from handout.sinks import write_drawings
 
+    if given["slips"]:
+        raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
     profile = resolve(printer)
     if profile.file and not profile.simulated and dry_run is None:
         raise InputError(f"{printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer.")

@@ -30,17 +30,21 @@ class Tally:
     pen_up: float = 0.0
     duration: float = 0.0
     borrowed: list[dict[str, Any]] = field(default_factory=list)
+    slips: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> None:
         """Count some pages, as manuscripts and as strokes."""
         self.pages += len(pages)
         self.lines += sum(len(manuscript.lines) for manuscript in pages)
-        self.characters += sum(len(line.placed) for manuscript in pages for line in manuscript.lines)
+        self.characters += sum(
+            bool(placed.glyph.letter) for manuscript in pages for line in manuscript.lines for placed in line.placed
+        )
         self.strokes += sum(len(drawing.strokes) for drawing in drawings)
         self.pen_down += sum(drawing.pen_down for drawing in drawings)
         self.pen_up += sum(drawing.pen_up for drawing in drawings)
         self.duration += sum(drawing.duration for drawing in drawings)
         self.borrowed += pages[0].about.get("borrowed", []) if pages else []
+        self.slips += [slip for manuscript in pages for slip in manuscript.about.get("slips", [])]
 
     def facts(self, job: Setup, files: Sequence[Path]) -> dict[str, Any]:
         """What `--json` prints of it."""
@@ -56,6 +60,7 @@ class Tally:
             "hand": job.hand.name,
             "files": [str(path) for path in files],
             **({"borrowed": self.borrowed} if self.borrowed else {}),
+            **({"slips": self.slips} if self.slips else {}),
         }
 
 
@@ -78,6 +83,12 @@ def lent(result: dict[str, Any]) -> str:
     found = {one["letter"]: one["from"] for one in result.get("borrowed", []) if not one["own"]}
     named = [f"{letter} ({source})" for letter, source in found.items()]
     return f" Lent to the hand: {', '.join(named)}." if named else ""
+
+
+def slipped(result: dict[str, Any]) -> str:
+    """One sentence about the words that were struck out; nothing where there are none."""
+    count = len(result.get("slips", []))
+    return f" {count} slip{'' if count == 1 else 's'} of the pen struck out." if count else ""
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:

@@ -269,6 +269,7 @@ def show(hand: ScannedHand, output: Sequence[str], text: str | None, given: Mapp
         _write_png(path, pixels, 200.0)
     said = f"Wrote {', '.join(map(str, paths))}"
     said += f": {len(hand.glyphs)} letters, {len(hand.letters)} different ones." if text is None else "."
+    said += results.lent(found)
     found = {**found, "files": [str(path) for path in paths]}
     results.report(found, "\n".join([*found.get("why", ()), said]), as_json=given["as_json"], quiet=given["quiet"])
 
@@ -281,10 +282,12 @@ def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[ND
     from handout.writing.scanned.scribe import ScannedScribe
 
     seed = jobs.seed(given)
+    hand, borrowed = jobs.supplied(text, hand, given["fallback"], seed)
     scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
     explained = scribe.explained(text)
     why = reasons(scribe.stock, explained)
-    return choices_sheet(hand, explained), {"hand": hand.name, "text": text, "seed": seed, "why": why}
+    found = {"hand": hand.name, "text": text, "seed": seed, "why": why}
+    return choices_sheet(hand, explained), found | ({"borrowed": borrowed} if borrowed else {})
 
 
 COMMANDS = (check, edit, pen, export, import_, remove)

@@ -20,6 +20,7 @@ from handout.errors import InputError
 @click.option("--device", default="grbl-servo", show_default=True, help="The plotter a .gcode file is for.")
 @options.sheet_options("A4")
 @options.writing_options
+@options.slips_option
 @options.picture_options
 def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **given: Any) -> None:
     """Write TEXT (or a file, or - for standard input) in handwriting.
@@ -41,7 +42,7 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     result = results.summary(pages, drawings, job, files)
     said = (
         f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
-        f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}"
+        f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 

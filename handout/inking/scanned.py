@@ -8,6 +8,7 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.inking.replacing import replace_pen
+from handout.inking.striking import with_strokes
 from handout.inking.texture import texture
 from handout.values import Drawing, Manuscript
 
@@ -29,11 +30,12 @@ def drawn(manuscript: Manuscript, hand: ScannedHand, pen: ScannedHand | None = N
         A pen of which there is too little.
     """
     about = {"hand": hand.name, **manuscript.about}
-    if pen is None:
-        return Drawing((), manuscript.page, about, partial(texture, manuscript, hand), _bounds(manuscript))
-    written = replace_pen(manuscript, pen)
-    about["pen"] = pen.name
-    return Drawing((), manuscript.page, about, partial(texture, written, pen), _bounds(written))
+    letters = manuscript
+    if pen is not None:
+        letters = replace_pen(manuscript, pen)
+        about["pen"] = pen.name
+    written = with_strokes(letters, manuscript, pen or hand)
+    return Drawing((), manuscript.page, about, partial(texture, written, pen or hand), _bounds(written))
 
 
 def _bounds(manuscript: Manuscript) -> tuple[float, float, float, float] | None:

@@ -15,9 +15,10 @@ from handout.writing import text as texts
 from handout.writing.drawn import DrawnScribe
 from handout.writing.layout import Layout
 from handout.writing.lines import Row, wrap
-from handout.writing.pieces import paragraphs_of
+from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scribe import Scribe, Unit, W
 from handout.writing.sheets import lines_a_page, paginate, room, spacing
+from handout.writing.slips import Struck, check_rate, slip
 
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
 _BUNCHED = (0.72, 0.88)  # what --fit then makes of word gaps and line distance
@@ -32,6 +33,7 @@ def compose(
     *,
     pages: int | None = None,
     fallback: bool = False,
+    slips: float = 0.0,
 ) -> list[Manuscript]:
     """Write `text` in `hand`, without ink and without time.
 
@@ -47,6 +49,8 @@ def compose(
         How many pages there may be; None: as many as are needed (one, where `layout.fit` asks to shrink).
     fallback : bool
         Accept borrowed forms for characters that the hand lacks.
+    slips : float
+        How many words in 100 are begun wrongly, struck out and written again, 0 to 100; which, is told in `about`.
 
     Returns
     -------
@@ -60,19 +64,40 @@ def compose(
         More text than the pages hold; the message says by how much.
     """
     if isinstance(hand, Hand):
-        return _compose(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback)
+        return _compose(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
     from handout.writing.scanned.scribe import ScannedScribe
 
-    return _compose(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback)
+    return _compose(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
 
 
 def _compose(
-    text: str, scribe: Scribe[W], layout: Layout, rng: np.random.Generator, pages: int | None, fallback: bool
+    text: str,
+    scribe: Scribe[W],
+    layout: Layout,
+    rng: np.random.Generator,
+    pages: int | None,
+    fallback: bool,
+    slips: float,
 ) -> list[Manuscript]:
     tokens = texts.spell(texts.normalise(text), scribe.repertoire, fallback=fallback)
-    paragraphs = scribe.paragraphs(paragraphs_of(tokens))
+    pieces = paragraphs_of(tokens)
+    if check_rate(slips):
+        # a stream of their own: with slips and without, the words are written alike
+        pieces = slip(pieces, slips, rng.spawn(1)[0])
+    paragraphs = [
+        (indent, _marked(units, own)) for (indent, units), own in zip(scribe.paragraphs(pieces), pieces, strict=True)
+    ]
     layout, rows = _set(paragraphs, scribe.pitch, layout, pages or (1 if layout.fit else None))
     return paginate(rows, scribe, layout, rng)
+
+
+def _marked(units: Sequence[Unit[W]], pieces: Sequence[Piece]) -> list[Unit[W]]:
+    """The units of a paragraph, with those that are struck out marked so."""
+    words = [piece for piece in pieces if not isinstance(piece, int)]
+    return [
+        replace(unit, meant=word.meant) if isinstance(word, Struck) else unit
+        for unit, word in zip(units, words, strict=True)
+    ]
 
 
 def _set(
@@ -122,7 +147,8 @@ def _rows(paragraphs: Sequence[tuple[float, list[Unit[W]]]], layout: Layout) -> 
 def _broken(unit: Unit[W], room: float) -> list[Unit[W]]:
     """A word wider than the line, cut between letters; any other as it is."""
     first, *others = unit.word.parts(room)
-    return [Unit(first, unit.gap), *(Unit(part, _CUT) for part in others)]
+    meant = None if unit.meant is None else ""  # a slip is told of once
+    return [replace(unit, word=first), *(Unit(part, _CUT, meant) for part in others)]
 
 
 def _pages(rows: int, pitch: float, layout: Layout) -> int | float:

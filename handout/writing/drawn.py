@@ -7,8 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from handout.values import Hand, Placed
+from handout.writing.lining import HOUSE
 from handout.writing.pieces import Piece
 from handout.writing.scribe import ToPage, Unit
+from handout.writing.slips import Struck
 from handout.writing.text import Repertoire
 from handout.writing.variation import USUAL
 from handout.writing.words import Word, Writer
@@ -35,34 +37,39 @@ class DrawnScribe:
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
         self._hand, self._rng, self._jitter = hand, rng, jitter
         self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
+        self.lining = HOUSE
 
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[Word]]]]:
         """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""
-        writer = Writer(self._hand, self._rng, self._jitter)
-        return [self._paragraph(writer, paragraph) for paragraph in pieces]
+        writers = [Writer(self._hand, self._rng, self._jitter)]
+        if any(isinstance(piece, Struck) for paragraph in pieces for piece in paragraph):
+            # what is struck out has a stream of its own: all else stays as it is without
+            writers.append(Writer(self._hand, self._rng.spawn(1)[0], self._jitter))
+        return [self._paragraph(writers, paragraph) for paragraph in pieces]
 
-    def _paragraph(self, writer: Writer, pieces: Sequence[Piece]) -> tuple[float, list[Unit[Word]]]:
+    def _paragraph(self, writers: Sequence[Writer], pieces: Sequence[Piece]) -> tuple[float, list[Unit[Word]]]:
         indent, spaces = 0.0, 0
         units: list[Unit[Word]] = []
         for piece in pieces:
             if isinstance(piece, int):
                 spaces = piece
                 continue
+            writer = writers[isinstance(piece, Struck)]
             word = writer.word(piece)
-            gap = self._gap(spaces)
+            gap = self._gap(spaces, writer.rng)
             if not units and spaces:
                 indent = gap
             units.append(Unit(word, gap))
             spaces = 0
         return indent, units
 
-    def _gap(self, spaces: int) -> float:
+    def _gap(self, spaces: int, rng: np.random.Generator) -> float:
         if not spaces:
             return 0.0
         usual = self._hand.word_space
         wide = usual * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
         # a writer has one habit of spacing: neither a closed gap nor one that reads as two
-        slack = self._rng.normal(0.0, USUAL.word_gap * self._jitter)
+        slack = rng.normal(0.0, USUAL.word_gap * self._jitter)
         return wide + min(max(slack, -0.28 * usual), 0.5 * usual)
 
     def place(self, words: Sequence[Word], starts: Sequence[float], scale: float, to_page: ToPage) -> Iterator[Placed]:

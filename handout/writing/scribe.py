@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 from handout.values import Array, Placed
+from handout.writing.lining import Lining
 from handout.writing.pieces import Piece
 from handout.writing.text import Repertoire
 
@@ -42,10 +43,14 @@ ToPage = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Unit(Generic[W]):
-    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before)."""
+    """A word, or the part of one up to a hyphen, with the gap before it (0: no space, part of the word before).
+
+    meant : the word that was to be written, where this one is struck out; "" for what is left of one that was cut.
+    """
 
     word: W
     gap: float
+    meant: str | None = None
 
 
 class Scribe(Protocol[W]):
@@ -54,6 +59,7 @@ class Scribe(Protocol[W]):
     name : of the hand.
     pitch : usual distance of lines.
     repertoire : what the hand can write.
+    lining : how its lines lie on a page.
     """
 
     @property
@@ -62,6 +68,8 @@ class Scribe(Protocol[W]):
     def pitch(self) -> float: ...
     @property
     def repertoire(self) -> Repertoire: ...
+    @property
+    def lining(self) -> Lining: ...
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[W]]]]:
         """(indent, units) of every paragraph."""
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import groupby
+from typing import Any
 
 import numpy as np
 
 from handout.errors import DoesNotFit
-from handout.values import Array, Line, Manuscript
+from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import Layout
 from handout.writing.lines import Row
+from handout.writing.lining import lies
 from handout.writing.scribe import Scribe, ToPage, W
-from handout.writing.variation import EDGE_MEMORY, USUAL, Drift
+from handout.writing.striking import Striking
 
 ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
 
@@ -50,32 +53,111 @@ def paginate(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.
             "larger page."
         )
     sheets = [rows[i : i + held] for i in range(0, len(rows), held)]
-    return [_sheet(sheet, scribe, layout, rng) for sheet in sheets]
+    slips = [unit for row in rows for unit in row.units if unit.meant]
+    striking = Striking(rng.spawn(1)[0]) if slips else None
+    return [_sheet(sheet, scribe, layout, rng, striking, number) for number, sheet in enumerate(sheets, 1)]
 
 
-def _sheet(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> Manuscript:
+def _sheet(
+    rows: Sequence[Row[W]],
+    scribe: Scribe[W],
+    layout: Layout,
+    rng: np.random.Generator,
+    striking: Striking | None,
+    page: int,
+) -> Manuscript:
     """Place the rows of one page."""
-    scale, pitch, jitter = layout.x_height, spacing(scribe.pitch, layout), layout.jitter
-    vary = USUAL.scaled(jitter)
-    tilt_of_page = rng.normal(0.0, 0.5 * vary.tilt)
-    edges = Drift(vary.edge, EDGE_MEMORY, rng)
-    lines, words = [], 0
-    for number, row in enumerate(rows):
-        baseline = layout.margin[0] + ASCENT * scale + number * pitch + rng.normal(0.0, vary.pitch) * scale
-        edge = edges.next()
-        tilt = tilt_of_page + rng.normal(0.0, vary.tilt)
-        bend = rng.normal(0.0, vary.bend)
+    scale, pitch = layout.x_height, spacing(scribe.pitch, layout)
+    lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
+    wandering = lies(scribe.lining, len(rows), layout.jitter, 0.5 * room(layout), rng)
+    for number, (row, lie) in enumerate(zip(rows, wandering, strict=True)):
         if not row.units:
             continue
-        x = layout.margin[3] + scale * (_left(row, layout, edge) + row.indent)
-        rise = _curve(tilt, bend, layout)
-        placed = scribe.place(
-            [unit.word for unit in row.units], _starts(row, x, scale), scale, _to_page(baseline, rise)
-        )
+        baseline = layout.margin[0] + (ASCENT - lie.above) * scale + number * pitch
+        x = layout.margin[3] + scale * (_left(row, layout, lie.edge) + row.indent)
+        half = 0.5 * layout.width
+        rise = (lie.slope, lie.sag * scale, layout.margin[3] + half, half)
+        starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
+        placed = scribe.place([unit.word for unit in row.units], starts, scale, to_page)
+        if striking is not None:
+            placed = _struck(placed, row, starts, layout, to_page, striking)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
+        slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
         words += len(row.units)
-    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale, 3), "line_spacing": round(pitch, 3)}
-    return Manuscript(tuple(lines), layout.page, scale, {"hand": scribe.name, **ruling})
+    lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
+    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale + lower, 3), "line_spacing": round(pitch, 3)}
+    about = {"hand": scribe.name, **ruling, **({"slips": slips} if slips else {})}
+    return Manuscript(tuple(lines), layout.page, scale, about)
+
+
+def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:
+    """The lines with scanned ink between the upper and lower margin, and how far, mm, all of them went down for it.
+
+    ASCENT and DESCENT are those of drawn letters; what an author writes may be taller.
+
+    slack : mm that there are below the last line.
+    """
+    if not any(placed.ink for line in lines for placed in line.placed):
+        return list(lines), 0.0
+    upper, lower = layout.margin[0], layout.page.height - layout.margin[2]
+    down = min(max(upper - _extent(lines[0])[0], 0.0), max(slack, 0.0))
+    moved = []
+    for line in lines:
+        top, bottom = _extent(line)
+        alone = max(upper - top - down, 0.0) or -min(max(bottom + down - lower, 0.0), max(top + down - upper, 0.0))
+        moved.append(_shifted(line, down + alone) if down + alone else line)
+    return moved, down
+
+
+def _extent(line: Line) -> tuple[float, float]:
+    """Where the ink of a line begins and ends, mm from the top of the page."""
+    graphs = [placed.ink.graph for placed in line.placed if placed.ink is not None]
+    tops, bottoms = ([graph.xy[:, 1] + side * graph.radius for graph in graphs] for side in (-1, 1))
+    return float(np.concatenate(tops).min()), float(np.concatenate(bottoms).max())
+
+
+def _shifted(line: Line, down: float) -> Line:
+    """The line further down its page, mm."""
+    by = np.array([0.0, down])
+    placed = []
+    for one in line.placed:
+        ink = one.ink and replace(one.ink, graph=replace(one.ink.graph, xy=one.ink.graph.xy + by))
+        placed.append(replace(one, strokes=tuple(stroke + by for stroke in one.strokes), ink=ink))
+    return replace(line, placed=tuple(placed), baseline=line.baseline + down)
+
+
+def _struck(
+    placed: Iterable[Placed],
+    row: Row[W],
+    starts: Sequence[float],
+    layout: Layout,
+    to_page: ToPage,
+    striking: Striking,
+) -> Iterator[Placed]:
+    """The glyphs of a row, each word that is wrong with the strokes through it, which stay inside the margins."""
+    scale = layout.x_height
+    margins = np.array([layout.margin[3], layout.page.width - layout.margin[1]])
+    for number, letters in groupby(placed, key=lambda p: p.word):
+        glyphs = list(letters)
+        yield from glyphs
+        unit = row.units[number]
+        if unit.meant is None:
+            continue
+        ends = starts[number] + scale * np.array([unit.word.left, unit.word.right])
+        low, high = min(margins[0], ends[0]), max(margins[1], ends[1])
+        strokes = []
+        for stroke in striking.strokes(unit.word.left, unit.word.right):
+            points = stroke * scale + (starts[number], 0.0)
+            points[:, 0] = np.clip(points[:, 0], low, high)
+            strokes.append(to_page(points))
+        # last of its word, after the dots
+        mark = Glyph("", (), (True,) * len(strokes), 0.0)
+        yield Placed(mark, tuple(strokes), joined=False, word=number, at=glyphs[-1].at)
+
+
+def _slips(row: Row[W]) -> list[dict[str, str]]:
+    """What was written in a row, and what was meant."""
+    return [{"written": "".join(unit.word.spelt), "meant": unit.meant} for unit in row.units if unit.meant]
 
 
 def _starts(row: Row[W], x: float, scale: float) -> list[float]:
@@ -99,13 +181,6 @@ def _left(row: Row[W], layout: Layout, edge: float) -> float:
     return min(max(wander, -0.5), max(0.0, spare))
 
 
-def _curve(tilt: float, bend: float, layout: Layout) -> tuple[float, float, float, float]:
-    """(slope, sag, middle, half width): u mm from its middle a line has risen by slope·u + sag·(u/half)²."""
-    half = 0.5 * layout.width
-    most = 0.35 * layout.x_height / half  # re-anchored: a long line drifts no further than a short one
-    return max(-most, min(most, tilt)), bend * layout.x_height, layout.margin[3] + half, half
-
-
 def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
     slope, sag, middle, half = curve
 
@@ -118,4 +193,9 @@ def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPag
 
 
 def _text(row: Row[W]) -> str:
-    return "".join((" " if i and unit.gap else "") + "".join(unit.word.spelt) for i, unit in enumerate(row.units))
+    """What is written in a row, struck words ~~so~~, as transcripts have them."""
+    return "".join(
+        (" " if i and unit.gap else "")
+        + ("".join(unit.word.spelt) if unit.meant is None else f"~~{''.join(unit.word.spelt)}~~")
+        for i, unit in enumerate(row.units)
+    )

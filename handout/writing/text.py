@@ -187,6 +187,11 @@ def _name(grapheme: str) -> str:
     return "+".join(f"U+{ord(char):04X}" for char in grapheme)
 
 
+def spelt(letter: Letter) -> str:
+    """The grapheme that a letter and its accents are, NFC."""
+    return unicodedata.normalize("NFC", letter.base + "".join(letter.marks))
+
+
 def runs(letters: Sequence[Letter]) -> list[str]:
     """For each letter, its place in its word: "start", "middle", "end" or "alone".
 

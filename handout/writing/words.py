@@ -5,7 +5,6 @@ Word space is letter space (x-height 1, baseline 0, y up) with the word's first 
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,7 +16,7 @@ from handout.values import Array, Glyph, Hand
 from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.choice import Chooser, joined
-from handout.writing.text import Letter
+from handout.writing.text import Letter, spelt
 from handout.writing.variation import Drift, Variation, walk, warp
 
 _MOST_SLURRED = 0.3  # beyond it nobody reads the word
@@ -74,7 +73,7 @@ class Writer:
     """Writes the words of one text, one after the other; its slant and size drift from word to word."""
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
-        self._hand, self._rng = hand, rng
+        self._hand, self.rng = hand, rng
         self._vary: Variation = varying.USUAL.scaled(jitter * hand.variation)
         self._chooser = Chooser(hand, rng, min(jitter, 1.0))
         self._slant = Drift(self._vary.slant, varying.SLANT_MEMORY, rng)
@@ -86,11 +85,11 @@ class Writer:
     def word(self, letters: Sequence[Letter]) -> Word:
         """Choose the forms of a word and set them side by side."""
         glyphs = [
-            accented(glyph, letter.marks, self._hand, self._rng) if letter.marks else glyph
+            accented(glyph, letter.marks, self._hand, self.rng) if letter.marks else glyph
             for glyph, letter in zip(self._chooser.word(letters), letters, strict=True)
         ]
         flat, width = self._set(glyphs)
-        flat += warp(flat, self._rng, self._vary.warp, 1.6, 3.4) + warp(flat, self._rng, self._vary.warp_fine, 0.7, 1.6)
+        flat += warp(flat, self.rng, self._vary.warp, 1.6, 3.4) + warp(flat, self.rng, self._vary.warp_fine, 0.7, 1.6)
         slant = self._hand.slant + self._slant.next() + self._slow_slant.next()
         size = 1.0 + self._size.next()
         flat = size * (flat + slant * flat[:, 1:] * (1.0, 0.0)) + np.array([0.0, self._rise.next()])
@@ -99,7 +98,7 @@ class Writer:
             strokes=_unflatten(flat, glyphs),
             joins=(False, *(joined(a, b) for a, b in pairwise(glyphs))),
             at=tuple(letter.at for letter in letters),
-            spelt=tuple(unicodedata.normalize("NFC", letter.base + "".join(letter.marks)) for letter in letters),
+            spelt=tuple(spelt(letter) for letter in letters),
             advance=size * width,
             left=float(flat[:, 0].min()),
             right=max(float(flat[flat[:, 1] > -0.2, 0].max(initial=0.0)), size * width - 0.2),
@@ -107,7 +106,7 @@ class Writer:
 
     def _set(self, glyphs: Sequence[Glyph]) -> tuple[Array, float]:
         """All points of the glyphs side by side, (n, 2), and the advance of the whole."""
-        n, rng, vary = len(glyphs), self._rng, self._vary
+        n, rng, vary = len(glyphs), self.rng, self._vary
         shapes = self._shapes(n)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         widths[:-1] += [_too_near(a, b, width) for (a, b), width in zip(pairwise(glyphs), widths, strict=False)]
@@ -126,19 +125,19 @@ class Writer:
     def _flight(self) -> Array:
         """Where a dot, bar or accent lands, away from its place."""
         vary = self._vary
-        return self._rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
+        return self.rng.normal([vary.late_right, 0.0], [vary.late_x, vary.late_y])
 
     def _slurs(self, n: int) -> Array:
         """(n,): by what share the pen falls short of each letter's points; the first letters are written with care."""
         settled = np.minimum((np.arange(n) + 0.5) / 4, 1.0)
-        return np.asarray(np.minimum(np.abs(walk(self._rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
+        return np.asarray(np.minimum(np.abs(walk(self.rng, n, self._vary.slur)) * settled, _MOST_SLURRED))
 
     def _shapes(self, n: int) -> Array:
         """(n, 2, 2): for each letter the matrix that makes it broader or narrower, taller or shorter, and leans it.
 
         In a hurried hand the letters of a word grow flatter towards its end.
         """
-        vary, rng = self._vary, self._rng
+        vary, rng = self._vary, self.rng
         fading = 1.0 - self._hand.fading * np.minimum(np.arange(n) / 6, 1.0)
         shapes = np.zeros((n, 2, 2))
         shapes[:, 0, 0] = np.exp(self._slow_breadth.next() + rng.normal(0.0, vary.breadth, n))

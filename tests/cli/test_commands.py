@@ -54,6 +54,23 @@ def test_write_from_standard_input(call, monkeypatch):
     assert facts["characters"] == len("fromapipeä")
 
 
+def test_slips_are_struck_out_and_told(call):
+    text = "people remember their mornings and write them down with care " * 3
+    plain = json.loads(call("write", text, "-o", "a.svg", "--json", "--seed", 2)[0])
+    assert "slips" not in plain
+    out, err = call("write", text, "-o", "b.svg", "--json", "--seed", 2, "--slips", 25)
+    facts = json.loads(out)
+    assert len(facts["slips"]) > 3 and facts["slips"][0].keys() == {"page", "line", "written", "meant"}
+    assert f"{len(facts['slips'])} slips of the pen struck out" in err
+    assert facts["characters"] > plain["characters"]
+    assert '"written"' in Path("b.svg").read_text(encoding="utf-8") or "written" in Path("b.svg").read_text("utf-8")
+    call("write", text, "--slips", "-o", "c.svg", "--seed", 2, "-q")
+    call("write", text, "-o", "d.svg", "--slips", "0", "--seed", 2, "-q")
+    assert Path("d.svg").read_bytes() == Path("a.svg").read_bytes()
+    told = json.loads(call("plot", "--port", "sim:", text, "--slips", 25, "--seed", 2, "--json", "-q")[0])
+    assert told["slips"] and told["executed_s"] > 0
+
+
 def test_several_pages_are_numbered(call):
     facts = json.loads(call("write", "word " * 400, "--page", "A6", "-o", "l.svg", "-o", "l.pdf", "--json", "-q")[0])
     assert facts["pages"] > 1
@@ -144,6 +161,9 @@ def test_devices(call):
         (["write", "a", "-o", "a.svg", "--speed", "0"], 2, "speed"),
         (["write", "a", "-o", "a.svg", "--seed", "-1"], 2, "seed"),
         (["write", "a", "-o", "a.svg", "--jitter", "99"], 2, "variation"),
+        (["write", "a", "-o", "a.svg", "--slips", "200"], 2, "0 to 100"),
+        (["write", "--slips", "a b", "-o", "a.svg"], 2, "--slips 3"),
+        (["print", "noaddress.csv", "--dry-run", "a.pdf", "--slips"], 2, "arrive"),
         (["write", "a", "-o", "a.svg", "--ink", "blurple"], 2, "blurple"),
         (["write", "a", "-o", "a.png", "--pen", "quill"], 2, "quill"),
         (["write", "a", "-o", "a.png", "--pen-width", "0mm"], 2, "pen width"),

@@ -56,6 +56,16 @@ def test_edit_keeps_what_was_found(call, kept, small_hand):
     assert "Correction 1 (remove, page 0)" in err and Path("other.hand").read_bytes() == whole
 
 
+def test_the_letters_of_a_text_are_lent_where_they_are_shown_too(call, kept):
+    _, err = call("hand", "show", kept, "--text", "zen ë", "-o", "a.png", code=2)
+    assert "'z' (line 1, character 1)" in err and "can write only ,adefhijlmnopstuvë" in err and "--fallback" in err
+    assert "'ë'" not in err and not Path("a.png").exists()
+    out, err = call("hand", "show", kept, "--text", "zen ë", "--fallback", "--seed", 1, "-o", "a.png", "--json")
+    facts = json.loads(out)
+    assert {one["letter"]: one["own"] for one in facts["borrowed"]} == {"z": False, "ë": True}
+    assert len(facts["why"]) == 4 and "Lent to the hand: z (" in err and Path("a.png").exists()
+
+
 def test_import_list_show_export_remove(call, kept):
     call("hand", "import", kept, "--name", "mine")
     assert "mine" in call("hand", "list")[0]

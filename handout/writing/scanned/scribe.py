@@ -5,7 +5,6 @@ Source: seed 000, §6.
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
@@ -18,6 +17,7 @@ from handout.values import Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.explaining import Explained, explain
+from handout.writing.scanned.lining import lining
 from handout.writing.scanned.manner import Manner, manner
 from handout.writing.scanned.setting import bent, gaps, heights, set_line
 from handout.writing.scanned.settling import settled
@@ -25,7 +25,7 @@ from handout.writing.scanned.stock import Stock, stock
 from handout.writing.scanned.wanted import Wanted
 from handout.writing.scanned.word import ScannedWord
 from handout.writing.scribe import ToPage, Unit
-from handout.writing.text import Letter, Repertoire, normalise, spell
+from handout.writing.text import Letter, Repertoire, normalise, spell, spelt
 
 _MORE_SPACE = 0.75  # of a space, for every further one
 _MOST_SPACES = 12
@@ -51,7 +51,7 @@ class ScannedScribe:
     def __init__(self, hand: ScannedHand, rng: np.random.Generator, variation: float) -> None:
         self._hand, self._rng, self._variation = hand, rng, variation
         self.stock, self._manner = _known(hand)
-        self.name, self.pitch = hand.name, hand.pitch
+        self.name, self.pitch, self.lining = hand.name, hand.pitch, lining(hand)
         self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
 
     def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[ScannedWord]]]]:
@@ -100,7 +100,7 @@ class ScannedScribe:
                         tuple(bends[a:b]),
                         extents[a:b] - begin,
                         tuple(letter.at for letter in letters),
-                        tuple(_spelt(letter) for letter in letters),
+                        tuple(spelt(letter) for letter in letters),
                         float(after),
                         glued=bool(a) and not starts[a],
                     ),
@@ -124,11 +124,11 @@ class ScannedScribe:
         parted = _parted(words)
         y, bends = np.concatenate([word.y for word in words]), [bend for word in words for bend in word.bends]
         graphs = set_line(self._manner, numbers, x, y, parted, bends)
-        of = [(i, at, spelt) for i, word in enumerate(words) for at, spelt in zip(word.at, word.spelt, strict=True)]
-        for number, graph, (word, at, spelt) in zip(numbers, graphs, of, strict=True):
+        of = [(i, at, letter) for i, word in enumerate(words) for at, letter in zip(word.at, word.spelt, strict=True)]
+        for number, graph, (word, at, letter) in zip(numbers, graphs, of, strict=True):
             source = self._hand.glyphs[int(number)]
             ink = Ink(_laid(graph, unit, to_page), source.page, int(number))
-            yield Placed(Glyph(spelt, (), (), 0.0), (), bool(source.before >= 0), word, at, ink)
+            yield Placed(Glyph(letter, (), (), 0.0), (), bool(source.before >= 0), word, at, ink)
 
 
 def _laid(graph: LineGraph, unit: float, to_page: ToPage) -> LineGraph:
@@ -161,13 +161,9 @@ def _wanted(pieces: Sequence[Sequence[Piece]]) -> list[Wanted]:
     word = -1
     for paragraph in pieces:
         spaced = list(_spaced(paragraph))
-        units = [unit for spaces, letters in spaced for unit in (*" " * min(spaces, 1), *map(_spelt, letters))]
+        units = [unit for spaces, letters in spaced for unit in (*" " * min(spaces, 1), *map(spelt, letters))]
         where = iter(place for unit, place in zip(units, places(units), strict=True) if not unit.isspace())
         for number, (spaces, letters) in enumerate(spaced):
             word += 1 if spaces or not number else 0
-            wanted += [Wanted(_spelt(letter), next(where), word, letter.at) for letter in letters]
+            wanted += [Wanted(spelt(letter), next(where), word, letter.at) for letter in letters]
     return wanted
-
-
-def _spelt(letter: Letter) -> str:
-    return unicodedata.normalize("NFC", letter.base + "".join(letter.marks))

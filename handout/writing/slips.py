@@ -1,0 +1,152 @@
+"""Slips of the pen: now and then a word is begun wrongly, which is noticed, struck out and put right.
+
+What goes wrong is what goes wrong in copying and composing: two letters change places, one is left out or comes too
+soon, the word before is written once more, the word after is begun in place of this one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.writing.pieces import Piece
+from handout.writing.text import Letter, spelt
+
+USUAL = 2.0  # slips in 100 words, where no number is asked for; careful copies of a page have one in 300
+_GOES_ON = 0.45  # that a wrong letter is followed by one more before it is noticed
+_OFTEN = (0.26, 0.28, 0.2, 0.1, 0.16)  # letters swapped, left out, too soon; the word before again, the next too soon
+_LEAST = 2  # letters: less is put right within the letter
+_MOST_REPEATED = 6  # letters: a longer word is not written twice unawares
+
+_Word = Sequence[Letter]
+
+
+class Struck(tuple[Letter, ...]):
+    """Letters that are struck out again; `meant` is the word that follows in their place."""
+
+    meant: str
+
+    def __new__(cls, letters: _Word, meant: str) -> Struck:
+        """Of what is written before it is noticed, and what was to be written."""
+        made = super().__new__(cls, letters)
+        made.meant = meant
+        return made
+
+
+def check_rate(rate: float) -> float:
+    """The rate as it is.
+
+    Raises
+    ------
+    InputError
+        Outside 0 to 100 in 100 words.
+    """
+    if not 0 <= rate <= 100:
+        raise InputError(f"slips: {rate:g} in 100 words is outside 0 to 100.")
+    return rate
+
+
+def slip(paragraphs: Sequence[Sequence[Piece]], rate: float, rng: np.random.Generator) -> list[list[Piece]]:
+    """A text with slips: before some words a `Struck` one and a space.
+
+    Parameters
+    ----------
+    paragraphs : as `pieces.paragraphs_of` gives them.
+    rate : slips in 100 words, 0 to 100.  Words of one letter, in capitals only, with a digit or anything else within
+        them that is no letter, and parts of words with a hyphen, are never wrong.
+    rng : numpy.random.Generator
+        Of the slips only.
+
+    Raises
+    ------
+    InputError
+        A rate out of its bounds.
+    """
+    share = check_rate(rate) / 100
+    return [list(_slipped(pieces, share, rng)) for pieces in paragraphs]
+
+
+def _slipped(pieces: Sequence[Piece], share: float, rng: np.random.Generator) -> Iterator[Piece]:
+    for number, piece in enumerate(pieces):
+        if not isinstance(piece, int) and rng.random() < share:
+            wrong = _wrong(pieces, number, rng)
+            if wrong:
+                yield Struck(wrong, _spelt(piece))
+                yield 1
+        yield piece
+
+
+def _wrong(pieces: Sequence[Piece], number: int, rng: np.random.Generator) -> list[Letter]:
+    """What is written in place of a word before it is noticed; nothing where it cannot go wrong."""
+    word = _core(pieces, number)
+    if not word:
+        return []
+    ways: list[Callable[[], list[Letter]]] = [
+        lambda: _swapped(word, rng),
+        lambda: _left_out(word, rng),
+        lambda: _too_soon(word, rng),
+        lambda: _instead(word, _core(pieces, number - 2), _MOST_REPEATED),
+        lambda: _noticed(word, _core(pieces, number + 2), _LEAST - 1, rng),
+    ]
+    for way in rng.permutation(len(ways)):
+        wrong = ways[int(way)]()
+        if len(wrong) >= _LEAST:
+            return wrong
+    return []
+
+
+def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
+    """A word without the marks before and after it; nothing where it is none that may go wrong."""
+    if not 0 <= number < len(pieces):
+        return []
+    piece = pieces[number]
+    beside = [pieces[i] for i in (number - 1, number + 1) if 0 <= i < len(pieces)]
+    if isinstance(piece, int) or not all(isinstance(other, int) for other in beside):
+        return []
+    alpha = [letter.base.isalpha() for letter in piece]
+    if not any(alpha) or any(letter.base.isnumeric() for letter in piece):
+        return []
+    word = list(piece[alpha.index(True) : len(alpha) - alpha[::-1].index(True)])
+    small = [letter.base.islower() for letter in word[1:]]
+    return word if small and all(small) else []
+
+
+def _swapped(word: _Word, rng: np.random.Generator) -> list[Letter]:
+    i = int(rng.integers(_first(word), max(len(word) - 1, 1)))
+    return _noticed(word, [*word[:i], *word[i + 1 : i + 2], word[i], *word[i + 2 :]], i, rng)
+
+
+def _left_out(word: _Word, rng: np.random.Generator) -> list[Letter]:
+    i = int(rng.integers(1, max(len(word) - 1, 2)))
+    return _noticed(word, [*word[:i], *word[i + 1 :]], i, rng)
+
+
+def _too_soon(word: _Word, rng: np.random.Generator) -> list[Letter]:
+    """The letter after takes the place of one, too."""
+    i = int(rng.integers(_first(word), max(len(word) - 1, 1)))
+    return _noticed(word, [*word[:i], *word[i + 1 : i + 2], *word[i + 1 :]], i, rng)
+
+
+def _instead(word: _Word, other: _Word, most: int) -> list[Letter]:
+    """Another word, whole."""
+    return list(other) if len(other) <= most and _spelt(other) != _spelt(word) else []
+
+
+def _first(word: _Word) -> int:
+    """The first letter that may change places: a capital stays."""
+    return min(int(not word[0].base.islower()), max(len(word) - 2, 0))
+
+
+def _noticed(word: _Word, wrong: _Word, at: int, rng: np.random.Generator) -> list[Letter]:
+    """As much of a wrong word as is written before its letter `at`, or one that differs, is seen to be wrong."""
+    written = max(at + 1, _LEAST)
+    while written < len(wrong) and (_spelt(wrong[:written]) == _spelt(word[:written]) or rng.random() < _GOES_ON):
+        written += 1
+    # what is only shorter than the word would be finished, not struck out
+    return [] if _spelt(wrong[:written]) == _spelt(word[:written]) else list(wrong[:written])
+
+
+def _spelt(word: _Word) -> str:
+    return "".join(map(spelt, word))
