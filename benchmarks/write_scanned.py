@@ -33,7 +33,7 @@ GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED = 1.5, 1.0, 20.0, 0.05
 SENTENCE = "We walked home along the river while the rain fell on us"
 _SCANNED, _TEXTURE = "handout.writing.scanned", "handout.inking.texture"
 STAGES = {
-    "preparing": (f"{_SCANNED}.scribe.stock", f"{_SCANNED}.scribe.manner", f"{_SCANNED}.stock.learn"),
+    "preparing": (f"{_SCANNED}.scribe.stock", f"{_SCANNED}.scribe.manner"),
     "choosing": (f"{_SCANNED}.scribe.choose",),
     "setting": tuple(f"{_SCANNED}.scribe.{name}" for name in ("gaps", "heights", "set_line")),
     "texture: warping": (f"{_TEXTURE}.warp",),

@@ -13,7 +13,6 @@ the change of density at −½, 0, ½; a walk that is over adds nothing more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +28,7 @@ _FORWARD = 12 * _UNIT
 _TRAVEL, _RATIO = 8, 1.25
 SIZE = _TRAVEL * 27
 STEP = _FORWARD  # 0.51 mm
-_TOGETHER = 4000  # starts at a time: memory
+_TOGETHER = 1500  # starts at a time: memory
 
 
 def line_features(graph: LineGraph, step: float = STEP) -> NDArray[np.float32]:
@@ -48,30 +47,6 @@ def line_features(graph: LineGraph, step: float = STEP) -> NDArray[np.float32]:
     return np.asarray(own[steps.low] * (1 - part) + own[steps.high] * part, dtype=np.float32)
 
 
-def summed_features(graph: LineGraph, owner: Indices, count: int, step: float) -> Array:
-    """(count, 216) float: the sums of `line_features` over the vertices of each owner, without making them.
-
-    Parameters
-    ----------
-    graph, step : as of `line_features`.
-    owner : (n,) int: whose each vertex is, 0 to count − 1; no edge leads from one's to another's.
-    """
-    steps = even_steps(graph, step)
-    size = len(steps.xy)
-    weight = np.zeros(size)
-    np.add.at(weight, steps.low, 1 - steps.part)
-    np.add.at(weight, steps.high, steps.part)
-    whose = np.zeros(size, dtype=np.intp)
-    whose[steps.low] = whose[steps.high] = owner
-    walk = _walk(steps.edges, size)
-    result = np.zeros((count, SIZE))
-    for starts in _parts(size):
-        # only those that start here are summed: there are many more rows
-        rows, row = np.unique(whose[starts], return_inverse=True)
-        result[rows] += _from(starts, row, weight[starts], steps.xy, steps.density, walk, steps.step)
-    return result
-
-
 def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> Array:
     """(n, 216) float: the feature of every vertex of a graph, each edge counted as `step` mm of travel.
 
@@ -84,13 +59,10 @@ def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> Arr
     """
     walk = _walk(edges, len(xy))
     result = np.zeros((len(xy), SIZE))
-    for starts in _parts(len(xy)):
-        result[starts] = _from(starts, np.arange(len(starts)), np.ones(len(starts)), xy, density, walk, step)
+    for start in range(0, len(xy), _TOGETHER):
+        starts = np.arange(start, min(start + _TOGETHER, len(xy)))
+        result[starts] = _from(starts, xy, density, walk, step)
     return result
-
-
-def _parts(count: int) -> Iterator[Indices]:
-    return (np.arange(start, min(start + _TOGETHER, count)) for start in range(0, count, _TOGETHER))
 
 
 @dataclass(frozen=True)
@@ -120,47 +92,34 @@ def _walk(edges: Indices, count: int) -> _Walk:
     return _Walk(origin, target, csr_matrix((chance, (row, column)), shape=(len(order), len(order))))
 
 
-def _from(starts: Indices, row: Indices, weight: Array, xy: Array, density: Array, walk: _Walk, step: float) -> Array:
-    """(rows, 216): the features of the vertices `starts` (k,), each so many times, summed in their rows."""
+def _from(starts: Indices, xy: Array, density: Array, walk: _Walk, step: float) -> Array:
+    """(k, 216): the features of the vertices `starts`."""
     ways, chance, owner, frame = _launched(starts, xy, walk, step)
-    travel = [_travel_weights(k * step, step) for k in range(1, int(_FARTHEST / step) + 1)]
-    whole = np.bincount(owner, chance * _weighed(ways, walk, [own.sum() for own in travel]), len(starts))
-    # every feature sums to 1 by itself, whatever becomes of its walks
-    chance *= (weight / np.where(whole == 0, 1.0, whole))[owner]
-    rows = int(row.max()) + 1
-    total = np.zeros((rows, _TRAVEL, 27))
-    total[:, 0, 13] = np.bincount(row, weight * (whole == 0), rows)  # a dot goes nowhere
-    begun = _Begun(row[owner], xy[starts[owner]], density[starts[owner]], frame)
+    count = len(chance)
+    total = np.zeros((count, _TRAVEL, 27))
+    origin, seed = xy[starts[owner]], density[starts[owner]]
     on: csr_matrix | None = None
-    for k, shares in enumerate(travel, 1):
+    for k in range(1, int(_FARTHEST / step) + 1):
         if k <= len(ways):
             at = ways[k - 1]
             alive = at >= 0
-            on = csr_matrix((chance[alive], (np.flatnonzero(alive), at[alive])), shape=(len(chance), len(walk.target)))
+            on = csr_matrix((chance[alive], (np.flatnonzero(alive), at[alive])), shape=(count, len(walk.target)))
         else:
             assert on is not None
             on = on @ walk.onward
         if on.nnz == 0:
             break
-        seen = _seen(on, walk, xy, density, begun, rows, k * step)
-        for bin_ in np.flatnonzero(shares):
-            total[:, bin_] += shares[bin_] * seen
-    return total.reshape(-1, SIZE)
-
-
-def _weighed(ways: list[Indices], walk: _Walk, weights: list[float]) -> Array:
-    """(m,): what the steps of all walks of each beginning weigh together, of a beginning whose chance is 1."""
-    total = np.zeros(len(ways[0]))
-    for way, weight in zip(ways, weights, strict=False):
-        total += weight * (way >= 0)
-    alive = np.ones(len(walk.target))
-    further = np.zeros(len(walk.target))
-    for weight in weights[len(ways) :]:
-        alive = walk.onward @ alive
-        further += weight * alive
-    goes = ways[-1] >= 0
-    total[goes] += further[ways[-1][goes]]
-    return total
+        travelled = k * step
+        seen = _seen(on, walk, xy, density, origin, seed, frame, travelled)
+        weights = _travel_weights(travelled, step)
+        for bin_ in np.flatnonzero(weights):
+            total[:, bin_] += weights[bin_] * seen
+    feature = np.zeros((len(starts), _TRAVEL, 27))
+    np.add.at(feature, owner, total)
+    flat = feature.reshape(len(starts), SIZE)
+    whole = flat.sum(axis=1)
+    flat[whole == 0, 13] = 1.0  # a dot goes nowhere
+    return flat / np.where(whole == 0, 1.0, whole)[:, None]
 
 
 def _launched(starts: Indices, xy: Array, walk: _Walk, step: float) -> tuple[list[Indices], Array, Indices, Array]:
@@ -197,41 +156,34 @@ def _launched(starts: Indices, xy: Array, walk: _Walk, step: float) -> tuple[lis
     return ways, chance, owner, frame
 
 
-@dataclass(frozen=True)
-class _Begun:
-    """Beginnings of walks: the row that each is summed in, where it starts, on what density, and in what direction."""
-
-    row: Indices
-    xy: Array
-    density: Array
-    frame: Array
-
-
-def _seen(on: csr_matrix, walk: _Walk, xy: Array, density: Array, begun: _Begun, rows: int, travelled: float) -> Array:
-    """(rows, 27): where the walks are, in bins of density change, δx and δy."""
-    of = np.repeat(np.arange(on.shape[0]), np.diff(on.indptr))
+def _seen(
+    on: csr_matrix,
+    walk: _Walk,
+    xy: Array,
+    density: Array,
+    origin: Array,
+    seed: Array,
+    frame: Array,
+    travelled: float,
+) -> Array:
+    """(k, 27): where the walks are, in bins of density change, δx and δy."""
+    row = np.repeat(np.arange(on.shape[0]), np.diff(on.indptr))
     at = walk.target[on.indices]
-    away, frame = (xy[at] - begun.xy[of]) / travelled, begun.frame[of]
-    x = away[:, 0] * frame[:, 0] + away[:, 1] * frame[:, 1]
-    y = away[:, 1] * frame[:, 0] - away[:, 0] * frame[:, 1]
-    planes = [(27 * begun.row[of], on.data)]
-    for value, size in ((density[at] - begun.density[of], 9), (x, 3), (y, 1)):
-        low, part = _bins(value)
-        planes = [
-            (cell + size * (low + k), share * taken)
-            for cell, share in planes
-            for k, taken in ((0, 1 - part), (1, part))
-        ]
-    found = sum(np.bincount(cell, share, 27 * rows) for cell, share in planes)
-    return np.asarray(found).reshape(rows, 27)
+    away = (xy[at] - origin[row]) / travelled
+    forward, aside = frame[row, 0], frame[row, 1]
+    x = away[:, 0] * forward + away[:, 1] * aside
+    y = away[:, 1] * forward - away[:, 0] * aside
+    change, across, down = (_three_bins(value) for value in (density[at] - seed[row], x, y))
+    plane = (across[:, :, None] * down[:, None, :]).reshape(-1, 1, 9)
+    cells = (change[:, :, None] * plane).reshape(-1, 27)
+    gather = csr_matrix((on.data, np.arange(len(row)), on.indptr), shape=(on.shape[0], len(row)))
+    return np.asarray(gather @ cells)
 
 
-def _bins(value: Array) -> tuple[Indices, Array]:
-    """Of three overlapping bins with centres −½, 0, ½ the lower one of the two that a value lies in, and its share in
-    the other; farther out is the outer one's."""
-    place = np.clip(2 * value + 1, 0, 2)
-    low = (place >= 1).astype(np.intp)
-    return low, place - low
+def _three_bins(value: Array) -> Array:
+    """(n, 3) float: shares of a value in overlapping bins with centres −½, 0, ½; farther out is the outer one's."""
+    upper, lower = np.clip(2 * value, 0, 1), np.clip(-2 * value, 0, 1)
+    return np.stack([lower, 1 - lower - upper, upper], axis=1)
 
 
 def _travel_weights(travelled: float, step: float) -> Array:

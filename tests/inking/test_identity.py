@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import WRITTEN
 from scanned import owners, picture
 
 from handout.inking.grid import settled, shift
@@ -37,14 +36,14 @@ def changed(hand, near, inks, made):
     return (made[rows + y, columns + x] != picture(hand)[rows, columns]).any(axis=1)
 
 
-def test_words_of_the_source_come_back_pixel_for_pixel(small_hand):
+def test_words_of_the_source_come_back_pixel_for_pixel(small_page, small_hand):
     near, exact = owners(small_hand), 0
-    for word in dict.fromkeys(WRITTEN.replace(",", "").split()):
+    for word in dict.fromkeys(small_page.written.replace(",", "").split()):
         inks, made = written_word(small_hand, word, 0.0)
         if any(small_hand.glyphs[a.number].after != b.number for a, b in pairwise(inks)) or not only_moved(inks):
             continue  # other glyphs than the word's own were chosen, or the author's line was far from level
         off = changed(small_hand, near, inks, made)
-        assert len(off) > 1000
+        assert len(off) > 500
         # one pixel may lie between the letter and another line of writing
         assert off.sum() <= 1, word
         exact += not off.any()

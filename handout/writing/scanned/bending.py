@@ -131,7 +131,7 @@ def spread(forms: Forms) -> Spread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = float(np.mean([page.x_height / page.pitch for page in hand.pages]))
-    size = _measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
+    size = measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common(size, groups, _free(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
@@ -150,11 +150,11 @@ def spread(forms: Forms) -> Spread:
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:
     """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
-    return np.asarray(_measures(xy, radius, np.array([0, len(xy)]), x_height)[0])
+    return np.asarray(measures(xy, radius, np.array([0, len(xy)]), x_height)[0])
 
 
-def _measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
-    """(n, 4): the same of n bodies, one behind the other from the vertices `first` (n + 1,) on."""
+def measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
+    """(n, 4): as `measure`, of n bodies, one behind the other from the vertices `first` (n + 1,) on."""
     begin, count = first[:-1], np.diff(first)
     low = np.minimum.reduceat(xy - radius[:, None], begin)
     high = np.maximum.reduceat(xy + radius[:, None], begin)

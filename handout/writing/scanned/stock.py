@@ -15,18 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.places import PLACES, Place
-from handout.hand.scanned import DOUBTFUL, ScannedGlyph, ScannedHand, ScannedPage
-from handout.scanning.feature import SIZE, summed_features
-from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
+from handout.hand.scanned import DOUBTFUL, ScannedGlyph, ScannedHand
+from handout.values import Array, Indices, readonly, readonly_indices
+from handout.writing.scanned.departing import departures
 from handout.writing.scanned.forms import along, ways
-from handout.writing.scanned.learning import learn
 from handout.writing.scanned.meeting import Meetings
 from handout.writing.scanned.oddity import oddity
 
 _DOUBT = 1.0  # cost of a glyph just under the bound of doubt; twice that for one that is nowhere near sure
 _BROKEN = 3.0  # cost of a glyph without a body
 _PLACES = 8  # along a ligature, that two are compared at
-_STEP = 0.8  # mm between the places that features are worked out at: half the time, and sums hardly tell
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +34,9 @@ class Stock:
     letters : (n) what each glyph is; "" for one that has no name.
     places : (n,) int: its place in its word, index in `hand.scanned.PLACES`.
     before, after : (n,) int: the glyphs beside it in its word, −1 for none.
-    density, radius : (n,) float: means over the glyph's body.
-    feature : (n, 216) float: its summed line feature, the near half first, without its ligatures; sums to 1.
     exits, entries : (n, k, 8, 2) float: places along each ligature to the glyph after, and from the one before, over
         the baseline; nan where there are fewer.
+    departure : (n, 4) float: see `departing.departures`.
     doubt : (n,) float: cost of writing it, 0 unless its reading is doubtful, its ink is not all there or its size odd.
     """
 
@@ -48,11 +45,9 @@ class Stock:
     places: Indices
     before: Indices
     after: Indices
-    density: Array
-    radius: Array
-    feature: Array
     exits: Array
     entries: Array
+    departure: Array
     doubt: Array
 
     def __len__(self) -> int:
@@ -74,8 +69,7 @@ class Stock:
     @cached_property
     def meetings(self) -> Meetings:
         """What it costs to write one glyph after another."""
-        forest = learn(self.feature, self.exits, self.entries)
-        return Meetings(self.feature, self.exits, self.entries, self.density, self.radius, self.after, forest)
+        return Meetings(self.exits, self.entries, self.departure, self.after)
 
 
 def stock(hand: ScannedHand) -> Stock:
@@ -84,8 +78,6 @@ def stock(hand: ScannedHand) -> Stock:
     inner = _inner(hand)
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
     whole = [body if len(body) else glyph.vertices for body, glyph in zip(bodies, glyphs, strict=True)]
-    pages = [hand.pages[glyph.page] for glyph in glyphs]
-    both = list(zip(whole, pages, strict=True))
     exits, entries = _ligatures(hand)
     return Stock(
         hand,
@@ -93,11 +85,9 @@ def stock(hand: ScannedHand) -> Stock:
         readonly_indices([PLACES.index(glyph.place) for glyph in glyphs], count),
         readonly_indices([glyph.before for glyph in glyphs], count),
         readonly_indices([glyph.after for glyph in glyphs], count),
-        readonly([page.graph.density[body].mean() for body, page in both], count),
-        readonly([page.graph.radius[body].mean() / page.pitch for body, page in both], count),
-        _features(hand, whole),
         exits,
         entries,
+        departures(hand, whole),
         readonly(_doubt(glyphs, bodies) + oddity(hand, whole), count),
     )
 
@@ -109,27 +99,6 @@ def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
         for way in glyph.ligatures:
             inner[glyph.page][way.path[1:-1]] = True
     return inner
-
-
-def _features(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
-    """(n, 216): of each glyph by itself, as no walk leaves a body."""
-    found = np.zeros((len(bodies), SIZE))
-    for number, page in enumerate(hand.pages):
-        here = [i for i, glyph in enumerate(hand.glyphs) if glyph.page == number]
-        owner = np.full(len(page.graph), -1, dtype=np.intp)
-        for i in here:
-            owner[bodies[i]] = i
-        if here:
-            found += summed_features(_apart(page, owner), owner[owner >= 0], len(bodies), _STEP)
-    return readonly(found / np.maximum(found.sum(axis=1), 1e-12)[:, None], None, SIZE)
-
-
-def _apart(page: ScannedPage, owner: Indices) -> LineGraph:
-    """The vertices of a page that have an owner, with the edges that lie within one."""
-    graph = page.graph
-    one = owner[graph.edges]
-    edges = graph.edges[(one[:, 0] == one[:, 1]) & (one[:, 0] >= 0)]
-    return LineGraph(graph.xy, graph.radius, graph.density, graph.uv, edges).take(owner >= 0)
 
 
 def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:

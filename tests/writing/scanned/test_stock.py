@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.hand.scanned import ScannedHand
-from handout.writing.scanned.learning import Distance, learn, mismatch
-from handout.writing.scanned.meeting import _CUT, Meetings
+from handout.values import LineGraph
+from handout.writing.scanned.departing import departures
+from handout.writing.scanned.meeting import _CUT, Meetings, mismatch
 from handout.writing.scanned.oddity import oddity
 from handout.writing.scanned.stock import stock
-from handout.writing.scanned.trees import Forest, grow, pair_features
 
 
 @pytest.fixture(scope="module")
@@ -29,20 +29,24 @@ def test_every_glyph_is_there(kept, small_hand):
     assert len(kept.of("Q")) == len(kept.of("Q", "start")) == 0
 
 
-def test_means_are_those_of_the_bodies(kept, small_hand):
-    page = small_hand.pages[0]
-    for number in range(len(kept)):
-        body = small_hand.body(number)
-        assert kept.density[number] == pytest.approx(page.graph.density[body].mean(), abs=0.05)
-        assert kept.radius[number] == pytest.approx(page.graph.radius[body].mean() / page.pitch, rel=0.1)
-
-
-def test_features_are_shares_and_of_the_glyph_alone(kept, small_hand):
-    assert np.allclose(kept.feature.sum(axis=1), 1) and (kept.feature >= 0).all()
-    # a full stop goes nowhere; a comma's feature is not a letter's
-    alike = [np.abs(kept.feature[a] - kept.feature[b]).sum() for a in kept.of("e") for b in kept.of("e") if a < b]
-    other = [np.abs(kept.feature[a] - kept.feature[b]).sum() for a in kept.of("e") for b in kept.of("i")]
-    assert np.median(alike) < np.median(other)
+def test_departures_are_those_from_a_letter_s_usual(small_hand):
+    """An e that is thicker and fainter, and leans, stands out in that; letters of which there are few do not."""
+    number = int(small_hand.of("e")[2])
+    page, body = small_hand.pages[0], small_hand.body(number)
+    bodies = [small_hand.body(i) for i in range(len(small_hand.glyphs))]
+    plain = departures(small_hand, bodies)
+    assert (plain[small_hand.of("j")] == 0).all() and np.abs(plain).max() <= 2.5
+    usual = np.median(plain[small_hand.of("e")], axis=0)
+    assert np.abs(usual).max() < 0.5
+    graph = page.graph
+    radius, density = graph.radius.copy(), graph.density.copy()
+    radius[body], density[body] = 1.5 * radius[body], density[body] / 2
+    uv = graph.uv.copy()
+    foot = uv[body, 1].max()
+    uv[body, 0] += 0.5 * (foot - uv[body, 1])
+    other = replace(page, graph=LineGraph(graph.xy, radius, density, uv, graph.edges))
+    changed = departures(replace(small_hand, pages=(other,)), bodies)[number] - plain[number]
+    assert changed[1] > 0.5 and changed[2] > 0.5 and changed[3] < -0.5
 
 
 def test_ligatures_have_their_places_on_both_sides(kept, small_hand):
@@ -88,6 +92,17 @@ def test_a_mismatch_is_how_far_ways_on_one_baseline_are_apart(ways, shift):
     assert found >= level - 1e-9
 
 
+def test_letters_that_depart_alike_go_together(kept):
+    meetings, departure = kept.meetings, kept.departure.copy()
+    first, second = (int(number) for number in np.flatnonzero(np.abs(departure).sum(axis=1) > 0)[[0, 5]])
+    one, other = np.array([first]), np.array([second])
+    departure[second] = departure[first]
+    alike = Meetings(kept.exits, kept.entries, departure, kept.after).cost(one, other, False)
+    departure[second] = -departure[first]
+    unlike = Meetings(kept.exits, kept.entries, departure, kept.after).cost(one, other, False)
+    assert alike[0, 0] < unlike[0, 0] and alike[0, 0] <= meetings.cost(one, other, False)[0, 0]
+
+
 def test_of_several_ligatures_the_best_two_count():
     one, other, none = np.zeros((4, 2)), np.outer(np.arange(4), [0.0, 1.0]), np.full((4, 2), np.nan)
     assert mismatch(np.stack([one, other]), np.stack([other, none])) == 0
@@ -100,61 +115,16 @@ def test_ligatures_that_meet_none_cost(kept):
     exits = np.concatenate([kept.exits, np.full_like(kept.exits[:, :1], np.nan)], axis=1)
     number = int(np.flatnonzero(meetings.leaves & (kept.after >= 0))[0])
     exits[number, -1] = exits[number, 0]
-    more = Meetings(kept.feature, exits, kept.entries, kept.density, kept.radius, kept.after, meetings._learned)
+    more = Meetings(exits, kept.entries, kept.departure, kept.after)
     single = (~np.isnan(kept.entries[:, :, 0, 0])).sum(axis=1) == 1
     others = np.flatnonzero(single & (np.arange(len(kept)) != kept.after[number]))
     one = np.array([number])
     assert (more.cost(one, others, False) > meetings.cost(one, others, False)).all()
 
 
-def test_the_forest_tells_as_much_as_another_makers():
-    from sklearn.ensemble import ExtraTreesRegressor
-
-    rng = np.random.default_rng(0)
-    one, other = rng.dirichlet(np.full(216, 0.3), (2, 4000)).astype(np.float32)
-    pairs = pair_features(one, other)
-    cost = 100 * pairs[:, :6].sum(axis=1, dtype=np.float64) + rng.normal(0, 0.3, 4000)
-    made = ExtraTreesRegressor(32, max_depth=8, min_samples_leaf=5, max_features="sqrt", random_state=0)
-    theirs = made.fit(pairs[:3000], cost[:3000]).predict(pairs[3000:])
-    ours = grow(one[:3000], other[:3000], cost[:3000], rng).predict(one[3000:], other[3000:])
-    missed = [np.sqrt(np.mean((told - cost[3000:]) ** 2)) for told in (ours, theirs, cost[:3000].mean())]
-    assert missed[0] < 1.05 * missed[1] and missed[0] < 0.98 * missed[2]
-
-
-def test_leaves_hold_the_means_of_what_came_to_them():
-    rng = np.random.default_rng(2)
-    one, other = rng.random((2, 400, 216)).astype(np.float32)
-    cost = rng.random(400)
-    forest = grow(one, other, cost, rng)
-    assert forest.depth <= 8 and len(forest.first) == 32
-    inner = forest.low != np.arange(len(forest.low))
-    assert (forest.high[inner] == forest.low[inner] + 1).all() and (forest.low[inner] > np.flatnonzero(inner)).all()
-    assert cost.min() <= forest.value.min() and forest.value.max() <= cost.max()
-    alike = grow(one, other, np.full(400, 0.7), rng)
-    assert alike.predict(one, other) == pytest.approx(np.full(400, 0.7))
-    same = grow(one[:1].repeat(40, axis=0), other[:1].repeat(40, axis=0), cost[:40], rng)
-    assert same.depth == 0, "nothing to ask where all pairs look the same"
-
-
-def test_a_forest_learns_what_looks_tell_of_ligatures():
-    rng = np.random.default_rng(1)
-    feature = rng.dirichlet(np.full(216, 0.3), 120)
-    rise = 10 * feature[:, 5]
-    steps = np.stack([np.ones((120, 4)), np.outer(rise, np.linspace(0, 2, 4))], axis=2)[:, None]
-    forest = learn(feature, steps, steps)
-    assert isinstance(forest, Forest)
-    one, other = rng.integers(0, 120, (2, 500))
-    own = feature.astype(np.float32)
-    guessed, true = forest.predict(own[one], own[other]), np.abs(rise[one] - rise[other])
-    assert np.corrcoef(guessed, true)[0, 1] > 0.6
-    again = learn(feature, steps, steps)
-    assert np.array_equal(again.predict(own[one], own[other]), guessed)
-
-
 def test_a_hand_that_never_joins_is_told_by_looks(small_hand):
     lifted = tuple(replace(glyph, ligatures=()) for glyph in small_hand.glyphs)
     kept = stock(ScannedHand("p", "p", small_hand.pages, lifted))
-    assert isinstance(learn(kept.feature, kept.exits, kept.entries), Distance)
     numbers = np.arange(len(kept))
     cost = kept.meetings.cost(numbers, numbers, False)
     assert np.isfinite(cost).all() and 0.05 < np.median(cost) < 1
