@@ -12,7 +12,7 @@ from handout.writing.scribe import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
-_BUNCH = 0.4  # of the usual gap, that one near the edge gives up before those further from it give anything
+_BUNCH = 0.25  # of the usual gap, that one near the edge gives up before those further from it give anything
 
 
 @dataclass(frozen=True, eq=False)

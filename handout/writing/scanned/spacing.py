@@ -32,8 +32,9 @@ _PUSHES = 2
 _ENOUGH = 8  # pairs that tell what is usual
 # mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
+_HALF = 35.0  # per cent on either side of the middle: what word gaps are drawn from; the rest has reasons of its own
 _SHARE = 2.0  # per cent: clearances outside these percentiles are slips of the pen or of the reading
-_NARROW = 4.0  # per cent: the same of the gaps between words over all heights, where cut strokes are in the way
+_NARROW = 10.0  # per cent: the same of the gaps between words over all heights, where cut strokes are in the way
 _OVER = 2  # letters at the end, and at the beginning, of a word that bars may reach across the gap from
 
 
@@ -106,7 +107,7 @@ class Spacing:
 
     def _word_gaps(self, count: int, rng: np.random.Generator, variation: float) -> Array:
         """(count,) clearances as words have them, from the middle one to as far from it as they come."""
-        shares = 50 + (50 - _SHARE) * min(variation, 1.0) * rng.uniform(-1, 1, count)
+        shares = 50 + _HALF * min(variation, 1.0) * rng.uniform(-1, 1, count)
         return np.percentile(self.gaps.words, shares) if len(self.gaps.words) else np.full(count, np.nan)
 
     def _bounded(self, numbers: Indices, new_word: NDArray[np.bool_], away: Array, k: int) -> float:
