@@ -23,9 +23,9 @@ from handout.writing.scanned.wanted import Wanted
 # eighth of those where the hand has 25 glyphs of the letter or more.  With 0.8 that is a twentieth, and ligatures lie a
 # quarter further from where they should
 NOISE = 0.3  # λ: scale of the perturbation at variation 1
-AGAIN = 3.0  # cost of a glyph that was the last one written
-FORGOTTEN = 200.0  # letters after which a glyph is as good as new
-OFTEN = 0.1  # cost for each time that a glyph was written more often than the least written that would do
+AGAIN = 5.0  # cost of a glyph that was the last one written
+FORGOTTEN = 400.0  # letters after which a glyph is as good as new
+OFTEN = 0.3  # cost for each time that a glyph was written more often than the least written that would do
 _TRIES = 4  # times that a word is solved for having a glyph twice
 
 

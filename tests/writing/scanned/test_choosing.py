@@ -102,7 +102,7 @@ def test_what_was_written_lately_is_dear_and_forgotten(kept):
     number = kept.of("e")[:1]
     used.write(number)
     assert used.cost(number, 0)[0] == pytest.approx(AGAIN * (1 - 1 / FORGOTTEN))
-    costs = [used.cost(number, ahead)[0] for ahead in range(0, 300, 10)]
+    costs = [used.cost(number, ahead)[0] for ahead in range(0, int(FORGOTTEN) + 50, 10)]
     assert costs == sorted(costs, reverse=True) and costs[-1] == 0
     # the second part of a text knows the first
     wanted = asked("e")
