@@ -26,7 +26,7 @@ def test_a_line_of_narrow_gaps_gives_nothing() -> None:
 
 def test_the_gaps_near_the_edge_give_first() -> None:
     units = _units([0.0, 2.0, 2.0, 2.0])
-    found = _squeezed(units, extent(units, [0.0, 2.0, 2.0, 2.0]) - 0.6, 0.22)
-    assert found is not None and found[:3] == [0.0, 2.0, 2.0] and abs(found[3] - 1.4) < 1e-9
-    more = _squeezed(units, extent(units, [0.0, 2.0, 2.0, 2.0]) - 1.0, 0.22)
-    assert more is not None and more[1] == 2.0 and abs(more[2] - 1.8) < 1e-9 and abs(more[3] - 1.2) < 1e-9
+    found = _squeezed(units, extent(units, [0.0, 2.0, 2.0, 2.0]) - 0.4, 0.22)
+    assert found is not None and found[:3] == [0.0, 2.0, 2.0] and abs(found[3] - 1.6) < 1e-9
+    more = _squeezed(units, extent(units, [0.0, 2.0, 2.0, 2.0]) - 0.7, 0.22)
+    assert more is not None and more[1] == 2.0 and abs(more[2] - 1.8) < 1e-9 and abs(more[3] - 1.5) < 1e-9
