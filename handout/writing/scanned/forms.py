@@ -10,12 +10,12 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, Indices, readonly_indices
+from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.tails import tails
 from handout.writing.scanned.taking import Strokes, Taken
 
@@ -140,8 +140,13 @@ class Forms:
 
 def along(xy: Array, count: int) -> Array:
     """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, own = np.linspace(0, 1, count), _fractions(xy)
+    t, own = _even(count), _fractions(xy)
     return np.column_stack([np.interp(t, own, column) for column in xy.T])
+
+
+@lru_cache
+def _even(count: int) -> Array:
+    return readonly(np.linspace(0, 1, count), count)
 
 
 def _fractions(xy: Array) -> Array:
