@@ -126,6 +126,18 @@ class Forms:
         anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
         return Way(place, radius, density, uv, anchor, own, int(loose[way]), height)
 
+    def ends(self) -> tuple[Array, Array]:
+        """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
+        there are fewer."""
+        found = []
+        for strokes in (self._taken.exits, self._taken.entries):
+            rank = np.arange(len(strokes.of)) - np.searchsorted(strokes.of, strokes.of)
+            ends = np.full((len(self), int(rank.max(initial=0)) + 1, 2), np.nan)
+            first, y = strokes.lines.first, strokes.lines.xy[:, 1]
+            ends[strokes.of, rank] = np.column_stack([y[first[:-1]], y[first[1:] - 1]])
+            found.append(ends)
+        return found[0], found[1]
+
     def wholes(self) -> tuple[Indices, Array, Array]:
         """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]

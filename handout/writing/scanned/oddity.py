@@ -130,7 +130,8 @@ def _sizes(x: Array, y: Array, each: Array, first: Indices) -> Array:
 def _looks(x: Array, y: Array, each: Array, first: Indices) -> Looks:
     """(n, points): what lines look like from afar: square roots of their length around the points of a grid."""
     across, up = (
-        np.exp(np.square(((at[:, None] - grid) / _BLUR).astype(np.float32)) / -2) for at, grid in ((x, _ACROSS), (y, _UP))
+        np.exp(np.square(((at[:, None] - grid) / _BLUR).astype(np.float32)) / -2)
+        for at, grid in ((x, _ACROSS), (y, _UP))
     )
     looks = np.array([up[a:b].T @ across[a:b] for a, b in pairwise(first.tolist())])
     return np.asarray(np.sqrt(looks.reshape(len(each), -1) * each[:, None].astype(np.float32)))

@@ -14,6 +14,7 @@ from scipy.spatial.distance import cdist
 
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
+from handout.writing.scanned.taking import Line
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
@@ -113,7 +114,7 @@ def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array)
     return of, upright - radius, upright + radius, xy[:, 1] + forms.centre[of, 1]
 
 
-def apart(first: Form, second: Form, shift: Array) -> float:
+def apart(first: Line | Form, second: Line | Form, shift: Array) -> float:
     """How far the ink of two bodies is apart, the second one's centre shifted (2,) from the first one's; line space."""
     away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
     return float(away.min())

@@ -9,12 +9,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
+
+
+class Line(NamedTuple):
+    """Vertices of one line; see `Lines`."""
+
+    xy: Array
+    radius: Array
+    density: Array
+    uv: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +46,9 @@ class Lines:
         """(lines,): how many vertices each has."""
         return np.diff(self.first)
 
-    def __getitem__(self, line: int) -> tuple[Array, Array, Array, Array]:
+    def __getitem__(self, line: int) -> Line:
         own = slice(self.first[line], self.first[line + 1])
-        return self.xy[own], self.radius[own], self.density[own], self.uv[own]
+        return Line(self.xy[own], self.radius[own], self.density[own], self.uv[own])
 
 
 @dataclass(frozen=True, eq=False)
