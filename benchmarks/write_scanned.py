@@ -26,6 +26,7 @@ from handout.values import Manuscript
 from handout.writing.compose import compose
 from handout.writing.layout import Layout, page
 from handout.writing.scanned import scribe
+from handout.writing.scanned.lining import lining
 
 HANDS = ("house-joined-ballpoint", "house-print-fountain")
 DPI = 600
@@ -33,9 +34,9 @@ GOAL_PREPARING, GOAL_SENTENCE, GOAL_PAGE, GOAL_SHARED = 1.5, 1.0, 20.0, 0.05
 SENTENCE = "We walked home along the river while the rain fell on us"
 _SCANNED, _TEXTURE = "handout.writing.scanned", "handout.inking.texture"
 STAGES = {
-    "preparing": (f"{_SCANNED}.scribe.stock", f"{_SCANNED}.scribe.manner"),
+    "preparing": tuple(f"{_SCANNED}.scribe.{name}" for name in ("stock", "manner", "lining")),
     "choosing": (f"{_SCANNED}.scribe.choose",),
-    "setting": tuple(f"{_SCANNED}.scribe.{name}" for name in ("gaps", "heights", "set_line")),
+    "setting": tuple(f"{_SCANNED}.scribe.{name}" for name in ("gaps", "heights", "bent", "settled", "set_line")),
     "texture: warping": (f"{_TEXTURE}.warp",),
     "texture: seams": (f"{_TEXTURE}.parted",),
     "texture: laying": (f"{_TEXTURE}._lay",),
@@ -139,6 +140,7 @@ def measure(hand: ScannedHand) -> None:
     # modules that are imported on first use are no part of it
     written("a", hand, 0, "150x60mm")
     scribe._known.cache_clear()
+    lining.cache_clear()
     for said, text, paper, goal in (
         ("sentence, hand just loaded", sentence, "160x80mm", GOAL_SENTENCE),
         ("sentence, hand known", sentence, "160x80mm", GOAL_SENTENCE),

@@ -134,6 +134,7 @@ class Archive:
     def picture(self, name: str, mode: str) -> NDArray[np.uint8]:
         """A part as a picture (h, w[, channels]) uint8 of a Pillow `mode` such as ``"RGBA"``."""
         from PIL import Image, UnidentifiedImageError
+        from PIL import WebPImagePlugin as _  # noqa: F401  (or Pillow looks for it by importing all that it has)
 
         data = self.read(name)
         try:

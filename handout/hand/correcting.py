@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import regex
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from handout.hand.joining import Joining
 from handout.hand.places import Place
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 _NEAR = 1.0  # mm from a place to the ink it means
 
@@ -47,6 +48,8 @@ class Correcting:
 
     def turn_to(self, page: int) -> None:
         """Let the places that follow be on that page."""
+        from scipy.spatial import cKDTree
+
         count = len(self._hand.pages)
         if not 0 <= page < count:
             raise NotDone(f"there is no such page; the hand has {count}, numbered from 0")
@@ -289,6 +292,9 @@ def _one_letter(text: str) -> str:
 
 def _pieces(edges: Indices, count: int) -> Indices:
     """(count,) number of the connected piece of every vertex."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     a, b = edges.T
     joined = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
     return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)

@@ -155,11 +155,11 @@ def image(
     without ink stays as it is.  Parameters and errors are those of `ink`; the paper has the size of the page.
     """
     size = (*plain.shape(drawing, dpi, pen.width), 3)
-    page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
-    if page.shape != size:
-        raise ValueError(f"expected paper of shape {size}, got {page.shape}")
+    if paper is not None and paper.shape != size:
+        raise ValueError(f"expected paper of shape {size}, got {paper.shape}")
     if drawing.ink is not None:
-        return papers.laid(drawing.ink(dpi), page)
+        return papers.laid(drawing.ink(dpi), paper)
+    page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
     pixels = page.reshape(-1, 3)
     for at, light in passed(drawing, dpi, pen, rng):
         pixels[at] = np.rint(pixels[at] * light)

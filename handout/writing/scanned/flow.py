@@ -14,17 +14,19 @@ Source: seed 000, §6.3.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 from scipy.spatial.distance import cdist
 
+from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
 from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
-from handout.writing.scanned.joining import matches, rises
+from handout.writing.scanned.joining import matches, partners, rises
 
 LEAST = 0.01  # line space: deviation of a rise that is never undercut
 HOLD = 0.1  # line space: with this, lines in four real hands wander as far as their authors' own do
@@ -142,15 +144,18 @@ def flow(forms: Forms, beside: Beside) -> Flow:
 
 def _meeting(forms: Forms, told: Array, deviation: float) -> float:
     """How far the rises that ligatures tell are from the true ones, where the two letters were no neighbours."""
-    first = [number for number in range(len(forms)) if forms[number].exits]
-    second = [number for number in range(len(forms)) if forms[number].entries]
-    away = []
+    out, into = forms.ends()
+    first, second = (np.flatnonzero(~np.isnan(ends[:, 0, 0])) for ends in (out, into))
+    away = [np.zeros(0)]
     for turn in _TURNS if len(first) > 1 else ():
-        for i, j in zip(first, second[turn % len(second) :] + second[: turn % len(second)], strict=False):
-            pairs = matches(forms[i], forms[j])
-            if pairs:
-                away.append(float(rises(forms[i], forms[j], pairs).mean() - told[j] + told[i]))
-    found = 1.4826 * float(np.median(np.abs(away))) if away else 0.0
+        pairs = min(len(first), len(second))
+        i, j = first[:pairs], np.roll(second, -turn)[:pairs]
+        height = (ends[k].mean(axis=-1) + forms.centre[k, 1, None] for ends, k in ((out, i), (into, j)))
+        partner = partners(*height)[:, :, None]
+        rise = np.where(partner == NOBODY, np.nan, out[i] - np.take_along_axis(into[j], partner, axis=1))
+        away.append(np.nanmean(rise, axis=(1, 2)) - told[j] + told[i])
+    missed = np.abs(np.concatenate(away))
+    found = 1.4826 * float(np.median(missed)) if len(missed) else 0.0
     # what is seen is the miss of both, of the ligatures and of what the shapes tell
     return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
 
@@ -171,27 +176,20 @@ def _told(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
     shapes = _shapes(forms)
     shapes = (shapes - shapes[own].mean(axis=0)) / (shapes[own].std(axis=0) + 1e-9)
     alike = np.exp(-cdist(shapes, shapes[own], "sqeuclidean") / (2 * _LENGTH**2))
-    inverse = _inverse(alike[own] + _NOISE * np.eye(len(own)))
+    factor = dpotrf(alike[own] + _NOISE * np.eye(len(own)), lower=1)[0]
     middle = height[own].mean()
-    weights = inverse @ (height[own] - middle)
+    weights = dpotrs(factor, height[own] - middle, lower=1)[0]
     told = middle + alike @ weights
-    # what is known of a glyph itself is left out
-    told[own] = height[own] - weights / np.diag(inverse)
+    # what is known of a glyph itself is left out; of the inverse nothing but the diagonal is asked for that
+    told[own] = height[own] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
     return np.asarray(told)
-
-
-def _inverse(matrix: Array) -> Array:
-    """Of a symmetric, positive definite matrix: half the work of any other's."""
-    found = dpotri(dpotrf(matrix, lower=1)[0], lower=1)[0]
-    return np.asarray(np.tril(found) + np.tril(found, -1).T)
 
 
 def _shapes(forms: Forms) -> Array:
     """(n, 8): where the ink of each body lies from its centre."""
     lines = forms.bodies
     y, first = lines.xy[:, 1], lines.first[:-1]
-    of = np.repeat(np.arange(len(forms)), np.diff(lines.first))
-    order = np.lexsort((y, of))
+    order = np.concatenate([at + np.argsort(y[at:end], kind="stable") for at, end in pairwise(lines.first.tolist())])
     run = np.cumsum((lines.density * lines.radius**2 + 1e-12)[order])
     before = np.where(first > 0, run[first - 1], 0.0)
     wanted = before[:, None] + (run[lines.first[1:] - 1] - before)[:, None] * _RANKS

@@ -10,12 +10,12 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
-from handout.values import Array, Indices, readonly_indices
+from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.tails import tails
 from handout.writing.scanned.taking import Strokes, Taken
 
@@ -95,7 +95,12 @@ class Forms:
         self.bodies = self._taken.bodies
         self._edges = self._taken.edges()
         self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
-        self._tails = tails(hand, found, self._taken.vertices())
+        entry, leave = tails(hand, self._taken)
+        clear = _CLEAR / hand.pitch
+        self._loose = (
+            _loose(self._taken.entries, entry, clear, entering=True),
+            _loose(self._taken.exits, leave, clear, entering=False),
+        )
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -111,23 +116,49 @@ class Forms:
         return Form(
             *self.bodies[number],
             self._edges[number],
-            tuple(self._way(self._taken.entries, way, entering=True) for way in self._entries.get(number, ())),
-            tuple(self._way(self._taken.exits, way, entering=False) for way in self._exits.get(number, ())),
+            tuple(self._way(self._taken.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
+            tuple(self._way(self._taken.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
         )
 
-    def _way(self, strokes: Strokes, way: int, *, entering: bool) -> Way:
+    def _way(self, strokes: Strokes, way: int, loose: Indices) -> Way:
         place, radius, density, uv = strokes.lines[way]
-        own = int(strokes.own[way])
-        far = np.linalg.norm(place - place[0 if entering else -1], axis=1) > _CLEAR / self.hand.pitch
-        loose = own + round(self._tails[0 if entering else 1] * max(int(far.sum()) - own, 0))
         height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
-        return Way(place, radius, density, uv, int(strokes.anchor[way]), own, loose, height)
+        anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
+        return Way(place, radius, density, uv, anchor, own, int(loose[way]), height)
+
+    def ends(self) -> tuple[Array, Array]:
+        """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
+        there are fewer."""
+        found = []
+        for strokes in (self._taken.exits, self._taken.entries):
+            rank = np.arange(len(strokes.of)) - np.searchsorted(strokes.of, strokes.of)
+            ends = np.full((len(self), int(rank.max(initial=0)) + 1, 2), np.nan)
+            first, y = strokes.lines.first, strokes.lines.xy[:, 1]
+            ends[strokes.of, rank] = np.column_stack([y[first[:-1]], y[first[1:] - 1]])
+            found.append(ends)
+        return found[0], found[1]
+
+    def wholes(self) -> tuple[Indices, Array, Array]:
+        """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
+        of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
+        for strokes, loose in zip((self._taken.entries, self._taken.exits), self._loose, strict=True):
+            own = strokes.within(loose)
+            of.append(np.repeat(strokes.of, strokes.lines.count)[own])
+            xy.append(strokes.lines.xy[own])
+            radius.append(strokes.lines.radius[own])
+        order = np.argsort(np.concatenate(of), kind="stable")
+        return np.concatenate(of)[order], np.concatenate(xy)[order], np.concatenate(radius)[order]
 
 
 def along(xy: Array, count: int) -> Array:
     """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, own = np.linspace(0, 1, count), _fractions(xy)
+    t, own = _even(count), _fractions(xy)
     return np.column_stack([np.interp(t, own, column) for column in xy.T])
+
+
+@lru_cache
+def _even(count: int) -> Array:
+    return readonly(np.linspace(0, 1, count), count)
 
 
 def _fractions(xy: Array) -> Array:
@@ -140,6 +171,15 @@ def _fractions(xy: Array) -> Array:
 def is_mark(letter: str) -> bool:
     """Whether a grapheme is punctuation or a symbol."""
     return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
+
+
+def _loose(strokes: Strokes, share: float, clear: float, *, entering: bool) -> Indices:
+    """(ways,): how many vertices each has where nothing meets it; `share` of the other letter's, see `tails`."""
+    lines = strokes.lines
+    end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
+    far = np.linalg.norm(lines.xy - np.repeat(end, lines.count, axis=0), axis=1) > clear
+    theirs = np.maximum(np.add.reduceat(far, lines.first[:-1], dtype=np.intp) - strokes.own, 0)
+    return np.asarray(strokes.own + np.rint(share * theirs).astype(np.intp))
 
 
 def _grouped(strokes: Strokes) -> Mapping[int, range]:

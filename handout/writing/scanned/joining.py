@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from handout.values import Array
+from handout.hand.scanned import NOBODY
+from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Way, along
 
 _ALIKE, _APART = 0.12, 0.35  # x-heights between two ways: up to here they are blended, from here on not at all
@@ -21,11 +22,18 @@ def matches(first: Form, second: Form) -> tuple[tuple[int, int], ...]:
         return ()
     if len(first.exits) == len(second.entries) == 1:
         return ((0, 0),)
-    exits = np.array([way.height for way in first.exits])
-    entries = np.array([way.height for way in second.entries])
-    away = np.abs(exits[:, None] - entries)
-    nearest, back = away.argmin(axis=1), away.argmin(axis=0)
-    return tuple((i, int(j)) for i, j in enumerate(nearest) if back[j] == i)
+    exits = np.array([[way.height for way in first.exits]])
+    entries = np.array([[way.height for way in second.entries]])
+    return tuple((i, j) for i, j in enumerate(partners(exits, entries)[0].tolist()) if j != NOBODY)
+
+
+def partners(exits: Array, entries: Array) -> Indices:
+    """(n, k) int: which entry each exit matches, −1 for none, told by their heights (n, k) and (n, l); nan for none."""
+    away = np.abs(exits[:, :, None] - entries[:, None, :])
+    away[np.isnan(away)] = np.inf
+    nearest, back = away.argmin(axis=2), away.argmin(axis=1)
+    either_way = np.take_along_axis(back, nearest, axis=1) == np.arange(exits.shape[1])
+    return np.where(either_way & ~np.isnan(exits), nearest, NOBODY)
 
 
 def rises(first: Form, second: Form, pairs: tuple[tuple[int, int], ...]) -> Array:

@@ -92,14 +92,22 @@ def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _Lines:
 
 def _edge(page: _Lines) -> tuple[Array, float]:
     """Where lines begin about the course of the left edge, and how far right that goes from line to line."""
-    from scipy.stats import theilslopes
-
     own = np.abs(page.left - np.median(page.left)) < 2 * _INDENTED
     if own.sum() < LEAST:
         return np.zeros(0), 0.0
-    drift, start, *_ = theilslopes(page.left[own], page.number[own])
+    drift, start = _course(page.number[own], page.left[own])
     rest = page.left - (start + drift * page.number)
-    return rest[np.abs(rest) < _INDENTED], float(drift)
+    return rest[np.abs(rest) < _INDENTED], drift
+
+
+def _course(x: Array, y: Array) -> tuple[float, float]:
+    """Slope and start of the straight line through the middle of all pairs of points.
+
+    Source: Sen 1968, Estimates of the regression coefficient based on Kendall's tau.
+    """
+    on, up = (np.subtract.outer(of, of) for of in (x, y))
+    slope = float(np.median(up[on > 0] / on[on > 0]))
+    return slope, float(np.median(y) - slope * np.median(x))
 
 
 def _uneven(page: _Lines) -> Array:

@@ -31,18 +31,21 @@ _SHORT = 20.0  # cost for each unit less
 _BLUR = 0.2  # x-heights
 _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # where a glyph is looked at, x-heights
 
+Looks = NDArray[np.float32]  # half the room and half the time, of what takes most of both
+
 
 def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: cost of glyphs with the given bodies for not being like others of their letters."""
     letters = np.array([glyph.letter for glyph in hand.glyphs])
     x, y, each, first = _lines(hand, bodies)
     sizes, looks = _sizes(x, y, each, first), _looks(x, y, each, first)
+    length = np.einsum("ij,ij->i", looks, looks)
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
         own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(own)]
         stems = np.array([_stem(line) for line in own_y]) if letter in _DOTTED else np.zeros(0)
-        odd = np.stack([_unusual(sizes[own]), _strange(looks, own), _short(letter, sizes[own], stems)])
+        odd = np.stack([_unusual(sizes[own]), _strange(looks, length, own), _short(letter, sizes[own], stems)])
         cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
     return cost
 
@@ -75,11 +78,13 @@ def _unusual(sizes: Array) -> Array:
     return np.asarray(_RISE * ((away / spread).max(axis=1) - _USUAL))
 
 
-def _strange(looks: Array, own: NDArray[np.bool_]) -> Array:
-    """(k,): cost of the `own` glyphs, which are of one letter, for being nearer to those of others."""
+def _strange(looks: Looks, length: Looks, own: NDArray[np.bool_]) -> Array:
+    """(k,): cost of the `own` glyphs, which are of one letter, for being nearer to those of others.
+
+    length : (n,): squares of the lengths of looks (n, points).
+    """
     if own.sum() < _KIN or (~own).sum() < _NEAREST:
         return np.zeros(int(own.sum()))
-    length = np.einsum("ij,ij->i", looks, looks)
     others = -2 * looks[own] @ looks.T
     others += length[own][:, None]
     others += length
@@ -94,7 +99,7 @@ def _strange(looks: Array, own: NDArray[np.bool_]) -> Array:
     return np.asarray(np.maximum(_STEEP * (np.log(near / far) - _STRANGE), alien))
 
 
-def _nearest(square: Array, count: int) -> Array:
+def _nearest(square: Looks, count: int) -> Looks:
     """(k, count): the least of the distances whose squares are given, in any order."""
     return np.sqrt(np.partition(square, count - 1, axis=1)[:, :count])
 
@@ -122,8 +127,11 @@ def _sizes(x: Array, y: Array, each: Array, first: Indices) -> Array:
     )
 
 
-def _looks(x: Array, y: Array, each: Array, first: Indices) -> Array:
+def _looks(x: Array, y: Array, each: Array, first: Indices) -> Looks:
     """(n, points): what lines look like from afar: square roots of their length around the points of a grid."""
-    across, up = (np.exp(-(((at[:, None] - grid) / _BLUR) ** 2) / 2) for at, grid in ((x, _ACROSS), (y, _UP)))
+    across, up = (
+        np.exp(np.square(((at[:, None] - grid) / _BLUR).astype(np.float32)) / -2)
+        for at, grid in ((x, _ACROSS), (y, _UP))
+    )
     looks = np.array([up[a:b].T @ across[a:b] for a, b in pairwise(first.tolist())])
-    return np.asarray(np.sqrt(looks.reshape(len(each), -1) * each[:, None]))
+    return np.asarray(np.sqrt(looks.reshape(len(each), -1) * each[:, None].astype(np.float32)))

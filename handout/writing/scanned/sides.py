@@ -14,6 +14,7 @@ from scipy.spatial.distance import cdist
 
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
+from handout.writing.scanned.taking import Line
 
 _HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
 LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
@@ -65,8 +66,10 @@ def sides(forms: Forms, slant: float) -> Sides:
     right, edges = -left, np.zeros((3, len(forms), 2))
     zone = np.tile([np.inf, -np.inf], (len(forms), 1))
     low_zone, high_zone = np.multiply(_ZONE, 1 / forms.hand.pitch)
+    bodies = np.repeat(np.arange(len(forms)), forms.bodies.count), forms.bodies.xy, forms.bodies.radius
+    alone, loose = (_outlines(forms, slant, *lines) for lines in (bodies, forms.wholes()))
     for kind, seen in enumerate(_SEEN):
-        of, low, high, height = _outlines(forms, slant, loose=kind != LETTERS)
+        of, low, high, height = alone if kind == LETTERS else loose
         left[kind], right[kind] = _levels(of, low, high, height, seen, len(forms))
         first = np.searchsorted(of, np.arange(len(forms)))
         edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
@@ -105,17 +108,13 @@ def _levels(of: Indices, low: Array, high: Array, height: Array, seen: float, co
     return left.reshape(count, -1), right.reshape(count, -1)
 
 
-def _outlines(forms: Forms, slant: float, *, loose: bool = False) -> tuple[Indices, Array, Array, Array]:
-    """Of every vertex of every glyph's line: whose it is, its left and right side, upright, and its height over the
-    baseline."""
-    lines = [forms[number].whole if loose else (forms[number].xy, forms[number].radius) for number in range(len(forms))]
-    of = np.repeat(np.arange(len(lines)), [len(xy) for xy, _ in lines])
-    x, y = np.concatenate([np.zeros((0, 2)), *(xy for xy, _ in lines)]).T
-    radius, upright = np.concatenate([np.zeros(0), *(radius for _, radius in lines)]), x - slant * y
-    return of, upright - radius, upright + radius, y + forms.centre[of, 1]
+def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array) -> tuple[Indices, Array, Array, Array]:
+    """Of every vertex of lines: whose it is, its left and right side, upright, and its height over the baseline."""
+    upright = xy[:, 0] - slant * xy[:, 1]
+    return of, upright - radius, upright + radius, xy[:, 1] + forms.centre[of, 1]
 
 
-def apart(first: Form, second: Form, shift: Array) -> float:
+def apart(first: Line | Form, second: Line | Form, shift: Array) -> float:
     """How far the ink of two bodies is apart, the second one's centre shifted (2,) from the first one's; line space."""
     away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
     return float(away.min())

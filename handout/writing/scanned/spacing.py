@@ -149,7 +149,7 @@ class Spacing:
         more = 0.0
         for _ in range(_PUSHES):
             shift = np.array([away + more, rise])
-            more += max(self.least - apart(self.forms[first], self.forms[second], shift), 0.0)
+            more += max(self.least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
         return more
 
 
@@ -174,9 +174,8 @@ def spacing(forms: Forms, beside: Beside) -> Spacing:
     slant = float(np.mean([page.slant for page in forms.hand.pages]))
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    found = [
-        apart(forms[int(i)], forms[int(j)], forms.centre[j] - forms.centre[i]) for i, j in beside.pairs(parted=False)
-    ]
+    pairs = beside.pairs(parted=False).tolist()
+    found = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
     least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
     return Spacing(forms, beyond, slant, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
 

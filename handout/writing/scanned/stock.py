@@ -107,12 +107,12 @@ def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
     most = max((len(paths) for paths in found.values()), default=0)
     exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
     entries = exits.copy()
-    for number, paths in found.items():
-        glyph = hand.glyphs[number]
-        page = hand.pages[glyph.page]
-        for k, path in enumerate(paths):
-            way = page.to_line(glyph.line, page.graph.uv[path])
-            exits[number, k] = entries[glyph.after, k] = along(way, _PLACES)
+    each = [(number, k, path) for number, paths in found.items() for k, path in enumerate(paths)]
+    size = np.array([len(path) for _, _, path in each], dtype=np.intp)
+    of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
+    places = hand.placed(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))
+    for (number, k, _), way in zip(each, np.split(places, np.cumsum(size)[:-1]), strict=False):
+        exits[number, k] = entries[hand.glyphs[number].after, k] = along(way, _PLACES)
     for array in (exits, entries):
         array.flags.writeable = False
     return exits, entries

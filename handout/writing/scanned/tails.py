@@ -8,62 +8,51 @@ Source: seed 000, §6.4.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
-
 import numpy as np
-from numpy.typing import NDArray
 
-from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand
-from handout.values import Array, Indices
+from handout.hand.scanned import NOBODY, ScannedHand
+from handout.values import Array
+from handout.writing.scanned.taking import Lines, Strokes, Taken
 
 _ENOUGH = 8  # instances, of letters that there are both joined and free, that the length of tails is told by
 
-Ways = Mapping[int, tuple[Indices, ...]]
+
+def tails(hand: ScannedHand, taken: Taken) -> tuple[float, float]:
+    """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1."""
+    entry = _share(hand, taken.bodies, taken.entries, leaving=False)
+    return entry, _share(hand, taken.bodies, taken.exits, leaving=True)
 
 
-def tails(hand: ScannedHand, exits: Ways, bodies: list[Indices]) -> tuple[float, float]:
-    """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1.
-
-    Parameters
-    ----------
-    exits : glyph → the paths of its ligatures to the next.
-    bodies : n of (m,) int: the vertices of each glyph that are on the way to no other.
-    """
-    return _share(hand, exits, bodies, leaving=False), _share(hand, exits, bodies, leaving=True)
-
-
-def _share(hand: ScannedHand, exits: Ways, bodies: list[Indices], *, leaving: bool) -> float:
-    free, joined = defaultdict[str, list[float]](list), defaultdict[str, list[Array]](list)
-    for number, glyph in enumerate(hand.glyphs):
-        if not glyph.letter.isalpha():
-            continue
-        paths = exits.get(number if leaving else glyph.before, ())
-        if paths:
-            joined[glyph.letter].append(_widths(hand, glyph, bodies[number], np.concatenate(paths), leaving))
-        elif (glyph.after if leaving else glyph.before) == NOBODY:
-            free[glyph.letter].append(float(_widths(hand, glyph, bodies[number], bodies[number], leaving)[0]))
-    both = [letter for letter in free if letter in joined]
-    count = np.array([min(len(free[letter]), len(joined[letter])) for letter in both])
-    if count.sum() < _ENOUGH:
+def _share(hand: ScannedHand, bodies: Lines, ways: Strokes, *, leaving: bool) -> float:
+    letters = np.array([glyph.letter for glyph in hand.glyphs], dtype=np.str_)
+    named = np.array([glyph.letter.isalpha() for glyph in hand.glyphs], dtype=bool)
+    alone = np.array([(glyph.after if leaving else glyph.before) == NOBODY for glyph in hand.glyphs], dtype=bool)
+    met = np.zeros(len(letters), dtype=bool)
+    met[ways.of] = True
+    free, joined = named & alone & ~met, named & met
+    body, own, whole = _widths(hand, bodies, ways, leaving)
+    rows = []
+    for letter in np.intersect1d(letters[free], letters[joined]):
+        ended, led = (of & (letters == letter) for of in (free, joined))
+        count = min(ended.sum(), led.sum())
+        rows.append((count, np.median(body[ended]), np.median(own[led]), np.median(whole[led])))
+    counts, wanted, short, long = np.array(rows).reshape(-1, 4).T
+    if counts.sum() < _ENOUGH:
         return 0.0
-    own, whole = np.transpose([np.median(joined[letter], axis=0) for letter in both])
-    wanted = np.array([np.median(free[letter]) for letter in both])
-    return float(np.clip(count @ (wanted - own) / max(count @ (whole - own), 1e-9), 0.0, 1.0))
+    return float(np.clip(counts @ (wanted - short) / max(counts @ (long - short), 1e-9), 0.0, 1.0))
 
 
-def _widths(hand: ScannedHand, glyph: ScannedGlyph, body: Indices, path: Indices, leaving: bool) -> Array:
-    """(2,) line space, upright: of a body with the glyph's own part of a way, and with all of it."""
-    page = hand.pages[glyph.page]
-    way = _upright(hand, glyph, path) * (1 if leaving else -1)
-    own: NDArray[np.bool_] = np.isin(path, glyph.vertices)
-    letter = _upright(hand, glyph, body) * (1 if leaving else -1)
-    thick = page.graph.radius[body].mean() / page.pitch
-    ends = np.array([way[own].max(initial=-np.inf), way.max()])
-    return np.asarray(np.maximum(ends, letter.max()) - letter.min() + 2 * thick)
-
-
-def _upright(hand: ScannedHand, glyph: ScannedGlyph, vertices: Indices) -> Array:
-    page = hand.pages[glyph.page]
-    x, y = page.to_line(glyph.line, page.graph.uv[vertices]).T
-    return np.asarray(x - page.slant * y)
+def _widths(hand: ScannedHand, bodies: Lines, ways: Strokes, leaving: bool) -> Array:
+    """(3, n) line space, upright: of each body alone, with the glyph's own part of its ways, and with all of them."""
+    slant = np.array([hand.pages[glyph.page].slant for glyph in hand.glyphs])
+    letter, way = (
+        (1 if leaving else -1) * (lines.xy[:, 0] - np.repeat(slant[of], lines.count) * lines.xy[:, 1])
+        for lines, of in ((bodies, np.arange(len(slant))), (ways.lines, ways.of))
+    )
+    begin = bodies.first[:-1]
+    ends = np.tile(np.maximum.reduceat(letter, begin), (3, 1))
+    of, own = np.repeat(ways.of, ways.lines.count), ways.within(ways.own)
+    np.maximum.at(ends[1], of[own], way[own])
+    np.maximum.at(ends[2], of, way)
+    thick = np.add.reduceat(bodies.radius, begin) / bodies.count
+    return np.asarray(ends - np.minimum.reduceat(letter, begin) + 2 * thick)

@@ -9,12 +9,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
+
+
+class Line(NamedTuple):
+    """Vertices of one line; see `Lines`."""
+
+    xy: Array
+    radius: Array
+    density: Array
+    uv: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +41,14 @@ class Lines:
     density: Array
     uv: Array
 
-    def __getitem__(self, line: int) -> tuple[Array, Array, Array, Array]:
+    @property
+    def count(self) -> Indices:
+        """(lines,): how many vertices each has."""
+        return np.diff(self.first)
+
+    def __getitem__(self, line: int) -> Line:
         own = slice(self.first[line], self.first[line + 1])
-        return self.xy[own], self.radius[own], self.density[own], self.uv[own]
+        return Line(self.xy[own], self.radius[own], self.density[own], self.uv[own])
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +57,20 @@ class Strokes:
 
     lines : of each way, from the letter on the left to the one on the right.
     of : (ways,) int: the glyph that has it.
+    away : (vertices,) int: how many vertices of its way are between each and the glyph's body.
     own : (ways,) int: how many of its vertices belong to the glyph, counted from its body outwards; one at least.
     anchor : (ways,) int: the vertex of the glyph's body that it begins (ends) at.
     """
 
     lines: Lines
     of: Indices
+    away: Indices
     own: Indices
     anchor: Indices
+
+    def within(self, reach: Indices) -> NDArray[np.bool_]:
+        """(vertices,): which are among the first so many (ways,) of their way, counted from the glyph's body."""
+        return np.asarray(self.away < np.repeat(reach, self.lines.count))
 
 
 class Taken:
@@ -81,12 +102,6 @@ class Taken:
         self._ways = [(self._coded(side), np.cumsum([0, *(len(path) for _, path in side)])) for side in (out, into)]
         self.exits = self._strokes(*self._ways[0], leaving=True)
         self.entries = self._strokes(*self._ways[1], leaving=False)
-
-    def vertices(self) -> list[Indices]:
-        """The vertices of each body, by the numbers of its page."""
-        before = self._before[[glyph.page for glyph in self._hand.glyphs]]
-        own = self._codes % self._count - np.repeat(before, np.diff(self.bodies.first))
-        return np.split(own, self.bodies.first[1:-1])
 
     def edges(self) -> list[Indices]:
         """n of (m, 2) int: the edges between vertices of each body, by their place in it, without those of the ways."""
@@ -129,7 +144,7 @@ class Taken:
         own = np.maximum(np.minimum.reduceat(theirs, begin), 1) if len(begin) else size
         of = codes[begin] // self._count
         anchor = np.searchsorted(self._codes, codes[begin if leaving else end]) - self.bodies.first[of]
-        return Strokes(self._lines(codes, first), of, own, anchor)
+        return Strokes(self._lines(codes, first), of, away, own, anchor)
 
     def _lines(self, codes: Indices, first: Indices) -> Lines:
         number, vertex = codes // self._count, codes % self._count

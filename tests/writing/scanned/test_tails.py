@@ -6,39 +6,39 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.writing.scanned.tails import tails
+from handout.writing.scanned.taking import Taken
 
 
 def _joined(small_hand):
-    """Glyphs that are joined to a next letter, with their ways, their bodies as they are read."""
-    ways = {i: tuple(way.path for way in g.ligatures) for i, g in enumerate(small_hand.glyphs) if g.ligatures}
-    return ways, [small_hand.body(i) for i in range(len(small_hand.glyphs))]
+    """The ways of the glyphs that are joined to a next letter."""
+    return {i: tuple(way.path for way in g.ligatures) for i, g in enumerate(small_hand.glyphs) if g.ligatures}
 
 
-def _ending(small_hand, ways, bodies, whole):
+def _ending(small_hand, ways, whole):
     """The hand with every joined glyph once more, as the end of a word with its own part of the way, or all of it."""
-    glyphs, more = list(small_hand.glyphs), list(bodies)
+    glyphs = list(small_hand.glyphs)
     for i, paths in ways.items():
         glyph = small_hand.glyphs[i]
         path = np.concatenate(paths)
         kept = path if whole else path[np.isin(path, glyph.vertices)]
-        vertices = np.union1d(bodies[i], kept)
+        vertices = np.union1d(small_hand.body(i), kept)
         glyphs.append(replace(glyph, vertices=vertices, before=-1, after=-1, ligatures=(), place="end"))
-        more.append(vertices)
     # those that did end words stay out: only the ends made here tell
-    named = [replace(g, letter="") if i < len(bodies) and i not in ways else g for i, g in enumerate(glyphs)]
-    return ScannedHand("h", "h", small_hand.pages, tuple(named)), more
+    named = [replace(g, letter="") if i < len(small_hand.glyphs) and i not in ways else g for i, g in enumerate(glyphs)]
+    return ScannedHand("h", "h", small_hand.pages, tuple(named))
 
 
 def test_the_share_is_what_word_ends_show(small_hand):
-    ways, bodies = _joined(small_hand)
+    ways = _joined(small_hand)
     for whole, share in ((False, 0.0), (True, 1.0)):
-        hand, more = _ending(small_hand, ways, bodies, whole)
-        assert abs(tails(hand, ways, more)[1] - share) < 0.15
+        hand = _ending(small_hand, ways, whole)
+        assert abs(tails(hand, Taken(hand, ways, hand.centres))[1] - share) < 0.15
 
 
 def test_few_ends_tell_nothing(small_hand):
-    ways, bodies = _joined(small_hand)
-    assert tails(small_hand, dict(list(ways.items())[:3]), bodies)[1] == 0.0
+    ways = _joined(small_hand)
+    few = Taken(small_hand, dict(list(ways.items())[:3]), small_hand.centres)
+    assert tails(small_hand, few)[1] == 0.0
 
 
 def test_loose_ways_end_before_the_letter_they_led_to(small_manner):
