@@ -81,7 +81,8 @@ def choose(
     MissingCharacters
         The hand has no glyph for some letters.
     """
-    parts = [part.numbers for part in solve(stock, wanted, pools_of(stock, wanted), rng, variation, used)]
+    pools = pools_of(stock, wanted, rng if variation > 0 else None)
+    parts = [part.numbers for part in solve(stock, wanted, pools, rng, variation, used)]
     return np.concatenate([np.zeros(0, dtype=np.intp), *parts])
 
 

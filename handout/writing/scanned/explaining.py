@@ -72,7 +72,7 @@ def explain(
     MissingCharacters
         The hand has no glyph for some letters.
     """
-    pools = pools_of(stock, wanted)
+    pools = pools_of(stock, wanted, rng if variation > 0 else None)
     solved = list(solve(stock, wanted, pools, rng, variation, used))
     numbers = np.concatenate([np.zeros(0, dtype=np.intp), *(part.numbers for part in solved)])
     found = []

@@ -1,6 +1,7 @@
 """Choice of glyphs: exact, repeatable, varied, and clear about what a hand lacks."""
 
 from itertools import groupby, pairwise, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import MissingCharacters
+from handout.hand.places import PLACES
 from handout.writing.scanned.choosing import AGAIN, FORGOTTEN, Used, choose, viterbi
 from handout.writing.scanned.explaining import choices_sheet, explain, reasons
-from handout.writing.scanned.pools import pools_of
+from handout.writing.scanned.pools import _drawn, _pool, pools_of
 from handout.writing.scanned.stock import stock
 from handout.writing.scanned.wanted import Wanted
 
@@ -129,6 +131,21 @@ def test_few_exact_glyphs_let_others_in_at_a_cost(kept):
     (pool,) = pools_of(kept, [Wanted("e", "alone", 0, 0)])
     assert len(kept.of("e", "alone")) == 0 and (pool.cost >= 0.5).all()
     assert set(pool.numbers) == set(kept.of("e"))
+
+
+def test_of_many_good_glyphs_others_are_offered_each_time(kept):
+    """A hand of several pages would otherwise write with the best of each letter alone."""
+    letters = tuple("e" for _ in range(300))
+    doubt = np.where(np.arange(300) < 200, 0.1, 3.0)
+    one = np.zeros(300, dtype=int)
+    rich = SimpleNamespace(doubt=doubt, places=one, of=lambda letter, place=None: np.arange(300), letters=letters)
+    pool = _pool(rich, "e", PLACES[0])
+    rng = np.random.default_rng(0)
+    drawn = [_drawn(pool, rng) for _ in range(60)]
+    assert all((np.diff(part.numbers) > 0).all() and part.numbers.max() < 200 for part in drawn)
+    assert len(set(np.concatenate([part.numbers for part in drawn]).tolist())) == 200
+    wanted = asked("eee")
+    assert all(np.array_equal(a.numbers, b.numbers) for a, b in pairwise(pools_of(kept, wanted)[1:]))
 
 
 @pytest.mark.parametrize("variation", [0.0, 1.0])
