@@ -135,6 +135,13 @@ class Margins(_Table, frozen=True):
     left: Length = Length(0.0)
 
 
+class Envelope(_Table, frozen=True):
+    """What differs when a printer is fed with envelopes: its margins, and the tray they lie in."""
+
+    margins: Margins | None = None
+    source: str = ""
+
+
 class Printer(_Table, frozen=True):
     """An inkjet or a file that stands for one.
 
@@ -142,7 +149,8 @@ class Printer(_Table, frozen=True):
     sent; margins: unprintable edge; sources: names of the trays; source: the tray to feed from (empty: the
     printer's own choice); options: further ``lp -o`` options, sent as they are; feed: the edge of the sheet that
     goes in first; turn: the way a page is turned to lie in that direction; file: pages are written to a file
-    instead of being sent; simulated: jobs are written into a folder, as a queue would receive them.
+    instead of being sent; simulated: jobs are written into a folder, as a queue would receive them; envelope: what
+    differs for envelopes.
     """
 
     kind: Literal["printer"]
@@ -157,6 +165,7 @@ class Printer(_Table, frozen=True):
     feed: Literal["short", "long"] = "short"
     turn: Literal["left", "right"] = "left"
     simulated: bool = False
+    envelope: Envelope = Envelope()
     notes: str = ""
 
 
@@ -172,6 +181,8 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
     "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
+    "envelope.margins.top": (0, 100), "envelope.margins.right": (0, 100), "envelope.margins.bottom": (0, 100),
+    "envelope.margins.left": (0, 100),
 }  # fmt: skip
 
 
@@ -221,7 +232,15 @@ def read(path: Path) -> Profile:
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
+    else:
+        _check_trays(profile, path)
     return profile
+
+
+def _check_trays(printer: Printer, path: Path) -> None:
+    for key, tray in (("source", printer.source), ("envelope.source", printer.envelope.source)):
+        if tray and printer.sources and tray not in printer.sources:
+            raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
 def _check_pen(pen: Pen, path: Path) -> None:
@@ -240,7 +259,7 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins) for f in msgspec.structs.fields(t)}
+        known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins, Envelope) for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
     if "missing required field" in said:
