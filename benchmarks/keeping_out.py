@@ -4,18 +4,26 @@ Nothing of a kept-out line may reach the hand: neither a letter, nor a shade of 
 measured from, nor its words.  So the other lines are lifted off the scan and laid on the page's own paper as it is
 without ink (`WrittenPage.matte`), each in the place of a line further up, and that picture with the text of these lines
 alone is read as any scan is.  They close up because the distance of lines is what sizes are told in.
+
+Of a hand that comes with the program there are no scans any more, only their ink.  Its pages are that ink on white, and
+it loses the glyphs of the kept-out lines.  The distance of lines, slant and size of its pages stay those of all lines.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.scanned import ScannedHand
+from benchmarks.parts import DPI, LUMA
+from handout.hand import file, library
+from handout.hand.pictures import on_paper
+from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.belonging import owners
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
@@ -25,7 +33,6 @@ from handout.score.repetition import repetition
 from handout.tagging.align import frames
 from handout.tagging.making import make_page, read_hand, with_lines
 
-DPI = 300.0
 AROUND = 0.5  # mm of paper that go with the ink of a line
 
 _HEAD = re.compile(r"^## (\S+)[^\n]*\n(.*?)(?=^## |\Z)", re.DOTALL | re.MULTILINE)
@@ -33,10 +40,11 @@ _HEAD = re.compile(r"^## (\S+)[^\n]*\n(.*?)(?=^## |\Z)", re.DOTALL | re.MULTILIN
 
 @dataclass(frozen=True, eq=False)
 class Author:
-    """A page with its text, line by line, and its lines as they are measured.
+    """Pages with their text, line by line, and their lines as they are measured.
 
-    lines : (n,) measured, of the scan itself.
-    repetition : of the whole page.
+    lines : (n,) measured, of the scan itself, or of the ink of a whole hand.
+    repetition : of the worst page.
+    whole : the hand of all lines, for one that comes with the program.
     """
 
     name: str
@@ -44,6 +52,7 @@ class Author:
     text: tuple[str, ...]
     lines: tuple[MeasuredLine, ...]
     repetition: float
+    whole: ScannedHand | None = None
 
     def given(self, fold: int) -> list[int]:
         """Numbers of the lines that a hand is read from: every other one, from the first (fold 0) or second (1)."""
@@ -66,11 +75,42 @@ def read_author(folder: Path, name: str) -> Author:
     return Author(name, path, written, tuple(lines), repetition(grey))
 
 
+def shipped_author(name: str) -> Author:
+    """The simulated author of a scanned hand that comes with the program."""
+    path = library.scanned_file(name)
+    hand = file.load(path)
+    greys = [_on_white(page) for page in hand.pages]
+    measured = [measure_lines(grey) for grey in greys]
+    written = [page.transcript.splitlines() for page in hand.pages]
+    found, said = list(map(len, measured)), list(map(len, written))
+    if not found == said == [len(page.baselines) for page in hand.pages]:
+        raise ValueError(f"{name}: {found} lines found, {said} in its transcripts")
+    text, lines = tuple(chain.from_iterable(written)), tuple(chain.from_iterable(measured))
+    return Author(name, path, text, lines, max(map(repetition, greys)), hand)
+
+
 def hand_without(author: Author, fold: int) -> ScannedHand:
     """The hand that the lines `author.given(fold)` show, and nothing else."""
+    if author.whole is not None:
+        first = np.cumsum([0, *(len(page.baselines) for page in author.whole.pages)])
+        given = set(author.given(fold))
+        kept = [i for i, glyph in enumerate(author.whole.glyphs) if int(first[glyph.page]) + glyph.line in given]
+        return only(author.whole, kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
     return read_hand(f"{author.path.stem}-{fold}", [make_page(read_page(scan), text, rng=rng)])
+
+
+def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
+    """A hand of some of the glyphs of another; where a neighbour is gone there is none."""
+    number = {old: new for new, old in enumerate(kept)}
+
+    def renumbered(glyph: ScannedGlyph) -> ScannedGlyph:
+        before, after = (number.get(beside, NOBODY) for beside in (glyph.before, glyph.after))
+        ways = () if after == NOBODY else glyph.ligatures
+        return replace(glyph, before=before, after=after, ligatures=ways)
+
+    return replace(hand, glyphs=tuple(renumbered(hand.glyphs[old]) for old in kept))
 
 
 def without(author: Author, fold: int) -> tuple[Scan, str]:
@@ -96,6 +136,12 @@ def closed_up(written: WrittenPage, given: list[int]) -> NDArray[np.uint8]:
         on = (moved >= 0) & (moved < height)
         picture[moved[on], x[on]] = written.scan.rgb[y[on], x[on]]
     return picture
+
+
+def _on_white(page: ScannedPage) -> NDArray[np.uint8]:
+    """(h, w) uint8: luma of a page's ink on white."""
+    white = replace(page, paper=np.full((1, 1, 3), 255, dtype=np.uint8))
+    return np.asarray(np.rint(on_paper(white) @ LUMA), dtype=np.uint8)
 
 
 def _around(owner: NDArray[np.int16], reach: float) -> NDArray[np.int16]:

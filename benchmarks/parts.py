@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -22,55 +25,28 @@ from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout.writing.scanned.bending import Bend, Spread, bend
-from handout.writing.scanned.choosing import Used
+from handout.writing.scanned.choosing import Used, choose
 from handout.writing.scanned.forms import Form
 from handout.writing.scanned.manner import Manner
+from handout.writing.scanned.spacing import Spacing
 from handout.writing.scanned.stock import Stock
 from handout.writing.scanned.wanted import Wanted, check, stand_in
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
-_SCRIBE, _SETTING = "handout.writing.scanned.scribe", "handout.writing.scanned.setting"
+_SCRIBE, _SETTING, _MEETING = (f"handout.writing.scanned.{room}" for room in ("scribe", "setting", "meeting"))
 _WIDE, _BORDER = 1.6, 15.0  # of the longest line, and mm: no line of the text may be broken
 
 Grey = NDArray[np.uint8]
 
 
-def write(
-    hand: ScannedHand,
-    text: str,
-    seed: int,
-    *,
-    variation: float = 1.0,
-    choice: str = "best",
-    spacing: str = "learned",
-    heights: str = "learned",
-    ligatures: bool = True,
-    seams: bool = True,
-    bending: bool = True,
-) -> list[Grey]:
+def write(hand: ScannedHand, text: str, seed: int, *, seams: bool = True, **switches: Any) -> list[Grey]:
     """Pages (h, w) uint8 at 300 dpi of a text at the hand's own size, on white; lines stay as they are.
 
-    Parameters
-    ----------
-    choice : "best", or "random": any glyph of the letter, wherever in a word it stood.
-    spacing : "learned", or "constant": the same gap between the bounds of all bodies, and one between words.
-    heights : "learned", or "source": each glyph as high over the line as it stood on its page.
-    ligatures : without them bodies alone are written, as they were on the page.
     seams : without them the ink that covers more is seen wherever glyphs overlap.
-    bending : without it glyphs are as they were on the page; the paper has none, nor have bodies without ligatures.
+    switches : see `manuscripts`.
     """
-    sheets = manuscripts(
-        hand,
-        text,
-        seed,
-        variation=variation,
-        choice=choice,
-        spacing=spacing,
-        heights=heights,
-        ligatures=ligatures,
-        bending=bending,
-    )
+    sheets = manuscripts(hand, text, seed, **switches)
     with ExitStack() as stack:
         if not seams:
             stack.enter_context(patch("handout.inking.texture.parted", over))
@@ -84,15 +60,31 @@ def manuscripts(
     *,
     variation: float = 1.0,
     choice: str = "best",
+    fit: bool = True,
+    likeness: bool = True,
     spacing: str = "learned",
     heights: str = "learned",
     ligatures: bool = True,
     bending: bool = True,
 ) -> list[Manuscript]:
-    """The same without ink."""
+    """The same without ink.
+
+    Parameters
+    ----------
+    choice : "best", or "random": any glyph of the letter, wherever in a word it stood.
+    fit : without it any ligature is as good as any other, wherever on the line they lie; for the best choice alone.
+    likeness : without it neighbours need not be alike in size, slant, width and darkness; for the best choice alone.
+    spacing : "learned", or "constant": the same gap between the bounds of all bodies, and one between words, bent or
+        not, and nothing is settled.
+    heights : "learned", or "source": each glyph as high over the line as it stood on its page.
+    ligatures : without them bodies alone are written.
+    bending : without it glyphs are as they were on the page; the paper has none.
+    """
+    blind = [name for name, seen in (("_FIT", fit), ("_UNLIKE", likeness)) if not seen]
     parts = {
-        "choose": choice == "random" and any_glyphs,
+        "choose": any_glyphs if choice == "random" else bool(blind) and partial(blindly, blind=blind),
         "gaps": spacing == "constant" and constant_gaps,
+        "settled": spacing == "constant" and constant_still,
         "heights": heights == "source" and source_heights,
         "set_line": not ligatures and bodies_alone,
     }
@@ -134,6 +126,23 @@ def any_glyphs(
     return np.array([rng.choice(stock.of(stand_in(stock, one.letter))) for one in wanted], dtype=np.intp)
 
 
+def blindly(
+    stock: Stock,
+    wanted: Sequence[Wanted],
+    rng: np.random.Generator,
+    *,
+    variation: float = 1.0,
+    used: Used | None = None,
+    blind: Sequence[str],
+) -> Indices:
+    """(n,) The best glyphs, were some of the costs of `meeting` nothing.  See `choosing.choose`."""
+    with ExitStack() as stack:
+        for name in blind:
+            stack.enter_context(patch(f"{_MEETING}.{name}", 0.0))
+        # a stock keeps the costs that it has worked out: this one is asked only here
+        return choose(replace(stock), wanted, rng, variation=variation, used=used)
+
+
 def constant_gaps(
     manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
 ) -> Array:
@@ -151,6 +160,21 @@ def constant_gaps(
     return np.asarray(np.take(usual, parted.astype(np.intp)) + bounds[glyphs[:-1], 1] - bounds[glyphs[1:], 0])
 
 
+def constant_still(
+    spacing: Spacing,
+    numbers: Indices,
+    new_word: NDArray[np.bool_],
+    apart: Array,
+    y: Array,
+    bends: Sequence[Bend],
+) -> Array:
+    """(n − 1,) The same gaps between the bounds of bodies that are bent.  See `settling.settled`."""
+    forms = [spacing.forms[int(number)] for number in numbers]
+    bent = [_ends(bend(form.xy), form.radius) for form, bend in zip(forms, bends, strict=True)]
+    wider = np.array(bent) - [_ends(form.xy, form.radius) for form in forms]
+    return np.asarray(apart + wider[:-1, 1] - wider[1:, 0])
+
+
 def source_heights(
     manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
 ) -> Array:
@@ -166,12 +190,12 @@ def bodies_alone(
     new_word: ArrayLike,
     bends: Sequence[Bend],
 ) -> list[LineGraph]:
-    """Glyphs as they were on the page, without any ligature.  See `setting.set_line`."""
+    """Glyphs without any ligature.  See `setting.set_line`."""
     centres = np.column_stack([np.asarray(x, dtype=float), np.asarray(y, dtype=float)])
     forms = [manner.forms[int(number)] for number in np.asarray(numbers)]
     return [
-        LineGraph(form.xy + centre, form.radius, form.density, form.uv, form.edges)
-        for form, centre in zip(forms, centres, strict=True)
+        LineGraph(bent(form.xy) + centre, form.radius, form.density, form.uv, form.edges)
+        for form, bent, centre in zip(forms, bends, centres, strict=True)
     ]
 
 
@@ -189,6 +213,9 @@ def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
 
 def _bounds(manner: Manner) -> Array:
     """(n, 2) How far the body of each glyph reaches left (negative) and right of its centre."""
-    forms = [manner.forms[number] for number in range(len(manner.forms))]
-    ends = [((form.xy[:, 0] - form.radius).min(), (form.xy[:, 0] + form.radius).max()) for form in forms]
-    return np.array(ends)
+    forms = (manner.forms[number] for number in range(len(manner.forms)))
+    return np.array([_ends(form.xy, form.radius) for form in forms])
+
+
+def _ends(xy: Array, radius: Array) -> tuple[float, float]:
+    return float((xy[:, 0] - radius).min()), float((xy[:, 0] + radius).max())
