@@ -20,7 +20,7 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
 
-_SHARE = 1.0  # of the usual deviation of a letter, that a bend goes to
+_SHARE = 0.7  # of the usual deviation of a letter, that a bend goes to
 _WARP = 1.5  # of the usual difference in shape between two instances
 _WAVES = 3
 _ENOUGH = 5  # instances, from which a letter's own range is known
