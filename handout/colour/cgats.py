@@ -249,9 +249,7 @@ def _count(words: _Words, line: int, name: str, values: list[str]) -> int:
     return int(values[0])
 
 
-def _check_fields(
-    words: _Words, line: int, fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]
-) -> None:
+def _check_fields(words: _Words, line: int, fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]) -> None:
     if not fields:
         raise words.wrong(line, "BEGIN_DATA_FORMAT names no field")
     if twice := [name for i, name in enumerate(fields) if name in fields[:i]]:

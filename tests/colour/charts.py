@@ -14,10 +14,17 @@ def printed(device):
     return DARK + (LIGHT - DARK) * (1 - mixed / np.array([0.96, 1.03, 0.98])).clip(0, 1) ** 1.25
 
 
+def inked(page_pixels):
+    """The different colours (n, 3) uint8 of a page, and which of them each pixel (h, w) has."""
+    packed = page_pixels.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+    codes, back = np.unique(packed, return_inverse=True)
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1).astype(np.uint8), back.reshape(packed.shape)
+
+
 def paper(page_pixels):
     """The printed page as the scanner sees it, (h, w, 3) float32, from the printer's pixels."""
-    colours, back = np.unique(page_pixels.reshape(-1, 3), axis=0, return_inverse=True)
-    return printed(colours / 255).astype(np.float32)[back].reshape(page_pixels.shape)
+    colours, back = inked(page_pixels)
+    return printed(colours / 255).astype(np.float32)[back]
 
 
 def scanned(

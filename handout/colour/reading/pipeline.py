@@ -122,7 +122,9 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
         findings += sheets[-1].findings
     if not sheets or chart is None:
         if not findings:
-            findings.append(Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file."))
+            findings.append(
+                Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
+            )
         return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
@@ -160,8 +162,10 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(one.code == "grey" for one in (*scan.findings, *findings)):
         ideal = print_checks.ideal_of(page.device, values, sampled.inside)
-        spoilt, said = print_checks.spoilt(seen, ideal)
-        findings += [*said, *print_checks.of_stripes(seen, ideal)]
+        stripes = print_checks.of_stripes(seen, ideal)
+        grainy = bool(stripes) or any(one.code == "jpeg" for one in (*scan.findings, *findings))
+        spoilt, said = print_checks.spoilt(seen, ideal, grainy)
+        findings += [*stripes, *said]
         bad = bad | spoilt
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings))
 

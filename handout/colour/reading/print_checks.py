@@ -16,14 +16,14 @@ from handout.colour.reading.sampling import BLOCKS, INNER, Sampled
 from handout.values import Array
 
 _CLIPPED, _LOST = 0.05, 0.5  # share of pixels at an end of the scale, of white or black patches
-_TONE = (0.18, 0.66)  # where grey 128 lies between black and white on printers and scanners without corrections
+_TONE = (0.18, 0.55)  # where grey 128 lies between black and white on printers and scanners without corrections
 _SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over the page
 _RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
 _STEP = 1.0 / 255
 _INK = 0.12  # least that a full ink darkens its own channel
-_RAMP, _RUN = 3.0 / 255, 56  # least error of a ramp that falls, and longest run of greys that look alike
+_RAMP, _RUN = 3.0 / 255, 40  # least error of a ramp that falls, and longest run of greys that look alike
 _STRIPE = 1.2 / 255
-_ODD, _ODD_MANY = 0.2, 0.1  # share of a patch, and of the page's patches
+_ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
 _FAR = 12.0 / 255  # least distance of a spoilt patch from what its colour should be
 _AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
 _MANY = 0.05
@@ -95,13 +95,14 @@ def _of_shading(seen: Seen) -> list[Finding]:
         "Close the lid, keep daylight out, and let the scanner's lamp warm up.", seen.source)]  # fmt: skip
 
 
-def spoilt(seen: Seen, ideal: Array) -> tuple[NDArray[np.bool_], list[Finding]]:
+def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
     """Patches under glare, folds or dust, (n,) bool, and what is said of them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
+    grainy : whether patches are known to be uneven within, from stripes or a JPEG: no dust then.
     """
     inside, odd = seen.sampled.inside, seen.sampled.odd
-    dusty = inside & (odd > _ODD)
+    dusty = inside & (odd > _ODD) & (not grainy)
     if dusty.sum() > _ODD_MANY * len(inside):
         return np.zeros_like(inside), [Finding("uneven", "refuse", f"{dusty.sum()} of {len(inside)} patches are uneven "
             "within: the page is crumpled, the print smeared or badly streaked. Print the chart again and lay it flat.",
@@ -227,7 +228,11 @@ def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
 
 def of_printer(device: Array, scanned: Array, source: str) -> list[Finding]:
     """Findings about the printer, from all colours: device (n, 3) and what was read of them (n, 3)."""
-    return [*_of_rank(device, scanned, source), *_of_ramps(device, scanned, source), *_of_twins(device, scanned, source)]
+    return [
+        *_of_rank(device, scanned, source),
+        *_of_ramps(device, scanned, source),
+        *_of_twins(device, scanned, source),
+    ]
 
 
 def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
