@@ -177,4 +177,5 @@ def _numbers(colour: Any) -> str:
 
 
 def _swatch(colour: Any) -> str:
-    return f'<span class="swatch" style="background:rgb({",".join(f"{255 * min(max(v, 0), 1):.0f}" for v in colour)})"></span>'
+    shown = ",".join(f"{255 * min(max(v, 0), 1):.0f}" for v in colour)
+    return f'<span class="swatch" style="background:rgb({shown})"></span>'

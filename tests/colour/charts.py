@@ -8,7 +8,7 @@ DARK, LIGHT = np.array([0.045, 0.05, 0.052]), np.array([0.925, 0.935, 0.945])
 
 
 def printed(device):
-    """What a printer makes of device RGB (…, 3) in 0–1, as a scanner sees it: gain, side absorptions, grey axis kept."""
+    """What a printer makes of device RGB (…, 3) in 0–1, as a scanner sees it: dot gain, and unclean inks."""
     ink = (1 - np.asarray(device, dtype=np.float64)) ** 0.85
     mixed = ink @ np.array([[0.86, 0.10, 0.03], [0.07, 0.84, 0.10], [0.03, 0.09, 0.85]])
     return DARK + (LIGHT - DARK) * (1 - mixed / np.array([0.96, 1.03, 0.98])).clip(0, 1) ** 1.25

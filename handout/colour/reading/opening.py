@@ -232,8 +232,8 @@ def _jpeg(image: Any, source: str) -> list[Finding]:
     if quality >= _POOR:
         return []
     sentence = (
-        f"The JPEG is of quality about {quality:.0f}, which smears colours into each other: save the scan as TIFF or PNG, or "
-        "as JPEG of quality 90 or more."
+        f"The JPEG is of quality about {quality:.0f}, which smears colours into each other: save the scan as TIFF or "
+        "PNG, or as JPEG of quality 90 or more."
     )
     return [Finding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]
 
