@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 
 # room → rooms it may import, besides itself and the ground floor
-GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles"}
+GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles", "markers"}
 MAY = {
     "scanning": set(),
     "hand": set(),
@@ -22,6 +22,7 @@ MAY = {
     "printing": {"writing", "inking", "sinks", "colour"},
     "plotting": {"motion", "sinks"},
     "score": {"scanning"},
+    "colour": set(),
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
     "cli": {

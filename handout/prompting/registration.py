@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import markers
 from handout.errors import InputError
 from handout.prompting import fiducials
 from handout.values import Array, Page, readonly
 
-_LARGE = 2400  # pixels; marks are looked for in a picture reduced to this long side, then in larger ones
 # mm, root mean square: clean scans have 0.01 at 300 dpi and 0.07 at 100; more than this is a crumpled sheet
 _WORST = 0.35
 # mm and pixels, where marks are missing: only the shape of the others tells whether the sheet lay flat, and a view that
@@ -111,7 +111,7 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
             "and two opposite ones for a scan. Scan the whole sheet, with nothing over its marks."
         )
     at = fiducials.squares(page)[list(corners)].reshape(-1, 2)
-    seen_at = _refined(grey, np.concatenate([found[corner] for corner in corners]))
+    seen_at = markers.refined(grey, np.concatenate([found[corner] for corner in corners]), fiducials.CELLS)
     matrix = _fit(at, seen_at, len(corners))
     off = apply(inverse(matrix), seen_at) - at
     residual = float(np.sqrt(np.square(off).sum(axis=1).mean()))
@@ -154,25 +154,8 @@ def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _marks(grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
-    """Number and corners (4, 2) in pixels of every mark, found in the picture reduced as far as is good enough."""
-    import cv2
-
-    detector = cv2.aruco.ArucoDetector(fiducials.dictionary(), cv2.aruco.DetectorParameters())
-    best: list[tuple[int, Array]] = []
-    scale = min(1.0, _LARGE / max(grey.shape))
-    while True:
-        small = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-        corners, numbers, _ = detector.detectMarkers(small)
-        # the middle of pixel 0 is at 0, in the small picture as in the large
-        found = [
-            (int(number), (np.asarray(corner, dtype=np.float64).reshape(4, 2) + 0.5) / scale - 0.5)
-            for number, corner in zip(np.ravel(numbers) if numbers is not None else (), corners, strict=True)
-        ]
-        found = [mark for mark in found if fiducials.identify(mark[0])]
-        best = max(best, found, key=len)
-        if len(best) >= 4 or scale == 1.0:
-            return best
-        scale = min(1.0, 2 * scale)
+    """Number and corners (4, 2) in pixels of every mark."""
+    return markers.find(grey, fiducials.dictionary(), lambda number: fiducials.identify(number) is not None, 4)
 
 
 def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Array]]:
@@ -185,19 +168,6 @@ def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Ar
             raise InputError("The picture shows the marks of more than one sheet: scan one sheet at a time.")
         page, found[corner] = paper, corners
     return page, found
-
-
-def _refined(grey: NDArray[np.uint8], corners: Array) -> Array:
-    """Corners (n, 2) to a fraction of a pixel, in the picture in full."""
-    import cv2
-
-    cell = float(np.linalg.norm(corners[1] - corners[0])) / fiducials.CELLS
-    half = max(2, round(0.45 * cell))
-    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
-    start = corners.astype(np.float32).reshape(-1, 1, 2)
-    moved = cv2.cornerSubPix(grey, start.copy(), (half, half), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
-    strayed = np.linalg.norm(moved - corners, axis=1) > cell
-    return np.where(strayed[:, None], corners, moved)
 
 
 def _fit(mm: Array, pixels: Array, marks: int) -> Array:

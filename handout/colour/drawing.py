@@ -1,0 +1,133 @@
+"""A page of the chart as the printer's own pixels.
+
+Every edge is on a boundary of pixels and nothing is smoothed but words, so that what the printer receives is exactly
+the colours that the reading takes it for.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.colour.chart import CELLS, ChartPage, letters
+from handout.errors import InputError
+
+DPI = (300.0, 2400.0)
+_INCH = 25.4
+_TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
+_LINES = (3.4, 5.8)  # mm under the top of the title: where lines of words begin
+
+
+def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = ()) -> NDArray[np.uint8]:
+    """The page at the printer's resolution.
+
+    Parameters
+    ----------
+    page : ChartPage
+    dpi : float
+        300–2400.
+    lines : at most two str
+        Under the title: printer, paper, date.
+
+    Returns
+    -------
+    (h, w, 3) uint8
+        Device RGB; pixel (i, j) covers ((j … j + 1), (i … i + 1)) · 25.4 / dpi mm of the sheet.
+
+    Raises
+    ------
+    InputError
+        A resolution outside its bounds, or words that cannot be printed there.
+    """
+    if not DPI[0] <= dpi <= DPI[1]:
+        raise InputError(f"chart: {dpi:g} dpi is outside {DPI[0]:g} to {DPI[1]:g}.")
+    if len(lines) > len(_LINES):
+        raise InputError(f"chart: {len(lines)} lines of words, and there is room for {len(_LINES)}.")
+    scale = dpi / _INCH
+    pixels = np.full((round(page.paper.height * scale), round(page.paper.width * scale), 3), 255, dtype=np.uint8)
+    colours = np.rint(page.device * 255).astype(np.uint8)
+    for (left, top, right, bottom), colour in zip(_edges(page.boxes, scale), colours, strict=True):
+        pixels[top:bottom, left:right] = colour
+    _draw_marks(pixels, page, scale)
+    _draw_names(pixels, page, scale)
+    x, y, width = page.title
+    title = f"Colour chart {page.version}   page {page.number} of {page.pages}   {page.paper.name}"
+    _draw_words(pixels, title, (x, y), _TITLE, width, scale)
+    for line, under in zip(lines, _LINES, strict=False):
+        _draw_words(pixels, line, (x, y + under), _WORDS, width, scale)
+    return pixels
+
+
+def _edges(boxes: NDArray[np.float64], scale: float) -> list[list[int]]:
+    """Boxes (n, 4) in mm as pixels."""
+    edges: list[list[int]] = np.rint(boxes * scale).astype(int).tolist()
+    return edges
+
+
+@cache
+def dictionary() -> Any:
+    """The family of the marks."""
+    import cv2
+
+    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000)
+
+
+def _draw_marks(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
+    import cv2
+
+    for number, corners in zip(page.ids.tolist(), page.marks, strict=True):
+        cells = np.asarray(cv2.aruco.generateImageMarker(dictionary(), number, CELLS))
+        x, y = (np.rint(np.linspace(corners[0, k], corners[2, k], CELLS + 1) * scale).astype(int) for k in (0, 1))
+        for row, column in np.argwhere(cells < 128).tolist():
+            pixels[y[row] : y[row + 1], x[column] : x[column + 1]] = 0
+
+
+def _draw_names(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
+    """Letters over the columns and figures beside the rows."""
+    x, y = page.origin
+    for column in range(page.columns):
+        spot = (x + (column + 0.5) * page.pitch, y - _NAMES - 0.3)
+        _draw_words(pixels, letters(column), spot, _NAMES, page.pitch, scale, "middle")
+    for row in range(page.rows):
+        spot = (x - 0.5, y + (row + 0.5) * page.pitch - _NAMES / 2)
+        _draw_words(pixels, str(row + 1), spot, _NAMES, page.pitch, scale, "right")
+
+
+def _draw_words(
+    pixels: NDArray[np.uint8],
+    text: str,
+    place: tuple[float, float],
+    size: float,
+    width: float,
+    scale: float,
+    align: str = "left",
+) -> None:
+    """Black words in letters of `size` mm, whose top left, middle or right is at `place` mm, at most `width` mm long."""
+    from PIL import Image, ImageDraw
+
+    if not text.isprintable() or any(ord(char) > 0x17F for char in text):
+        raise InputError(f"chart: {text!r} cannot be printed on it; use Western letters, digits and signs.")
+    font = _font(max(1, round(size * scale)))
+    left, top, right, bottom = font.getbbox(text or " ")
+    if right - left > width * scale:
+        room = int(len(text) * width * scale / (right - left))
+        raise InputError(f"chart: {text!r} is too long for its line; use at most {room} letters.")
+    x = place[0] * scale - {"left": 0.0, "middle": (right + left) / 2, "right": float(right)}[align]
+    h, w = int(bottom) + 2, int(right) + 2
+    image = Image.new("L", (w, h), 255)
+    ImageDraw.Draw(image).text((0, 0), text, fill=0, font=font)
+    at_x, at_y = round(x), round(place[1] * scale)
+    under = pixels[at_y : at_y + h, at_x : at_x + w]
+    np.minimum(under, np.asarray(image)[: under.shape[0], : under.shape[1], None], out=under)
+
+
+@cache
+def _font(size: int) -> Any:
+    import reportlab
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"), size)

@@ -1,0 +1,87 @@
+"""Square marks in a picture: found in it reduced as far as is good enough, then measured in it in full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Array
+
+_LARGE = 2400  # pixels; marks are looked for in a picture reduced to this long side, then in larger ones
+
+
+def find(
+    grey: NDArray[np.uint8], dictionary: Any, ours: Callable[[int], bool], enough: int, large: float = _LARGE
+) -> list[tuple[int, Array]]:
+    """Number and corners of every mark of a dictionary.
+
+    Parameters
+    ----------
+    grey : (h, w) uint8
+    dictionary : cv2.aruco.Dictionary
+    ours : callable
+        Whether a mark of that number counts.
+    enough : int
+        So many are enough; with fewer a larger picture is searched.
+    large : float
+        Long side in pixels at which the search begins; a picture smaller than half of it is searched enlarged too.
+
+    Returns
+    -------
+    list of (int, (4, 2) float)
+        Corners clockwise from the mark's top left, pixels; pixel (0, 0) has its middle at 0, 0.
+    """
+    import cv2
+
+    detector = cv2.aruco.ArucoDetector(dictionary, cv2.aruco.DetectorParameters())
+    best: list[tuple[int, Array]] = []
+    scale = min(1.0, large / max(grey.shape))
+    last = max(1.0, min(3.0, round(large / max(grey.shape))))
+    while True:
+        resized = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=_how(scale))
+        corners, numbers, _ = detector.detectMarkers(resized)
+        # the middle of pixel 0 is at 0, in the resized picture as in the other
+        found = [
+            (int(number), (np.asarray(corner, dtype=np.float64).reshape(4, 2) + 0.5) / scale - 0.5)
+            for number, corner in zip(np.ravel(numbers) if numbers is not None else (), corners, strict=True)
+        ]
+        best = max(best, [mark for mark in found if ours(mark[0])], key=len)
+        if len(best) >= enough or scale >= last:
+            return best
+        scale = min(1.0, 2 * scale) if scale < 1.0 else last
+
+
+def _how(scale: float) -> int:
+    import cv2
+
+    return int(cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC)
+
+
+def refined(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
+    """Corners of marks to a fraction of a pixel.
+
+    Parameters
+    ----------
+    grey : (h, w) uint8
+    corners : (n, 2) float, pixels
+        As `find` gives them, the four of a mark after each other.
+    cells : int
+        Along a side of a mark.
+
+    Returns
+    -------
+    (n, 2) float, pixels
+        A corner that would stray by more than a cell stays where it was.
+    """
+    import cv2
+
+    cell = float(np.linalg.norm(corners[1] - corners[0])) / cells
+    half = max(2, round(0.45 * cell))
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
+    start = corners.astype(np.float32).reshape(-1, 1, 2)
+    moved = cv2.cornerSubPix(grey, start.copy(), (half, half), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
+    strayed = np.linalg.norm(moved - corners, axis=1) > cell
+    return np.where(strayed[:, None], corners, moved)
