@@ -1,0 +1,19 @@
+"""A printer and a flatbed scanner that exist only in the computer: for trying things out, and for tests.
+
+What a page goes through is what a person's page goes through: the job that the queue was given is read (`rip`), printed
+(`Inkjet`, `Measured`) and scanned (`Flatbed`), each with faults on demand.  The model of the inks is of the printer's
+own; nothing that matches colours uses it.
+
+    sheet = Inkjet(paper="cream", faults=["clogged"]).printed(page, 300)
+    picture = Flatbed(noise=0.01, warp=1.0).scan(sheet, 300, np.random.default_rng(0))
+"""
+
+from handout.printing.simulated.faults import FAULTS
+from handout.printing.simulated.flatbed import Flatbed
+from handout.printing.simulated.inkjet import Inkjet
+from handout.printing.simulated.measured import Measured
+from handout.printing.simulated.press import Press
+from handout.printing.simulated.sheet import Sheet
+from handout.printing.simulated.stock import PAPERS
+
+__all__ = ["FAULTS", "PAPERS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet"]
