@@ -49,10 +49,10 @@ class PdfWriter:
 
     def add(self, page: Page, raster: Raster | None) -> None:
         """Write one page of the size of `page`, with the ink of `raster` (None: a blank page) on it."""
-        cropped = _cropped(raster) if raster is not None else None
+        found = cropped(raster) if raster is not None else None
         content, resources = b"", "<< >>"
-        if raster is not None and cropped is not None:
-            pixels, x, y = cropped
+        if raster is not None and found is not None:
+            pixels, x, y = found
             image = self._image(pixels)
             content = _placing(pixels, x, y, raster, page)
             resources = f"<< /XObject << /Im {image} 0 R >> >>"
@@ -146,7 +146,7 @@ def _placing(pixels: NDArray[np.uint8], x: int, y: int, raster: Raster, page: Pa
     return f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
 
 
-def _cropped(raster: Raster) -> tuple[NDArray[np.uint8], int, int] | None:
+def cropped(raster: Raster) -> tuple[NDArray[np.uint8], int, int] | None:
     """The inked part as 8-bit device RGB on white, and the pixel of the sheet its corner lies on; None if blank."""
     inked = _box(raster.rgba[..., 3] > 0)
     if inked is None:
