@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,10 +12,16 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 _LARGE = 2400  # pixels; marks are looked for in a picture reduced to this long side, then in larger ones
+_CELL = 5.0  # pixels of a cell below which corners are measured in a picture enlarged
 
 
 def find(
-    grey: NDArray[np.uint8], dictionary: Any, ours: Callable[[int], bool], enough: int, large: float = _LARGE
+    grey: NDArray[np.uint8],
+    dictionary: Any,
+    ours: Callable[[int], bool],
+    enough: int,
+    large: float = _LARGE,
+    every: int | None = None,
 ) -> list[tuple[int, Array]]:
     """Number and corners of every mark of a dictionary.
 
@@ -28,6 +35,8 @@ def find(
         So many are enough; with fewer a larger picture is searched.
     large : float
         Long side in pixels at which the search begins; a picture smaller than half of it is searched enlarged too.
+    every : int, optional
+        How many marks there are; a first, quick search is made, and is enough if it finds so many.
 
     Returns
     -------
@@ -36,28 +45,35 @@ def find(
     """
     import cv2
 
-    detector = cv2.aruco.ArucoDetector(dictionary, cv2.aruco.DetectorParameters())
-    best: list[tuple[int, Array]] = []
+    thorough = cv2.aruco.DetectorParameters()
     scale = min(1.0, large / max(grey.shape))
     last = max(1.0, min(3.0, round(large / max(grey.shape))))
+    best: list[tuple[int, Array]] = []
+    if every is not None:
+        quick = cv2.aruco.DetectorParameters()
+        quick.adaptiveThreshWinSizeMin = quick.adaptiveThreshWinSizeMax
+        best = [mark for mark in _detected(grey, scale, dictionary, quick) if ours(mark[0])]
+        if len(best) >= every:
+            return best
     while True:
-        resized = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=_how(scale))
-        corners, numbers, _ = detector.detectMarkers(resized)
-        # the middle of pixel 0 is at 0, in the resized picture as in the other
-        found = [
-            (int(number), (np.asarray(corner, dtype=np.float64).reshape(4, 2) + 0.5) / scale - 0.5)
-            for number, corner in zip(np.ravel(numbers) if numbers is not None else (), corners, strict=True)
-        ]
-        best = max(best, [mark for mark in found if ours(mark[0])], key=len)
+        best = max(best, [mark for mark in _detected(grey, scale, dictionary, thorough) if ours(mark[0])], key=len)
         if len(best) >= enough or scale >= last:
             return best
         scale = min(1.0, 2 * scale) if scale < 1.0 else last
 
 
-def _how(scale: float) -> int:
+def _detected(grey: NDArray[np.uint8], scale: float, dictionary: Any, parameters: Any) -> list[tuple[int, Array]]:
+    """Marks of the picture at a scale, their corners in the picture as it is."""
     import cv2
 
-    return int(cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC)
+    how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
+    resized = grey if scale == 1.0 else cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
+    corners, numbers, _ = cv2.aruco.ArucoDetector(dictionary, parameters).detectMarkers(resized)
+    # the middle of pixel 0 is at 0, in the resized picture as in the other
+    return [
+        (int(number), (np.asarray(corner, dtype=np.float64).reshape(4, 2) + 0.5) / scale - 0.5)
+        for number, corner in zip(np.ravel(numbers) if numbers is not None else (), corners, strict=True)
+    ]
 
 
 def refined(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
@@ -79,9 +95,14 @@ def refined(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     import cv2
 
     cell = float(np.linalg.norm(corners[1] - corners[0])) / cells
-    half = max(2, round(0.45 * cell))
+    # where a cell has few pixels, the next edges would be in every window: the picture is enlarged
+    larger = max(1, math.ceil(_CELL / cell))
+    if larger > 1:
+        grey = np.asarray(cv2.resize(grey, None, fx=larger, fy=larger, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
+    half = max(2, round(0.45 * cell * larger))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
-    start = corners.astype(np.float32).reshape(-1, 1, 2)
+    start = ((corners + 0.5) * larger - 0.5).astype(np.float32).reshape(-1, 1, 2)
     moved = cv2.cornerSubPix(grey, start.copy(), (half, half), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
+    moved = (moved + 0.5) / larger - 0.5
     strayed = np.linalg.norm(moved - corners, axis=1) > cell
     return np.where(strayed[:, None], corners, moved)

@@ -1,0 +1,11 @@
+"""From scans of the chart to what the printer made of each colour, and what is wrong with them.
+
+    file ─► opening ─► registration ─► sampling ─► flatness ─► merging of scans and repeats ─► device, scanned, deviation
+               └──────────────┴─────── picture_checks, print_checks ──► findings
+"""
+
+from handout.colour.reading.findings import Finding, Refused
+from handout.colour.reading.opening import Scan, open_scans
+from handout.colour.reading.pipeline import Reading, SheetReading, read
+
+__all__ = ["Finding", "Reading", "Refused", "Scan", "SheetReading", "open_scans", "read"]

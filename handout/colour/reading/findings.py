@@ -1,0 +1,52 @@
+"""What is found wrong with a scan, in words that say what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from handout.errors import InputError
+
+_SHOWN = 8  # patches that a sentence names
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or may be.
+
+    code : names the kind of fault, for programs: "mirrored", "cropped" …
+    severity : "refuse": no calibration may be made of it; "warn": it may, but less well.
+    sentence : what is wrong, and what to do.
+    where : the file, and its page if it holds several.
+    patches : the patches that it concerns, by their names on the chart.
+    """
+
+    code: str
+    severity: Literal["refuse", "warn"]
+    sentence: str
+    where: str = ""
+    patches: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.sentence}" if self.where else self.sentence
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names of patches for a sentence, not too many."""
+    every = list(names)
+    more = f" and {len(every) - _SHOWN} more" if len(every) > _SHOWN else ""
+    return ", ".join(every[:_SHOWN]) + more
+
+
+class Refused(InputError):
+    """A scan that cannot be read at all; `finding` says why."""
+
+    def __init__(self, finding: Finding) -> None:
+        super().__init__(str(finding))
+        self.finding = finding
+
+
+def refused(code: str, sentence: str, where: str) -> Refused:
+    """The error for one fault that leaves nothing to read."""
+    return Refused(Finding(code, "refuse", sentence, where))

@@ -1,0 +1,247 @@
+"""Files with scans: their pixels as the scanner gave them, and what the file itself says is wrong."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.colour.reading.findings import Finding, Refused, refused
+from handout.errors import InputError
+
+_MOST = 300_000_000  # pixels: A4 at 1200 dpi has 139 million
+_LEAST = 200  # pixels a side: a chart at 50 dpi has 413
+_SQUARE = 1.01
+_DAMAGED = (OSError, SyntaxError, ValueError, EOFError, TypeError, KeyError, IndexError)
+# quality in the sense of the Independent JPEG Group, from the mean of its luminance table; 57.6 is that of quality 50
+_STANDARD_SUM = 57.625
+_POOR, _BAD = 80.0, 40.0
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A scanned page.
+
+    pixels : (h, w, 3) uint8 or uint16, as in the file, no profile applied.
+    dpi : (across, down) as the file says; None if it does not.
+    source : what it is called in messages.
+    findings : what its file says is wrong.
+    """
+
+    pixels: NDArray[Any]
+    dpi: tuple[float, float] | None = None
+    source: str = "scan"
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.pixels.dtype not in (np.uint8, np.uint16) or self.pixels.ndim != 3 or self.pixels.shape[2] != 3:
+            raise InputError(
+                f"{self.source}: a scan is (h, w, 3) of 8 or 16 bits, and this is {self.pixels.shape} of "
+                f"{self.pixels.dtype}: convert it."
+            )
+        height, width = self.pixels.shape[:2]
+        if not (min(height, width) >= _LEAST and height * width <= _MOST):
+            raise InputError(
+                f"{self.source} has {width} × {height} pixels; {_LEAST} a side to {_MOST // 10**6} million in all can "
+                "be read: scan the whole chart at 300 dpi."
+            )
+
+    @property
+    def full(self) -> int:
+        """The greatest number that a pixel can have."""
+        return int(np.iinfo(self.pixels.dtype).max)
+
+
+def open_scans(path: Path) -> list[Scan]:
+    """All pages of a TIFF, PNG or JPEG.
+
+    Raises
+    ------
+    InputError
+        Unreadable.
+    Refused
+        Of a kind that has no colours to read: CMYK, palette.
+    """
+    if not path.is_file():
+        raise InputError(f"Cannot read {path}: there is no such file.")
+    with path.open("rb") as file:
+        head = file.read(4)
+    if head[:2] in (b"II", b"MM"):
+        return list(_tiff(path))
+    if head == b"%PDF":
+        raise InputError(f"{path} is a PDF: let the scanner save the chart as TIFF or PNG.")
+    return [_picture(path)]
+
+
+def _tiff(path: Path) -> Iterator[Scan]:
+    import tifffile
+
+    try:
+        with _unlogged(), tifffile.TiffFile(path) as file:
+            pages = [page for page in file.pages if isinstance(page, tifffile.TiffPage)]
+            whole = [page for page in pages if not page.is_reduced]
+            read = [(page.asarray(), tifffile.PHOTOMETRIC(page.photometric).name, _tiff_dpi(page)) for page in whole]
+            planes = [page.planarconfig == 2 for page in whole]
+            jpeg = [page.compression in (6, 7) for page in whole]
+    except Exception as error:  # what a damaged file raises there is not one kind
+        raise InputError(
+            f"Cannot read {path}: it is damaged or cut off, or packed in a way that cannot be read; save it as an "
+            "uncompressed TIFF, or as PNG."
+        ) from error
+    for i, (values, kind, dpi) in enumerate(read):
+        source = f"{path}:{i + 1}" if len(read) > 1 else str(path)
+        if kind not in ("RGB", "YCBCR", "MINISBLACK", "MINISWHITE"):
+            raise _not_rgb({"SEPARATED": "CMYK", "PALETTE": "P"}.get(kind, kind), source)
+        upright = np.moveaxis(values, 0, -1) if planes[i] and values.ndim == 3 else values
+        if kind == "MINISWHITE":
+            upright = ~upright
+        found = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
+        yield _scan(upright, dpi, source, found)
+
+
+_JPEG_INSIDE = (
+    "The TIFF is packed as JPEG, which smears colours into each other: let the scanner save it without compression."
+)
+
+
+def _tiff_dpi(page: Any) -> tuple[float, float] | None:
+    if page.resolutionunit not in (2, 3):
+        return None
+    across, down = page.get_resolution(2)
+    return (float(across), float(down)) if across > 1 and down > 1 else None
+
+
+def _picture(path: Path) -> Scan:
+    from PIL import Image, ImageOps
+
+    Image.MAX_IMAGE_PIXELS = None
+    source = str(path)
+    try:
+        with warnings.catch_warnings(), Image.open(path) as image:
+            warnings.simplefilter("ignore")
+            if image.width * image.height > _MOST:
+                raise InputError(f"{path} has {image.width} × {image.height} pixels: scan the chart at 300 dpi.")
+            deep = image.format == "PNG" and _png_depth(path) == 16
+            dpi = image.info.get("dpi")
+            found = _jpeg(image, source)
+            ImageOps.exif_transpose(image, in_place=True)
+            mode = image.mode
+            values = np.asarray(image) if not deep else np.empty(0)
+    except _DAMAGED as error:
+        raise InputError(
+            f"Cannot read {path}: it is no TIFF, PNG or JPEG, or it is damaged or cut off; scan the chart again."
+        ) from error
+    if mode in ("P", "PA", "CMYK", "LAB", "HSV"):
+        raise _not_rgb(mode, source)
+    if deep:
+        values = _deep_png(path)
+    known = (float(dpi[0]), float(dpi[1])) if dpi and min(dpi) > 1 else None
+    return _scan(values, known, source, found)
+
+
+def _not_rgb(mode: str, source: str) -> Refused:
+    what = "The picture has a palette of few colours" if mode[0] == "P" else f"The picture is in {mode}"
+    sentence = f"{what}, which cannot show what the scanner saw: scan in RGB colour, 24 or 48 bits, without conversion."
+    return refused("palette" if mode[0] == "P" else "not-rgb", sentence, source)
+
+
+def _png_depth(path: Path) -> int:
+    with path.open("rb") as file:
+        return file.read(25)[24]
+
+
+def _deep_png(path: Path) -> NDArray[Any]:
+    """A PNG of 16 bits, which Pillow would reduce to 8 without a word."""
+    import cv2
+
+    values = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if values is None:
+        raise InputError(f"Cannot read {path}: it is damaged or cut off; scan the chart again.")
+    if values.ndim == 3:
+        values = values[:, :, [2, 1, 0, 3][: values.shape[2]]]
+    return np.asarray(values)
+
+
+def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, found: list[Finding]) -> Scan:
+    """A scan of what a file holds: three channels, whatever it had."""
+    if values.dtype == bool:
+        found = [*found, Finding("grey", "refuse", _ONE_BIT, source)]
+        values = np.where(values, 255, 0).astype(np.uint8)
+    if values.dtype not in (np.uint8, np.uint16):
+        raise InputError(f"{source} holds numbers of kind {values.dtype}: scan in RGB colour, 24 or 48 bits.")
+    if values.ndim == 2 or values.shape[2] < 3:
+        if not any(one.code == "grey" for one in found):
+            found = [*found, Finding("grey", "refuse", GREY, source)]
+        values = np.repeat(values.reshape(*values.shape[:2], -1)[:, :, :1], 3, axis=2)
+    if values.shape[2] > 3:
+        values, more = _without_alpha(values, source)
+        found = found + more
+    if dpi is None:
+        found = [*found, Finding("no-dpi", "warn", _NO_DPI, source)]
+    elif max(dpi) > _SQUARE * min(dpi):
+        found = [*found, Finding("dpi-differs", "warn", _dpi_differs(dpi), source)]
+    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(found))
+
+
+GREY = "The scan is grey: choose colour (24 or 48 bits) in the scanner's program and scan the chart again."
+_ONE_BIT = (
+    "The scan is black and white only, 1 bit a pixel: choose colour (24 or 48 bits) in the scanner's program and scan "
+    "the chart again."
+)
+_NO_DPI = (
+    "The file does not say its resolution, so that it cannot be checked whether the chart was printed at its true "
+    "size: save scans as TIFF or PNG from the scanner's own program."
+)
+
+
+def _dpi_differs(dpi: tuple[float, float]) -> str:
+    return f"The file says {dpi[0]:.0f} dpi across and {dpi[1]:.0f} down: scan with the same resolution both ways."
+
+
+def _without_alpha(values: NDArray[Any], source: str) -> tuple[NDArray[Any], list[Finding]]:
+    full = np.iinfo(values.dtype).max
+    alpha = values[:, :, 3]
+    if alpha.min() == full:
+        return values, []
+    share = float((alpha < full).mean())
+    sentence = (
+        f"{share:.0%} of the picture is transparent, which no scanner does; it was laid on white. Give the scan as the "
+        "scanner saved it, before any program cut it out."
+    )
+    part = alpha[:, :, None].astype(np.float32) / full
+    laid = np.rint(values[:, :, :3] * part + full * (1 - part)).astype(values.dtype)
+    return laid, [Finding("alpha", "warn", sentence, source)]
+
+
+def _jpeg(image: Any, source: str) -> list[Finding]:
+    """What the tables of a JPEG say of its quality."""
+    tables = getattr(image, "quantization", None)
+    if not tables:
+        return []
+    ratio = float(np.mean(tables[0])) / _STANDARD_SUM * 100
+    quality = 100 - ratio / 2 if ratio <= 100 else 5000 / ratio
+    if quality >= _POOR:
+        return []
+    sentence = (
+        f"The JPEG is of quality {quality:.0f}, which smears colours into each other: save the scan as TIFF or PNG, or "
+        f"as JPEG of quality 90 or more."
+    )
+    return [Finding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]
+
+
+@contextmanager
+def _unlogged() -> Iterator[None]:
+    """Without what tifffile logs of damage, which is reported here if it matters."""
+    logger = logging.getLogger("tifffile")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before

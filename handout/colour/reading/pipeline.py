@@ -1,0 +1,241 @@
+"""The reading of a chart, from files to colours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from handout.colour.chart import Chart, ChartPage, whole
+from handout.colour.reading import picture_checks, print_checks
+from handout.colour.reading.findings import Finding, Refused
+from handout.colour.reading.flatness import Field, field_of
+from handout.colour.reading.opening import Scan, open_scans
+from handout.colour.reading.print_checks import Seen
+from handout.colour.reading.registration import Placement, place
+from handout.colour.reading.sampling import Sampled, sample
+from handout.values import Array, readonly
+
+_DIFFER = 2.5 / 255  # two scans of one page, or whites of two pages: more is another setting of the scanner
+_PAPER = 0.08  # the same of the chart's paper and the handwriting's, which may be of different makes
+_LEAST_ERROR = 0.02 / 255
+_AGAIN = 4  # patches of one colour that tell how much they scatter
+_WHITE = (255, 255, 255)
+
+
+@dataclass(frozen=True, eq=False)
+class SheetReading:
+    """One scanned page.
+
+    scan : Scan
+        Its pixels, for pictures of it.
+    placement : Placement
+        Where the page lies.
+    sampled : Sampled
+        What was seen in each patch, and how even it was.
+    field : Field
+        The shading that was taken out.
+    values : (n, 3), 0–1, patches in the order of the page without the shading.
+    used : (n,) bool, patches that lie in the picture and are not spoilt.
+    findings : what is wrong with this scan.
+    """
+
+    scan: Scan
+    placement: Placement
+    sampled: Sampled
+    field: Field
+    values: Array
+    used: Array
+    findings: tuple[Finding, ...]
+
+    @property
+    def page(self) -> ChartPage:
+        """The page that it is a scan of."""
+        return self.placement.page
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What the scans of a chart show.
+
+    chart : Chart, or None if none was found.
+    device : (n, 3) float 0–1: the different colours that were sent to the printer and could be read.
+    scanned : (n, 3) float 0–1: what the scanner saw of them, free of shading, means of repeats and scans.
+    deviation : (n,) float 0–1: standard error of these means, from colours that come again.
+    findings : all that is wrong.
+    sheets : the scans that a page was found in.
+    """
+
+    chart: Chart | None
+    device: Array
+    scanned: Array
+    deviation: Array
+    findings: tuple[Finding, ...]
+    sheets: tuple[SheetReading, ...] = field(repr=False, default=())
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "device", readonly(self.device, None, 3))
+        object.__setattr__(self, "scanned", readonly(self.scanned, len(self.device), 3))
+        object.__setattr__(self, "deviation", readonly(self.deviation, len(self.device)))
+
+    @property
+    def usable(self) -> bool:
+        """Whether a calibration may be made of it: no finding refuses."""
+        return not any(finding.severity == "refuse" for finding in self.findings)
+
+
+def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequence[float] | None = None) -> Reading:
+    """Read scans of a chart: one or several of each of its pages, at any angle, of any resolution from 50 to 1200 dpi.
+
+    Parameters
+    ----------
+    scans : iterable of Path or Scan
+        Files (TIFF, PNG, JPEG), or pictures in memory; all pages of a file count.
+    chart : Chart, optional
+        The one that was printed; None: the marks say which.
+    paper : (3,) float 0–1, optional
+        The paper in the scan of the handwriting, as its scanner shows it: tells whether the settings are the same.
+
+    Returns
+    -------
+    Reading
+        Also of bad scans, with what could be read of them; `usable` is False then, and `findings` say why.
+
+    Raises
+    ------
+    InputError
+        A file cannot be opened, or no scan was given.
+    """
+    findings: list[Finding] = []
+    sheets = []
+    for scan in _opened(scans, findings):
+        findings += scan.findings
+        try:
+            placement = place(scan, chart)
+        except Refused as error:
+            findings.append(error.finding)
+            continue
+        chart = chart or whole(placement.page)
+        sheets.append(_sheet(scan, placement))
+        findings += sheets[-1].findings
+    if not sheets or chart is None:
+        if not findings:
+            findings.append(Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file."))
+        return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
+    findings += _across(sheets, chart)
+    device, scanned, deviation = _merged(sheets)
+    if len(device) > 200:
+        findings += print_checks.of_printer(device, scanned, "")
+    findings += _of_paper(device, scanned, paper)
+    return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
+
+
+def _opened(scans: Iterable[Path | Scan], findings: list[Finding]) -> Iterable[Scan]:
+    for item in scans:
+        if isinstance(item, Scan):
+            yield item
+            continue
+        try:
+            yield from open_scans(item)
+        except Refused as error:
+            findings.append(error.finding)
+
+
+def _sheet(scan: Scan, placement: Placement) -> SheetReading:
+    page = placement.page
+    sampled = sample(scan.pixels, placement)
+    middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
+    shading = field_of(sampled.values, page.device, middles, sampled.inside)
+    values = sampled.values / shading.at(middles)
+    seen = Seen(page, values, sampled, shading, scan.source)
+    findings = [
+        *picture_checks.of_place(placement, scan.source),
+        *picture_checks.of_marks(placement, scan, sampled),
+        *picture_checks.of_pixels(scan, sampled),
+        *print_checks.of_tones(seen),
+    ]
+    bad = ~sampled.inside
+    # a grey scan, or one of a few patches, has no colours to compare others with
+    if sampled.inside.sum() > 200 and not any(one.code == "grey" for one in (*scan.findings, *findings)):
+        ideal = print_checks.ideal_of(page.device, values, sampled.inside)
+        spoilt, said = print_checks.spoilt(seen, ideal)
+        findings += [*said, *print_checks.of_stripes(seen, ideal)]
+        bad = bad | spoilt
+    return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings))
+
+
+def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
+    """Findings about all scans together: pages that are missing, scans that differ."""
+    found = []
+    pages = {sheet.page.number for sheet in sheets}
+    if missing := sorted(set(range(1, len(chart.pages) + 1)) - pages):
+        found.append(Finding("page-missing", "refuse", f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: "
+            "scan it too, and give both scans."))  # fmt: skip
+    for first, second in zip(sheets, sheets[1:], strict=False):
+        if first.page is second.page:
+            both = (first.used & second.used).astype(bool)
+            off = np.median(np.abs(first.values - second.values)[both], axis=0) if both.any() else np.zeros(3)
+        else:
+            whites = [s.values[s.used & (s.page.device == 1).all(axis=1)] for s in (first, second)]
+            off = np.abs(np.median(whites[0], axis=0) - np.median(whites[1], axis=0)) if all(map(len, whites)) else 0.0
+        if (worst := float(np.max(off))) > _DIFFER:
+            found.append(Finding("settings-differ", "refuse", f"{first.scan.source} and {second.scan.source} differ by "
+                f"{worst * 255:.1f} of 255 throughout: the scanner's settings changed between them, or are automatic. "
+                "Switch automatic exposure and colour off, and scan all pages again.", second.scan.source))  # fmt: skip
+    return found
+
+
+def _merged(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:
+    """Colours (n, 3), what was seen of them (n, 3), and its standard error (n,)."""
+    pages: dict[int, list[SheetReading]] = {}
+    for sheet in sheets:
+        pages.setdefault(sheet.page.number, []).append(sheet)
+    device, values = [], []
+    for same in pages.values():
+        used = np.array([sheet.used for sheet in same])
+        count = used.sum(axis=0)
+        total = np.array([sheet.values * sheet.used[:, None] for sheet in same]).sum(axis=0)
+        device.append(same[0].page.device[count > 0])
+        values.append(total[count > 0] / count[count > 0, None])
+    return _of_colours(np.vstack(device), np.vstack(values))
+
+
+def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
+    colours, group = np.unique(device, axis=0, return_inverse=True)
+    group = group.ravel()
+    count = np.bincount(group, minlength=len(colours))
+    mean = np.column_stack([np.bincount(group, values[:, k], len(colours)) for k in range(3)])
+    mean /= np.maximum(count, 1)[:, None]
+    square = np.square(values - mean[group]).mean(axis=1)
+    often = count >= _AGAIN
+    # of one colour, what its patches scatter by; of others, what colours as light as they do
+    scatter = np.sqrt(np.bincount(group, square, len(colours))[often] / (count[often] - 1))
+    if not len(scatter):
+        return colours, mean, np.full(len(colours), _LEAST_ERROR)
+    light = mean.mean(axis=1)
+    order = light[often].argsort()
+    usual = np.interp(light, light[often][order], scatter[order])
+    usual = np.where(often, _spread(scatter, often), np.maximum(usual, np.median(scatter)))
+    return colours, mean, np.maximum(usual / np.sqrt(count), _LEAST_ERROR)
+
+
+def _spread(few: Array, mask: Array) -> Array:
+    """The values of `few` where the mask is True."""
+    whole_ = np.zeros(len(mask))
+    whole_[mask] = few
+    return whole_
+
+
+def _of_paper(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[Finding]:
+    white = (np.rint(device * 255) == _WHITE).all(axis=1)
+    if paper is None or not white.any():
+        return []
+    off = scanned[white].mean(axis=0) - np.asarray(paper, dtype=np.float64)
+    worst = int(np.abs(off).argmax())
+    if abs(off[worst]) <= _PAPER:
+        return []
+    return [Finding("settings-differ", "warn", f"The chart's paper is {abs(off[worst]):.0%} "
+        f"{'lighter' if off[worst] > 0 else 'darker'} in {('red', 'green', 'blue')[worst]} than that of the handwriting: "
+        "unless the papers are that different, the scans were made with different settings. Scan both alike.")]  # fmt: skip

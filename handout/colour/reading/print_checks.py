@@ -1,0 +1,312 @@
+"""What is wrong with what was read: tones that are lost, spoilt patches, a printer that prints badly or interferes."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.colour.chart import ChartPage
+from handout.colour.reading.findings import Finding, listed
+from handout.colour.reading.flatness import Field
+from handout.colour.reading.sampling import BLOCKS, INNER, Sampled
+from handout.values import Array
+
+_CLIPPED, _LOST = 0.05, 0.5  # share of pixels at an end of the scale, of white or black patches
+_TONE = (0.18, 0.66)  # where grey 128 lies between black and white on printers and scanners without corrections
+_SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over the page
+_RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
+_STEP = 1.0 / 255
+_INK = 0.12  # least that a full ink darkens its own channel
+_RAMP, _RUN = 3.0 / 255, 56  # least error of a ramp that falls, and longest run of greys that look alike
+_STRIPE = 1.2 / 255
+_ODD, _ODD_MANY = 0.2, 0.1  # share of a patch, and of the page's patches
+_FAR = 12.0 / 255  # least distance of a spoilt patch from what its colour should be
+_AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
+_MANY = 0.05
+_ALIKE, _UNLIKE = 0.5 / 255, 20.0 / 255  # scans that are the same, of colours that are not
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One page as it was read: its patches after the shading was taken out, and what is needed to judge them."""
+
+    page: ChartPage
+    values: Array
+    sampled: Sampled
+    field: Field
+    source: str
+
+    def where(self, *colour: int) -> NDArray[np.bool_]:
+        """(n,) bool: patches of a device colour, 0–255, that lie in the picture."""
+        same = np.rint(self.page.device * 255).astype(int) == np.array(colour)
+        return np.asarray(same.all(axis=1) & self.sampled.inside)
+
+
+def of_tones(seen: Seen) -> list[Finding]:
+    """Clipping, shading and a wrong gamma."""
+    white, black = seen.where(255, 255, 255), seen.where(0, 0, 0)
+    if not (white.any() and black.any()):
+        return []
+    found = []
+    for code, name, share in (
+        ("clipped-whites", "lightest", float(seen.sampled.high[white].mean(axis=0).max())),
+        ("clipped-blacks", "darkest", float(seen.sampled.low[black].mean(axis=0).max())),
+    ):
+        if share > _CLIPPED:
+            severity: Any = "refuse" if share > _LOST else "warn"
+            found.append(Finding(code, severity, f"The {name} tones are cut off ({share:.0%} of the pixels of {name} "
+                "patches are at the end of the scale): lower the scanner's contrast, switch off automatic exposure "
+                "and scan the chart again.", seen.source))  # fmt: skip
+    return found + _of_gamma(seen, white, black) + _of_shading(seen)
+
+
+def _of_gamma(seen: Seen, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
+    middle = seen.where(128, 128, 128)
+    if not middle.any():
+        return []
+    light, dark, grey = (float(np.median(seen.values[mask])) for mask in (white, black, middle))
+    if light - dark < 0.2:
+        return [Finding("tone", "refuse", f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
+            "printed in black at all? Check the inks and the scanner's exposure.", seen.source)]  # fmt: skip
+    place = (grey - dark) / (light - dark)
+    if _TONE[0] <= place <= _TONE[1]:
+        return []
+    what = "dark" if place < _TONE[0] else "light"
+    return [Finding("tone", "warn", f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
+        "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, and "
+        "scan the chart with the settings of the handwriting's scan.", seen.source)]  # fmt: skip
+
+
+def _of_shading(seen: Seen) -> list[Finding]:
+    middles = (seen.page.boxes[:, :2] + seen.page.boxes[:, 2:]) / 2
+    factor = seen.field.at(middles).mean(axis=1)
+    range_ = float(np.ptp(factor)) if len(factor) else 0.0
+    if range_ <= _SHADED:
+        return []
+    severity: Any = "refuse" if range_ > _DARK else "warn"
+    done = "that is too much to take out" if severity == "refuse" else "it was taken out"
+    low = middles[int(factor.argmin())] / (seen.page.paper.width, seen.page.paper.height)
+    side = f"{('upper', 'lower')[int(low[1] > 0.5)]} {('left', 'right')[int(low[0] > 0.5)]}"
+    return [Finding("shading", severity, f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
+        "Close the lid, keep daylight out, and let the scanner's lamp warm up.", seen.source)]  # fmt: skip
+
+
+def spoilt(seen: Seen, ideal: Array) -> tuple[NDArray[np.bool_], list[Finding]]:
+    """Patches under glare, folds or dust, (n,) bool, and what is said of them.
+
+    ideal : (n, 3), what patches of these colours look like on the rest of the page.
+    """
+    inside, odd = seen.sampled.inside, seen.sampled.odd
+    dusty = inside & (odd > _ODD)
+    if dusty.sum() > _ODD_MANY * len(inside):
+        return np.zeros_like(inside), [Finding("uneven", "refuse", f"{dusty.sum()} of {len(inside)} patches are uneven "
+            "within: the page is crumpled, the print smeared or badly streaked. Print the chart again and lay it flat.",
+            seen.source)]  # fmt: skip
+    off = seen.values - ideal
+    far, bright = _far(seen, off)
+    bad = inside & (far | (dusty & (odd > 2 * _ODD)))
+    if bad.sum() > _MANY * len(inside):
+        sentence = (
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): something "
+            "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
+        )
+        return bad, [Finding("blemish", "refuse", sentence, seen.source, _names(seen, bad))]
+    return bad, _blemishes(seen, bad, dusty, bright)
+
+
+def _far(seen: Seen, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
+    inside = seen.sampled.inside
+    sigma = 1.4826 * np.median(np.abs(off[inside]), axis=0)
+    alone = (np.abs(off) > np.maximum(8 * sigma, _FAR)).any(axis=1)
+    around = _around(seen, off)
+    sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
+    together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
+    again = _again(seen)
+    return (alone | together | again) & inside, off.mean(axis=1) > 0
+
+
+def _around(seen: Seen, off: Array) -> Array:
+    """(n, 3): the median of 3 × 3 patches about each."""
+    grid = np.full((seen.page.rows + 2, seen.page.columns + 2, 3), np.nan)
+    column, row = seen.page.cells.T
+    grid[row + 1, column + 1] = np.where(seen.sampled.inside[:, None], off, np.nan)
+    near = [grid[row + j, column + i] for j in range(3) for i in range(3)]
+    near[4] = np.where(np.isnan(near[4]), 0.0, near[4])
+    return np.asarray(np.nanmedian(np.stack(near), axis=0))
+
+
+def _again(seen: Seen) -> NDArray[np.bool_]:
+    """Patches (n,) unlike others of the very same colour."""
+    _, group = np.unique(seen.page.device, axis=0, return_inverse=True)
+    group = group.ravel()
+    found = np.zeros(len(group), dtype=bool)
+    for index in np.flatnonzero(np.bincount(group[seen.sampled.inside]) >= 5):
+        mine = np.flatnonzero((group == index) & seen.sampled.inside)
+        off = np.abs(seen.values[mine] - np.median(seen.values[mine], axis=0))
+        found[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), _AGAIN_FAR)).any(axis=1)
+    return found
+
+
+def _blemishes(
+    seen: Seen, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
+) -> list[Finding]:
+    found = []
+    kinds = (
+        ("glare or a spot without ink", bad & bright, "they were left out"),
+        ("a fold, a shadow or dirt", bad & ~bright, "they were left out"),
+        ("dust or a scratch", dusty & ~bad, "what is unlike the rest of the patch was left out"),
+    )
+    for what, mask, done in kinds:
+        if mask.any():
+            names = _names(seen, mask)
+            noun = "patch" if len(names) == 1 else "patches"
+            found.append(Finding("blemish", "warn", f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
+                "and the page, lay it flat, and scan it again.", seen.source, names))  # fmt: skip
+    return found
+
+
+def _names(seen: Seen, mask: NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(itertools.compress(seen.page.names, mask.tolist()))
+
+
+def of_stripes(seen: Seen, ideal: Array) -> list[Finding]:
+    """Banding: rows or columns of the page that are lighter or darker across all of it."""
+    inked = seen.sampled.inside & (ideal.mean(axis=1) < 0.8)
+    if inked.sum() < 50:
+        return []
+    flat = seen.values[inked, None, None] * seen.sampled.blocks[inked]
+    flat = flat / np.maximum(seen.sampled.values[inked, None, None], 1e-3)
+    off = (flat - ideal[inked, None, None]).mean(axis=-1)
+    within = off - off.mean(axis=(1, 2), keepdims=True)
+    for axis, name in ((1, "across"), (0, "down")):
+        line = seen.page.cells[inked, axis]
+        # within patches fine bands, between rows of them coarse ones
+        fine = _profile(within.mean(axis=2 if axis == 1 else 1), line)
+        expected = float(within.std()) / np.sqrt(BLOCKS * max(1, np.bincount(line).max()))
+        worst = float(np.abs(fine).max())
+        if worst > max(_STRIPE, 8 * expected):
+            at = int(np.abs(fine).max(axis=1).argmax())
+            place = f"row {at + 1}" if axis == 1 else f"column {at + 1}"
+            return [Finding("banding", "warn", f"The print is banded: stripes {name} the page, by up to {worst * 255:.1f} "
+                f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, and "
+                "print the chart again in the best quality.", seen.source)]  # fmt: skip
+    return []
+
+
+def _profile(parts: Array, line: NDArray[np.intp]) -> Array:
+    """(lines, 6): medians over the patches (n, 6) of each line; 0 where there are few."""
+    found = np.zeros((int(line.max()) + 1, parts.shape[1]))
+    for index in range(len(found)):
+        if (mine := line == index).sum() >= 6:
+            found[index] = np.median(parts[mine], axis=0)
+    return found
+
+
+def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
+    """(n, 3): what a smooth printer makes of device colours (n, 3): quartic polynomials, fitted so that outliers do not
+    matter to those patches of which values (n, 3) are usable (n,).
+    """
+    powers = [e for e in itertools.product(range(5), repeat=3) if sum(e) <= 4]
+    x = 2 * device - 1
+    design = np.column_stack([np.prod(x ** np.array(e), axis=1) for e in powers])
+    weight = usable.astype(np.float64)
+    said = np.zeros_like(values)
+    for _ in range(6):
+        root = np.sqrt(weight)[:, None]
+        said = design @ np.linalg.lstsq(design * root, values * root, rcond=None)[0]
+        off = np.abs(values - said).max(axis=1)
+        scale = max(1.4826 * float(np.median(off[usable])), 1e-4)
+        weight = np.where(usable, np.clip(1 - (off / (6 * scale)) ** 2, 0, 1) ** 2, 0.0)
+    return np.asarray(said)
+
+
+def of_printer(device: Array, scanned: Array, source: str) -> list[Finding]:
+    """Findings about the printer, from all colours: device (n, 3) and what was read of them (n, 3)."""
+    return [*_of_rank(device, scanned, source), *_of_ramps(device, scanned, source), *_of_twins(device, scanned, source)]
+
+
+def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
+    """Whether more of a channel always gives more of it."""
+    levels = np.rint(np.linspace(0, 255, 8)) / 255
+    cube = np.full((8, 8, 8, 3), np.nan)
+    place = np.abs(device[:, :, None] - levels).argmin(axis=2)
+    exact = (np.abs(levels[place] - device) < 1e-6).all(axis=1)
+    cube[tuple(place[exact].T)] = scanned[exact]
+    ranks, flats = [], []
+    for channel in range(3):
+        lines = np.moveaxis(cube[..., channel], channel, -1).reshape(-1, 8)
+        lines = lines[np.isfinite(lines).all(axis=1)]
+        if len(lines) < 8:
+            return []
+        order = lines.argsort(axis=1).argsort(axis=1)
+        ranks.append(float((1 - 6 * ((order - np.arange(8)) ** 2).sum(axis=1) / (8 * 63)).mean()))
+        flats.append(float((np.diff(lines, axis=1) < _STEP).mean()))
+    worst = int(np.argmin(ranks))
+    if min(ranks) >= _RANK and max(flats) <= _FLAT_STEPS:
+        return []
+    return [Finding("managed", "refuse", f"What was printed does not follow what was sent (rank correlation "
+        f"{min(ranks):.2f} in {('red', 'green', 'blue')[worst]}, {max(flats):.0%} of the steps without effect): the "
+        "printer's driver manages colours, or this is not the print of the chart. Switch colour management and all "
+        "enhancements off in the print dialogue, and print the chart again.", source)]  # fmt: skip
+
+
+def _of_ramps(device: Array, scanned: Array, source: str) -> list[Finding]:
+    found = []
+    for channel, ink in enumerate(("cyan", "magenta", "yellow")):
+        others = [k for k in range(3) if k != channel]
+        mine = (device[:, others] == 1).all(axis=1)
+        ramp = scanned[mine][device[mine, channel].argsort(), channel]
+        if len(ramp) > 2 and ramp[-1] - ramp[0] < _INK:
+            found.append(Finding("clogged", "refuse", f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
+                "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, clean "
+                "the head, and print the chart again.", source))  # fmt: skip
+    neutral = np.ptp(device, axis=1) == 0
+    order = device[neutral, 0].argsort()
+    grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
+    if len(grey) < 32:
+        return found
+    fall = np.maximum.accumulate(grey) - grey
+    if float(fall.max()) > _RAMP and float(np.quantile(fall, 0.9)) > _RAMP / 3:
+        found.append(Finding("ramp", "warn", f"The greys do not get lighter steadily (by up to {fall.max() * 255:.1f} of 255 "
+            f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
+            "unevenly. Print the chart again in the best quality.", source))  # fmt: skip
+    run, at = _longest_run(grey, level)
+    if run >= _RUN:
+        found.append(Finding("ramp", "warn", f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
+            "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer.", source))  # fmt: skip
+    return found
+
+
+def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
+    """The widest range of device greys that differ by less than a step and a half, and where it begins."""
+    smooth = np.convolve(np.pad(grey, 3, mode="edge"), np.ones(7) / 7, mode="valid")
+    best, at, start = 0.0, 0.0, 0
+    for end in range(len(smooth)):
+        while smooth[end] - smooth[start] > 1.5 * _STEP:
+            start += 1
+        if level[end] - level[start] > best:
+            best, at = float(level[end] - level[start]), float(level[start])
+    return best, at
+
+
+def _of_twins(device: Array, scanned: Array, source: str) -> list[Finding]:
+    """Different colours that look the same: no table can tell them apart again."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(scanned).query_pairs(_ALIKE, output_type="ndarray")
+    pairs = pairs[np.abs(device[pairs[:, 0]] - device[pairs[:, 1]]).max(axis=1) > _UNLIKE]
+    if not len(pairs):
+        return []
+    share = len(np.unique(pairs)) / len(device)
+    severity: Any = "refuse" if share > _MANY else "warn"
+    shown = "; ".join(
+        " and ".join(",".join(f"{v * 255:.0f}" for v in device[i]) for i in pair) for pair in pairs[:3].tolist()
+    )
+    return [Finding("identical", severity, f"{len(pairs)} pairs of different colours look the same on paper (RGB {shown}"
+        f"{' …' if len(pairs) > 3 else ''}): the driver cuts colours off, or the scan is too coarse. Switch colour "
+        "management off and choose the right paper.", source)]  # fmt: skip

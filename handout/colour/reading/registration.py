@@ -1,0 +1,229 @@
+"""From the marks of a chart to where every patch lies in a scan, however it was laid and however the paper bends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import markers
+from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, page_of_marks, whole
+from handout.colour.drawing import dictionary
+from handout.colour.reading.findings import refused
+from handout.colour.reading.opening import Scan
+from handout.values import Array, readonly, readonly_indices
+
+_SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first
+_ENOUGH = 12  # marks; with fewer a larger picture is searched, thoroughly
+_LEAST = 5
+_STRAY = 6.0  # mm: a mark further off than a sheet can bend was read wrongly
+_UNIT = 100.0  # mm; the spline counts in it
+_SMOOTHING = 2e-4  # of the spline, in that unit: keeps errors of single corners from reaching beyond their mark
+_INCH = 25.4
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a page of the chart lies in a scan.
+
+    page : ChartPage
+    mirrored : whether the scan shows it as a mirror does.
+    to_pixels : (3, 3), homogeneous mm on the page to pixels; pixel (0, 0) has its middle at 0, 0.
+    bend : (n, 2) mm on the page → (n, 2) mm by which the paper lies off there.
+    found : marks that were found, by their place in the page's list.
+    corners : (4 found, 2) pixels of their corners.
+    scale : across and down the page, 1 if the file's resolution and the printed size are true; None if it is unknown.
+    stretch : ratio of the longer to the shorter of both, 1 if the page has its true shape.
+    warp : mm, greatest distance of a mark from where it would be on a flat sheet.
+    doubt : mm, greatest distance of a mark from where the other marks say it is.
+    """
+
+    page: ChartPage
+    mirrored: bool
+    to_pixels: Array
+    bend: Callable[[Array], Array]
+    found: NDArray[np.intp]
+    corners: Array
+    scale: tuple[float, float] | None
+    stretch: float
+    warp: float
+    doubt: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "to_pixels", readonly(self.to_pixels, 3, 3))
+        object.__setattr__(self, "found", readonly_indices(self.found, None))
+        object.__setattr__(self, "corners", readonly(self.corners, None, 2))
+
+    def pixels(self, mm: Array) -> Array:
+        """(n, 2) pixels of points (n, 2) on the page in mm."""
+        return _carried(self.to_pixels, mm + self.bend(mm))
+
+    @property
+    def pixel(self) -> float:
+        """mm of the page that a pixel covers."""
+        return 1 / math.sqrt(abs(float(np.linalg.det(self.to_pixels[:2, :2]))))
+
+    @property
+    def dpi(self) -> float:
+        """Pixels an inch of the page as it was meant to be printed."""
+        return _INCH / self.pixel
+
+
+def place(scan: Scan, chart: Chart | None = None) -> Placement:
+    """Find a page of the chart in a scan.
+
+    Parameters
+    ----------
+    scan : Scan
+    chart : Chart, optional
+        The one that it must be a page of; None: any that is known.
+
+    Raises
+    ------
+    Refused
+        No marks, too few, or those of another chart or of several pages.
+    """
+    grey = in_grey(scan.pixels)
+    marks, mirrored = _marks(grey)
+    page, found = _one_page(marks, scan.source)
+    if chart is not None and whole(page) is not chart:
+        wanted = f"chart {chart.version} on {chart.paper.name}"
+        pages = f" in {len(chart.pages)} pages" if len(chart.pages) > 1 else ""
+        raise refused(
+            "another-chart", f"The page is of {page.label}, and wanted is {wanted}{pages}: scan that.", scan.source
+        )
+    width = grey.shape[1]
+    seen = grey[:, ::-1] if mirrored else grey
+    order = np.array(sorted(found))
+    corners = markers.refined(np.ascontiguousarray(seen), np.concatenate([found[i] for i in order]), CELLS)
+    if mirrored:
+        corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
+    return _fitted(scan, page, mirrored, order, corners)
+
+
+def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """(h, w) uint8 of a scan's pixels."""
+    import cv2
+
+    eight = pixels if pixels.dtype == np.uint8 else (pixels >> 8).astype(np.uint8)
+    return np.asarray(cv2.cvtColor(eight, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
+def _marks(grey: NDArray[np.uint8]) -> tuple[list[tuple[int, Array]], bool]:
+    """Marks of the picture, or of its mirror image if that shows more, and which of both."""
+    known = dictionary()
+    upright = markers.find(grey, known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
+    if len([1 for number, _ in upright if page_of_marks(number)]) >= _LEAST:
+        return upright, False
+    flipped = markers.find(np.ascontiguousarray(grey[:, ::-1]), known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
+    ours = [sum(page_of_marks(number) is not None for number, _ in marks) for marks in (upright, flipped)]
+    return (flipped, True) if ours[1] > ours[0] else (upright, False)
+
+
+def _one_page(marks: list[tuple[int, Array]], source: str) -> tuple[ChartPage, dict[int, Array]]:
+    """The page that most marks are of, and its marks by their place."""
+    pages: dict[str, tuple[ChartPage, dict[int, Array]]] = {}
+    for number, corners in marks:
+        if (page := page_of_marks(number)) is not None:
+            pages.setdefault(page.label, (page, {}))[1].setdefault(number % MARKS, corners)
+    if not marks:
+        raise refused(
+            "no-marks",
+            "None of the chart's 16 square marks can be seen: is it the chart, and the printed side down? Scan the "
+            "whole page in colour at 300 dpi.",
+            source,
+        )
+    # a stray number or two is noise; more of them are another chart
+    several = sorted(pages.values(), key=lambda p: -len(p[1]))
+    if not several or len(marks) - len(several[0][1]) > max(2, len(several[0][1])):
+        raise refused(
+            "another-chart",
+            "The marks are those of a chart that this version does not know: print and scan a new chart.",
+            source,
+        )
+    if len(several) > 1 and len(several[1][1]) >= _LEAST:
+        raise refused(
+            "another-chart",
+            f"The picture shows two charts ({several[0][0].label}; {several[1][0].label}): scan one page at a time.",
+            source,
+        )
+    page, found = several[0]
+    if len(found) < _LEAST:
+        raise refused(
+            "few-marks",
+            f"Only {len(found)} of the chart's {MARKS} marks can be seen, and {_LEAST} are needed: scan the whole page "
+            "at 300 dpi, flat and with nothing on it.",
+            source,
+        )
+    return page, found
+
+
+def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array) -> Placement:
+    import cv2
+
+    mm = page.marks[order].reshape(-1, 2)
+    pixels_a_mm = math.sqrt(cv2.contourArea(cv2.convexHull(corners.astype(np.float32)))
+                            / max(1e-9, cv2.contourArea(cv2.convexHull(mm.astype(np.float32)))))  # fmt: skip
+    matrix, _ = cv2.findHomography(mm, corners, cv2.RANSAC, _STRAY * pixels_a_mm)
+    if matrix is None or not np.isfinite(matrix).all():
+        raise refused("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
+    off = _carried(np.linalg.inv(matrix), corners) - mm
+    near = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1) < _STRAY
+    if near.sum() < _LEAST:
+        raise refused(
+            "few-marks", f"Only {near.sum()} marks lie as on a sheet, and {_LEAST} are needed: lay the page flat and "
+            "scan the whole of it.", scan.source,
+        )  # fmt: skip
+    order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
+    matrix, _ = cv2.findHomography(mm, corners, 0)
+    matrix = np.asarray(matrix, dtype=np.float64)
+    off = _carried(np.linalg.inv(matrix), corners) - mm
+    affine = _affine(mm, corners)
+    scale, stretch = _scales(affine, scan.dpi)
+    flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
+    warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
+    made = Placement(page, mirrored, matrix, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
+    return replace(made, doubt=_doubt(mm, off))
+
+
+def _affine(mm: Array, pixels: Array) -> Array:
+    """(2, 3): the affine map that takes mm to pixels best."""
+    answer = np.linalg.lstsq(np.column_stack([mm, np.ones(len(mm))]), pixels, rcond=None)[0]
+    return np.asarray(answer.T)
+
+
+def _scales(affine: Array, dpi: tuple[float, float] | None) -> tuple[tuple[float, float] | None, float]:
+    """Size across and down the page against the true one, and the ratio of its longest to its shortest extension."""
+    across, down = dpi if dpi is not None else (1.0, 1.0)
+    real = affine[:, :2] * np.array([[_INCH / across], [_INCH / down]])
+    first, second = np.linalg.svd(real, compute_uv=False).tolist()
+    along = np.linalg.norm(real, axis=0)
+    return ((float(along[0]), float(along[1])) if dpi is not None else None), float(first / second)
+
+
+def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
+    from scipy.interpolate import RBFInterpolator
+
+    made = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
+    return lambda points: np.asarray(made(np.asarray(points) / _UNIT))
+
+
+def _doubt(mm: Array, off: Array) -> float:
+    """mm, how far a mark lies from where a spline through the others puts it, at worst."""
+    worst = 0.0
+    for i in range(0, len(mm), 4):
+        rest = np.ones(len(mm), dtype=bool)
+        rest[i : i + 4] = False
+        said = _spline(mm[rest], off[rest])(mm[i : i + 4])
+        worst = max(worst, float(np.linalg.norm((said - off[i : i + 4]).mean(axis=0))))
+    return worst
+
+
+def _carried(matrix: Array, points: Array) -> Array:
+    """Points (n, 2) under a homography (3, 3)."""
+    at = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(at[:, :2] / at[:, 2:])

@@ -1,0 +1,54 @@
+"""Prints and scans of the chart for tests: made of it in known ways, so that what must be read is known."""
+
+import cv2
+import numpy as np
+
+FINE = 300.0
+DARK, LIGHT = np.array([0.045, 0.05, 0.052]), np.array([0.925, 0.935, 0.945])
+
+
+def printed(device):
+    """What a printer makes of device RGB (…, 3) in 0–1, as a scanner sees it: gain, side absorptions, grey axis kept."""
+    ink = (1 - np.asarray(device, dtype=np.float64)) ** 0.85
+    mixed = ink @ np.array([[0.86, 0.10, 0.03], [0.07, 0.84, 0.10], [0.03, 0.09, 0.85]])
+    return DARK + (LIGHT - DARK) * (1 - mixed / np.array([0.96, 1.03, 0.98])).clip(0, 1) ** 1.25
+
+
+def paper(page_pixels):
+    """The printed page as the scanner sees it, (h, w, 3) float32, from the printer's pixels."""
+    colours, back = np.unique(page_pixels.reshape(-1, 3), axis=0, return_inverse=True)
+    return printed(colours / 255).astype(np.float32)[back].reshape(page_pixels.shape)
+
+
+def scanned(
+    sheet, dpi=150.0, *, angle=0.0, warp=0.0, blur=0.6, noise=1.0, size=1.0, stretch=1.0, shade=0.0, bits=8, seed=0,
+    border=6.0, lid=0.97, fine=FINE,
+):  # fmt: skip
+    """A scan of a page (h, w, 3) float32: its pixels, and the function from mm on the page to them."""
+    rng = np.random.default_rng(seed)
+    height, width = (side / fine * 25.4 for side in sheet.shape[:2])
+    turn, scale = np.deg2rad(angle), dpi / 25.4
+    linear = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) * scale * size
+    linear = linear @ np.diag([stretch, 1.0])
+
+    def bent(mm):
+        x, y = mm[..., 0] / width, mm[..., 1] / height
+        return mm + warp * np.stack([np.sin(np.pi * x) * np.cos(2 * y), np.sin(np.pi * (0.8 * y + 0.3 * x))], axis=-1)
+
+    box = np.array([[0, 0], [width, 0], [0, height], [width, height]]) @ linear.T
+    low, high = box.min(axis=0) - border * scale, box.max(axis=0) + border * scale
+    w, h = np.ceil(high - low).astype(int)
+    grid = np.stack(np.meshgrid(np.arange(w), np.arange(h)), axis=-1) + low
+    mm = grid @ np.linalg.inv(linear).T
+    for _ in range(6 if warp else 0):  # the inverse of the bend, by iteration
+        mm = mm - (bent(mm) - grid @ np.linalg.inv(linear).T)
+    source = (mm * fine / 25.4 - 0.5).astype(np.float32)
+    smooth = cv2.GaussianBlur(sheet, (0, 0), max(0.3, 0.45 * fine / dpi)) if dpi < fine else sheet
+    image = cv2.remap(smooth, source[..., 0], source[..., 1], cv2.INTER_LINEAR, borderValue=(lid,) * 3)
+    image = cv2.GaussianBlur(image, (0, 0), blur) if blur else image
+    if shade:
+        image = image * (1 - shade * (grid[..., :1] - low[0]) / (high - low)[0]).astype(np.float32)
+    grain = rng.normal(0, noise / 255, image.shape).astype(np.float32) if noise else 0.0
+    full = 255 if bits == 8 else 65535
+    pixels = np.clip(np.rint((image + grain) * full), 0, full).astype(np.uint8 if bits == 8 else np.uint16)
+    return pixels, lambda points: bent(np.asarray(points)) @ linear.T - low
