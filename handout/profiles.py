@@ -142,6 +142,13 @@ class Nudge(_Table, frozen=True):
     y: Length = Length(0.0)
 
 
+class Envelope(_Table, frozen=True):
+    """What differs when a printer is fed with envelopes: its margins, and the tray they lie in."""
+
+    margins: Margins | None = None
+    source: str = ""
+
+
 class Printer(_Table, frozen=True):
     """An inkjet or a file that stands for one.
 
@@ -151,7 +158,8 @@ class Printer(_Table, frozen=True):
     choice); options: further ``lp -o`` options or attributes of IPP, sent as they are; feed: the edge of the sheet
     that goes in first; turn: the way a page is turned to lie in that direction; flap: where the sheet's upper edge
     (an envelope's flap) is as it is fed, which wins over `turn`; nudge: what the printer is out by; file: pages are
-    written to a file instead of being sent; simulated: jobs are written into a folder, as a queue would receive them.
+    written to a file instead of being sent; simulated: jobs are written into a folder, as a queue would receive
+    them; envelope: what differs for envelopes.
     """
 
     kind: Literal["printer"]
@@ -169,6 +177,7 @@ class Printer(_Table, frozen=True):
     nudge: Nudge = Nudge()
     format: Literal["", "pdf", "pwg", "urf", "png"] = ""
     simulated: bool = False
+    envelope: Envelope = Envelope()
     notes: str = ""
 
 
@@ -185,6 +194,8 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
     "nudge.x": (-50, 50), "nudge.y": (-50, 50),
     "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
+    "envelope.margins.top": (0, 100), "envelope.margins.right": (0, 100), "envelope.margins.bottom": (0, 100),
+    "envelope.margins.left": (0, 100),
 }  # fmt: skip
 
 
@@ -234,7 +245,15 @@ def read(path: Path) -> Profile:
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
+    else:
+        _check_trays(profile, path)
     return profile
+
+
+def _check_trays(printer: Printer, path: Path) -> None:
+    for key, tray in (("source", printer.source), ("envelope.source", printer.envelope.source)):
+        if tray and printer.sources and tray not in printer.sources:
+            raise ProfileError(f"{path}: {key} = {tray!r} is none of its sources: {', '.join(printer.sources)}.")
 
 
 def _check_pen(pen: Pen, path: Path) -> None:
@@ -253,7 +272,8 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins, Nudge) for f in msgspec.structs.fields(t)}
+        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
+        known = {f.name for t in tables for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
     if "missing required field" in said:

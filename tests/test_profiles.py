@@ -3,13 +3,20 @@
 import re
 import sys
 from pathlib import Path
+from typing import get_args
 
 import msgspec
+import numpy as np
 import pytest
 
 from handout import profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import fidelity, open_port, plan, run, to_gcode
+from handout.printing import media, submit
+from handout.printing.simulated import Flatbed, Inkjet, rip
+from handout.sinks import picture_pdf
+from handout.values import Page, Raster
+from handout.writing.layout import PAGES
 
 sys.path.insert(0, str(Path(__file__).parent / "plotting"))
 from cursive import page
@@ -43,10 +50,59 @@ def test_plotter_runs_through_the_simulated_device(path):
 
 
 @pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
-def test_printer_is_valid(path):
+def test_printer_runs_through_the_simulated_device(path, tmp_path):
+    """A small card, inked all over, is fed, sent, printed within the margins and scanned."""
     profile = profiles.read(path)
     assert isinstance(profile, profiles.Printer)
     assert profile.title and 72 <= profile.dpi <= 2400
+    page = Page(60, 45, "card")
+    turn = media.turn_for(page, profile)
+    sheet = media.turned_page(page, turn)
+    shape = [round(side * profile.dpi / 25.4) for side in (page.height, page.width)]
+    inked = media.turned_raster(Raster(np.tile(np.float32([0, 0, 0, 1]), (*shape, 1)), profile.dpi), page, turn)
+    job = tmp_path / "job.pdf"
+    with picture_pdf.document(job) as document:
+        document.add(sheet, inked)
+    assert submit.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
+    ((size, pixels),) = rip.pages(job, profile.dpi)
+    assert (size.width, size.height) == pytest.approx((45, 60) if profile.feed == "short" else (60, 45))
+    scan = Flatbed.ideal().scan(Inkjet().printed(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0))
+    dark = scan[..., 1] < 140
+    pixel = 25.4 / 150
+    rows, columns = (np.flatnonzero(dark.any(axis=axis))[[0, -1]] * pixel + [0, pixel] for axis in (1, 0))
+    edges = profile.margins
+    assert rows == pytest.approx([edges.top, size.height - edges.bottom], abs=0.2)
+    assert columns == pytest.approx([edges.left, size.width - edges.right], abs=0.2)
+
+
+@pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
+def test_envelopes_are_fed_by_their_names_and_warned_of_at_their_margins(path):
+    profile = profiles.read(path)
+    assert isinstance(profile, profiles.Printer)
+    for name, standard in (("dl", "iso_dl_110x220mm"), ("c6", "iso_c6_114x162mm"), ("c5", "iso_c5_162x229mm")):
+        fed = media.printer_for(PAGES[name], profile)
+        edges = fed.margins
+        assert edges == (profile.envelope.margins or profile.margins)
+        assert submit.ticket(fed, PAGES[name], "t").media == standard
+        sheet = media.turned_page(PAGES[name], media.turn_for(PAGES[name], fed))
+        inside = np.array([edges.left, edges.top, sheet.width - edges.right, sheet.height - edges.bottom])
+        assert media.margin_warning(tuple(inside), sheet, edges, fed.title) is None
+        for edge, out in zip(("left", "leading", "right", "trailing"), np.diag([-1, -1, 1, 1]), strict=True):
+            told = media.margin_warning(tuple(inside + out), sheet, edges, fed.title)
+            assert told is not None and f"the {edge} edge" in told
+
+
+def test_many_printers_are_described_with_their_sources():
+    families = ("ecotank", "workforce", "surecolor", "stylus-photo", "pixma", "envy", "officejet", "deskjet", "brother")
+    names = " ".join(path.stem for path in PRINTERS)
+    assert len(PRINTERS) >= 13 and [family for family in families if family not in names] == []
+    text = (shipped.folder("devices") / "README.md").read_text(encoding="utf-8")
+    assert [path.stem for path in PRINTERS if f"`{path.stem}`" not in text and path.stem != "printer-pdf"] == []
+    for path in PRINTERS:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        heads = [i for i, line in enumerate(lines) if line in ("[margins]", "[envelope.margins]")]
+        if path.stem != "printer-simulated":
+            assert all(lines[i - 1].startswith("# ") for i in heads), f"{path.stem}: a margin without its source"
 
 
 def edited(tmp_path, stem, old, new):
@@ -96,6 +152,14 @@ def test_a_slip_in_a_plotter_is_refused(tmp_path, old, new, said):
         (r"^dpi = 720", "dpy = 720", r"dpy is not a known key; did you mean 'dpi'\?"),
         (r'^right = "5mm"', "right = 5", r"margins\.right: needs a length with its unit"),
         (r'^right = "5mm"', 'right = "-5mm"', r"margins\.right = -5 is outside 0 to 100"),
+        (r"^dpi = 720", "dpi = 720\nenvelope = { margin = {} }", r"envelope\.margin is not a known key; did you mean"),
+        (r"^dpi = 720", 'dpi = 720\nenvelope.margins.top = "900mm"', r"envelope\.margins\.top = 900 is outside 0 to"),
+        (
+            r"^dpi = 720",
+            'dpi = 720\nsources = ["rear"]\nsource = "front"',
+            r"source = 'front' is none of its sources: rear",
+        ),
+        (r"^dpi = 720", 'dpi = 720\nsources = ["rear"]\nenvelope.source = "x"', r"envelope\.source = 'x' is none of"),
     ],
 )
 def test_a_slip_in_a_printer_is_refused(tmp_path, old, new, said):
@@ -129,8 +193,11 @@ def test_your_own_file_wins(tmp_path, monkeypatch):
 
 def keys(kind, inside=""):
     for field in msgspec.structs.fields(kind):
-        if isinstance(field.type, type) and issubclass(field.type, msgspec.Struct):
-            yield from keys(field.type, f"{field.name}.")
+        tables = [
+            t for t in (field.type, *get_args(field.type)) if isinstance(t, type) and issubclass(t, msgspec.Struct)
+        ]
+        if tables:
+            yield from keys(tables[0], f"{inside}{field.name}.")
         elif field.name != "name":
             yield inside + field.name
 

@@ -39,6 +39,7 @@ def command(
     """
     from click.core import ParameterSource
 
+    from handout.printing import media
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.submit import resolve
     from handout.printing.table import read_addresses
@@ -51,6 +52,7 @@ def command(
         raise InputError(f"{printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer.")
     addresses = read_addresses(table)
     job = jobs.setup(given, page_name, "0mm", 1)
+    profile = media.printer_for(job.layout.page, profile)
     look = options.look(given)
     say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE

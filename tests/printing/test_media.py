@@ -1,3 +1,5 @@
+import re
+
 import msgspec
 import numpy as np
 import pytest
@@ -5,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.printing import media
-from handout.profiles import Length, Margins, Printer
+from handout.profiles import Envelope, Length, Margins, Printer
 from handout.values import Page, Raster
 from handout.writing.layout import PAGES
 
@@ -33,6 +35,40 @@ def test_other_sheets_are_custom_sizes():
     dl = PAGES["dl"]
     assert media.turn_for(dl, long) == "" and media.name(dl) == "Custom.220x110mm"
     assert media.turn_for(PAGES["a4"], long) == "left"
+
+
+@pytest.mark.parametrize("sheet", media._NAMES.items(), ids=lambda sheet: sheet[1])
+def test_names_say_the_size(sheet):
+    """A name of PWG 5101.1 ends with the sides in inches or mm, the shorter first."""
+    (across, along), name = sheet
+    sides, unit = re.search(r"_([\d.]+x[\d.]+)(mm|in)$", name).groups()
+    stated = [float(side) * (25.4 if unit == "in" else 1) for side in sides.split("x")]
+    assert [across, along] == pytest.approx(stated, abs=1e-6) and across <= along
+    assert media.name(Page(across, along)) == name
+
+
+def test_no_two_sheets_can_be_taken_for_each_other():
+    sizes = np.array(list(media._NAMES))
+    apart = np.abs(sizes[:, None] - sizes[None]).max(axis=2)
+    assert apart[~np.eye(len(sizes), dtype=bool)].min() > 2 * media._SAME
+
+
+@pytest.mark.parametrize(
+    ("name", "is_one"), [("DL", True), ("c6", True), ("number-10", True), ("a4", False), ("a6", False)]
+)
+def test_envelopes_are_known_by_their_size_either_way_up(name, is_one):
+    page = PAGES[name.lower()]
+    assert media.is_envelope(page) == media.is_envelope(Page(page.height, page.width)) == is_one
+
+
+def test_envelopes_have_margins_and_a_tray_of_their_own():
+    profile = msgspec.structs.replace(
+        SHORT, sources=("main", "rear"), source="main", envelope=Envelope(margins=Margins(top=Length(9)), source="rear")
+    )
+    fed = media.printer_for(PAGES["dl"], profile)
+    assert (fed.source, fed.margins.top) == ("rear", 9) and media.printer_for(PAGES["a4"], profile) is profile
+    partly = msgspec.structs.replace(profile, envelope=Envelope(source="rear"))
+    assert media.printer_for(PAGES["dl"], partly).margins == profile.margins
 
 
 @given(

@@ -8,6 +8,7 @@ own; nothing that matches colours uses it.
     picture = Flatbed(noise=0.01, warp=1.0).scan(sheet, 300, np.random.default_rng(0))
 """
 
+from handout.printing.simulated import rip
 from handout.printing.simulated.faults import FAULTS
 from handout.printing.simulated.flatbed import Flatbed
 from handout.printing.simulated.inkjet import Inkjet
@@ -16,4 +17,4 @@ from handout.printing.simulated.press import Press
 from handout.printing.simulated.sheet import Sheet
 from handout.printing.simulated.stock import PAPERS
 
-__all__ = ["FAULTS", "PAPERS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet"]
+__all__ = ["FAULTS", "PAPERS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "rip"]

@@ -17,7 +17,7 @@ FAULTS = {
     "managed": "the driver takes the page for sRGB, turns it into Adobe RGB and makes it lighter",
     "wrong-media": "the driver was told another paper: dots grow by 8 % more",
     "clogged": "two groups of the cyan nozzles are blocked: two lines without cyan in every pass of the head",
-    "banding": "the feed is not exact: ink gets lighter over each pass of the head, and a pale line lies between passes",
+    "banding": "ink gets lighter over each pass of the head, and a pale line lies between passes",
 }
 FITTED = 0.97  # of the size
 MORE_GAIN = 0.08

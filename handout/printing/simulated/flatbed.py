@@ -108,7 +108,7 @@ class Flatbed:
         shown = np.clip((np.asarray(spectra) @ self.bands - self.black) / span, 0, 1) ** (1 / self.gamma)
         return np.repeat(shown.mean(axis=1, keepdims=True), 3, axis=1) if self.grey else np.asarray(shown)
 
-    def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8 | np.uint16]:
         """(h, w, 3) uint8, or uint16 with 16 bits: the picture of a printed sheet at `dpi` pixels an inch.
 
         The same state of `rng` lays the sheet, its warp, its dust and the lamp alike at any resolution.

@@ -19,6 +19,7 @@ from handout.printing.simulated.sheet import Sheet
 from handout.values import Array, Page
 
 Floats = NDArray[np.float32]
+Picture = NDArray[np.uint8 | np.uint16]
 
 _ROWS = 512
 _FIELD = 4  # cosines a side of what varies smoothly over the glass
@@ -63,7 +64,7 @@ class _Place:
         return across.astype(np.float32), down.astype(np.float32)
 
 
-def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -> Picture:
     """See `Flatbed.scan`."""
     place = _lay(sheet.page, dpi, flatbed, rng)
     lamp = _lamp(place, flatbed, rng)
@@ -73,7 +74,7 @@ def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -
     flare = _flare(light, sheet.page, flatbed)
     tone = _automatic(light, flatbed) if flatbed.automatic else _tone(flatbed)
     halo = math.ceil(4 * flatbed.blur * dpi / 25.4)
-    picture = np.empty((*place.shape, 3), dtype=np.uint8 if flatbed.bits == 8 else np.uint16)
+    picture: Picture = np.empty((*place.shape, 3), dtype=np.uint8 if flatbed.bits == 8 else np.uint16)
     for start in range(0, len(picture), _ROWS):
         rows = np.arange(start - halo, min(start + _ROWS, len(picture)) + halo, dtype=np.float64)
         seen = _seen(light, flare, place, rows, sheet.page, flatbed)
@@ -188,9 +189,7 @@ def _flare(light: Floats, page: Page, flatbed: Flatbed) -> Floats | None:
     return np.asarray(cv2.GaussianBlur(coarse, (0, 0), _FLARE * _FLARE_DPI / 25.4, borderType=cv2.BORDER_REPLICATE))
 
 
-def _seen(
-    light: Floats, flare: Floats | None, place: _Place, rows: Array, page: Page, flatbed: Flatbed
-) -> Floats:
+def _seen(light: Floats, flare: Floats | None, place: _Place, rows: Array, page: Page, flatbed: Flatbed) -> Floats:
     """(n, w, 3) what lies under the pixels of `rows`."""
     import cv2
 
@@ -198,7 +197,9 @@ def _seen(
     lid = (flatbed.lid,) * 3
 
     def taken(picture: Floats, mode: int) -> Floats:
-        across, down = (np.float32(n / side) for n, side in zip(picture.shape[1::-1], (page.width, page.height), strict=True))
+        across, down = (
+            np.float32(n / side) for n, side in zip(picture.shape[1::-1], (page.width, page.height), strict=True)
+        )
         half = np.float32(0.5)
         return np.asarray(
             cv2.remap(picture, x * across - half, y * down - half, cv2.INTER_LINEAR, borderMode=mode, borderValue=lid)
@@ -252,26 +253,23 @@ def _shown(light: Floats, tone: _Tone, flatbed: Flatbed) -> Floats:
     if flatbed.grey:
         shown = np.repeat(shown.mean(axis=2, keepdims=True), 3, axis=2)
     shown *= np.float32(2**flatbed.bits - 1)
-    return np.rint(shown, out=shown)
+    return np.asarray(np.rint(shown, out=shown))
 
 
-def _cropped(
-    picture: NDArray[np.uint8] | NDArray[np.uint16], dpi: float, flatbed: Flatbed
-) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def _cropped(picture: Picture, dpi: float, flatbed: Flatbed) -> Picture:
     top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
     height, width = picture.shape[:2]
     if top + bottom >= height or left + right >= width:
         raise InputError(f"flatbed: crop {flatbed.crop} mm leaves nothing of the sheet.")
-    return picture[top : height - bottom, left : width - right]
+    return np.ascontiguousarray(picture[top : height - bottom, left : width - right])
 
 
-def _kept(
-    picture: NDArray[np.uint8] | NDArray[np.uint16], flatbed: Flatbed
-) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def _kept(picture: Picture, flatbed: Flatbed) -> Picture:
     """The picture after it was kept in a file."""
     import cv2
 
     if not flatbed.jpeg:
-        return np.ascontiguousarray(picture)
-    _, coded = cv2.imencode(".jpg", np.ascontiguousarray(picture[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, flatbed.jpeg])
-    return np.ascontiguousarray(cv2.imdecode(coded, cv2.IMREAD_COLOR)[..., ::-1])
+        return picture
+    _, coded = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, flatbed.jpeg])
+    kept = cv2.imdecode(coded, cv2.IMREAD_COLOR)
+    return np.ascontiguousarray(np.asarray(kept, dtype=np.uint8)[..., ::-1])

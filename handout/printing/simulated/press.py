@@ -114,9 +114,7 @@ class Press(ABC):
         clipped[inside] = page[inside]
         return clipped
 
-    def _ink(
-        self, shape: tuple[int, ...], dpi: float, rng: np.random.Generator | None
-    ) -> NDArray[np.float32] | None:
+    def _ink(self, shape: tuple[int, ...], dpi: float, rng: np.random.Generator | None) -> NDArray[np.float32] | None:
         ink = None
         if "banding" in self.faults:
             ink = faults.banded(shape[0], dpi)[:, None]

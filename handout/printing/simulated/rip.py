@@ -42,9 +42,11 @@ def pages(path: Path, dpi: float) -> Iterator[tuple[Page, NDArray[np.uint8]]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}.") from error
     objects = _objects(data)
-    sheets = [body for body in objects.values() if b"/Type /Page " in body]
+    sheets = [body for body in objects.values() if body.startswith(b"<< /Type /Page ")]
     if not sheets:
-        raise InputError(f"{path}: the simulated printer reads only PDFs of one picture a page, as handout writes them.")
+        raise InputError(
+            f"{path}: the simulated printer reads only PDFs of one picture a page, as handout writes them."
+        )
     for body in sheets:
         yield _page(body, objects, dpi, path)
 
