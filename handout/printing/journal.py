@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
+from types import TracebackType
 from typing import Any, Literal, TextIO
 
 import platformdirs
@@ -27,6 +28,7 @@ from handout.errors import InputError
 from handout.printing.address import Row
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
+_TABLE, _HAND = "content of the table", "content of the hand's file"
 _TOLD = ("title", "job", "why")
 Piece = tuple[int, int]  # number of the row, and of the copy from 1
 
@@ -51,7 +53,8 @@ def _next(before: Step | None, state: State, more: Mapping[str, str]) -> Step:
 class Batch:
     """What makes two batches the same one.
 
-    table : its file, for messages; facts : ``"table"`` and ``"hand"``, as digests, and every option by name.
+    table : its file, for messages; facts : every option by name, and the content of the table and of the hand's file
+    as digests.
     """
 
     table: Path
@@ -67,7 +70,7 @@ def batch(table: Path, rows: Sequence[Row], hand: Path, options: Mapping[str, An
     """The batch of these rows, written by the hand in this file, with these options (JSON values)."""
     content = json.dumps([[row.number, row.lines, row.problem] for row in rows])
     hand_digest = hashlib.sha256(hand.read_bytes()).hexdigest()
-    return Batch(table.resolve(), {"table": _digest(content), "hand": hand_digest, **options})
+    return Batch(table.resolve(), {**options, _TABLE: _digest(content), _HAND: hand_digest})
 
 
 def _digest(text: str) -> str:
@@ -92,6 +95,7 @@ class Journal:
     path: Path | None = None
     steps: dict[Piece, Step] = field(default_factory=dict)
     _stream: TextIO | None = None
+    _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
 
     def title(self, piece: Piece) -> str:
         """What the job of an envelope is called at the printer; nobody's name is in it."""
@@ -103,35 +107,46 @@ class Journal:
         self.steps[piece] = _next(self.steps.get(piece), state, more)
         self._write({"row": piece[0], "copy": piece[1], "state": state, **more})
 
-    def close(self, ended: BaseException | None = None) -> None:
-        """Say how the run ended."""
-        self._write({"ended": str(ended) or type(ended).__name__ if ended is not None else "done"})
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # one that goes on with another ends it even if there was nothing left to do
+        if self._head is None or (self.resumed and error is None):
+            self._write({"ended": "done" if error is None else str(error) or type(error).__name__})
         if self._stream is not None:
             self._stream.close()
-            self._stream = None
 
     def _write(self, entry: Mapping[str, Any]) -> None:
         if self._stream is not None:
-            self._stream.write(json.dumps(entry) + "\n")
+            entries = [entry] if self._head is None else [self._head, entry]
+            self._stream.write("".join(json.dumps(one) + "\n" for one in entries))
             self._stream.flush()
             os.fsync(self._stream.fileno())
+        self._head = None
 
 
-def begin(what: Batch, seed: int, place: Path | None = None) -> tuple[Journal, bool]:
-    """A new run of a batch, and whether the run before it was left unfinished.
+def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = False) -> Journal:
+    """A new run of a batch.
 
     Raises
     ------
     InputError
-        The journal cannot be written, or another program is printing this batch.
+        The journal cannot be written, or another program is printing this batch; the run before this one broke off,
+        unless it is to be done `afresh`.
     """
     path = (place or folder()) / f"{what.key[:24]}.jsonl"
     before = _read(path)
-    journal = Journal(secrets.token_hex(3), seed, False, path, {}, _opened(path))
-    journal._write(
-        {"begun": _now(), "run": journal.run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
-    )
-    return journal, before is not None and _unfinished(before)
+    if before is not None and before.ended != "done" and not afresh:
+        raise InputError(
+            f"This batch of {what.table.name} was begun on {_time(before)} and broke off: go on with --resume, or "
+            "print all of it again with --afresh."
+        )
+    run = secrets.token_hex(3)
+    head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
+    return Journal(run, seed, False, path, {}, _opened(path), head)
 
 
 def resume(what: Batch, place: Path | None = None) -> Journal:
@@ -146,9 +161,8 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
     last = _read(path)
     if last is None:
         raise InputError(_nothing_to_resume(what, place or folder()))
-    journal = Journal(secrets.token_hex(3), last.head["seed"], True, path, last.steps, _opened(path))
-    journal._write({"resumed": _now(), "run": journal.run})
-    return journal
+    run = secrets.token_hex(3)
+    return Journal(run, last.head["seed"], True, path, last.steps, _opened(path), {"resumed": _now(), "run": run})
 
 
 @dataclass
@@ -160,8 +174,8 @@ class _Run:
     ended: str = ""
 
 
-def _unfinished(run: _Run) -> bool:
-    return run.ended != "done"
+def _time(run: _Run) -> str:
+    return str(run.head["begun"]).replace("T", " at ")
 
 
 def _now() -> str:
@@ -236,13 +250,13 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
     changed = [name for name in {**was, **facts} if was.get(name) != facts.get(name)]
     told = [_change(name, was.get(name), facts.get(name)) for name in changed]
     return (
-        f"The batch of {what.table.name} begun on {last.head['begun'].replace('T', ' at ')} cannot be resumed, because "
+        f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
         f"{' and '.join(told)}: give the same again, or print with --rows what is missing."
     )
 
 
 def _change(name: str, was: object, now: object) -> str:
-    if name in ("table", "hand"):
+    if name in (_TABLE, _HAND):
         return f"the {name} has changed since"
     return f"--{name.replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
 

@@ -17,8 +17,8 @@ def main() -> None:
     numbers = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "unanswered_at")
     for name in numbers:
         parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=0)
-    for name in ("refill_after", "slow", "printing"):
-        parser.add_argument(f"--{name.replace('_', '-')}", type=float, default=0.0)
+    for name in ("cleared_after", "slow", "printing"):
+        parser.add_argument(f"--{name.replace('_', '-')}", type=float, default=getattr(Faults, name))
     for name in ("forgetful", "old", "no_envelopes"):
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true")
     given = vars(parser.parse_args())

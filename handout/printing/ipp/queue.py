@@ -166,7 +166,8 @@ class IppQueue:
             return Fate("unknown", "the printer does not know the job (any longer)")
         why = words.reasons(status.reasons)
         if status.state in (JobState.CANCELED, JobState.ABORTED):
-            return Fate("failed", why or "the printer gave it up")
+            now = words.reasons([reason for reason in self._client.abilities().reasons if words.stopping([reason])])
+            return Fate("failed", ", ".join(part for part in (why or "the printer gave it up", now) if part))
         if status.state != JobState.COMPLETED:
             held = status.state == JobState.HELD
             return Fate("waiting", (f"it is held at the printer{': ' if why else ''}" if held else "") + why)

@@ -37,8 +37,9 @@ _BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, Status.OPERATION_N
 class Faults:
     """What goes wrong; jobs are counted from 1.
 
-    busy : so many print requests are refused as busy first; empty_at : the job at which the tray is empty, until
-    `SimulatedPrinter.refill` or, if it is not 0, `refill_after` seconds; jam_at : the job that jams and is given up;
+    busy : so many print requests are refused as busy first; empty_at : the job at which the tray is empty; jam_at :
+    the job that jams and is given up; cleared_after : s until somebody has filled the tray or taken out what had
+    jammed, 0 for never (see `SimulatedPrinter.clear`); until then nothing is printed;
     hold_at : the job that is held; lie_at : the job that jams and yet is called completed; lost_at : the job in the
     middle of whose document the connection breaks, before the printer knows of it; torn_at : the same, and the printer
     keeps the beginning; unanswered_at : the job that is taken and printed, and the connection broken before the answer;
@@ -48,7 +49,7 @@ class Faults:
 
     busy: int = 0
     empty_at: int = 0
-    refill_after: float = 0.0
+    cleared_after: float = 0.0
     jam_at: int = 0
     hold_at: int = 0
     lie_at: int = 0
@@ -89,7 +90,8 @@ class SimulatedPrinter:
         self.jobs: list[SimulatedJob] = []
         self.printed: list[SimulatedJob] = []
         self.received = 0  # print requests that were not refused as busy, broken ones included
-        self._folder, self._reasons = folder, ("none",)
+        self._folder, self._stopped = folder, 0.0
+        self._reasons: tuple[str, ...] = ("none",)
         self._lock = threading.RLock()
         self._server = ThreadingHTTPServer(("127.0.0.1", port), handler(self, _PATH))
         self._server.daemon_threads = True
@@ -109,15 +111,10 @@ class SimulatedPrinter:
         self._server.shutdown()
         self._server.server_close()
 
-    def refill(self) -> None:
-        """Fill the tray: what waits for it goes on."""
+    def clear(self) -> None:
+        """Fill the tray and take out what has jammed: what waits goes on."""
         with self._lock:
             self.faults, self._reasons = replace(self.faults, empty_at=0), ("none",)
-
-    def clear(self) -> None:
-        """Take out what has jammed; the next jobs are printed without faults."""
-        with self._lock:
-            self.faults, self._reasons = Faults(), ("none",)
 
     def break_now(self, request: Message) -> Callable[[int], int] | None:
         """For a print request whose connection is to break: bytes of the document announced → bytes still read."""
@@ -173,28 +170,34 @@ class SimulatedPrinter:
 
     def _advance(self) -> None:
         """Bring every job on by the time that has gone."""
+        after = self.faults.cleared_after
+        if self._reasons != ("none",) and after and time.monotonic() - self._stopped >= after:
+            self.clear()
         for job in self.jobs:
             if job.state.over or job.state == JobState.HELD:
                 continue
             waited, f = time.monotonic() - job.since, self.faults
-            if job.number == f.empty_at and not (f.refill_after and waited >= f.refill_after):
-                job.state, job.reasons = JobState.STOPPED, ("printer-stopped",)
-                self._reasons = ("media-empty-error",)
-            elif job.number == f.jam_at:
-                job.state, job.reasons, self._reasons = JobState.ABORTED, ("aborted-by-system",), ("media-jam-error",)
-            elif job.number == f.hold_at:
+            if job.number == f.hold_at:
                 job.state, job.reasons = JobState.HELD, ("job-hold-until-specified",)
+            elif self._reasons != ("none",):
+                job.state, job.reasons, job.since = JobState.STOPPED, ("printer-stopped",), time.monotonic()
+            elif job.number == f.empty_at:
+                self._stop("media-empty-error")
+            elif job.number == f.jam_at:
+                job.state, job.reasons = JobState.ABORTED, ("aborted-by-system",)
+                self._stop("media-jam-error")
             elif waited >= f.printing:
                 self._finish(job)
             elif job.state == JobState.STOPPED:
                 job.state, job.reasons = JobState.PROCESSING, ("job-printing",)
 
+    def _stop(self, reason: str) -> None:
+        self._reasons, self._stopped = (reason,), time.monotonic()
+
     def _finish(self, job: SimulatedJob) -> None:
         job.state, job.reasons = JobState.COMPLETED, ("job-completed-successfully",)
-        if job.number == self.faults.empty_at:
-            self._reasons = ("none",)
         if job.number == self.faults.lie_at:
-            self._reasons = ("media-jam-error",)
+            self._stop("media-jam-error")
             return
         self.printed.append(job)
         if self._folder is not None:
