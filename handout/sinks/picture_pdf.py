@@ -134,12 +134,12 @@ def _number(value: float) -> str:
     return f"{value:.7f}".rstrip("0").rstrip(".")
 
 
-def _placing(pixels: NDArray[np.uint8], x: int, y: int, raster: Raster, page: Page) -> bytes:
+def _placing(pixels: NDArray[np.uint8], x: int, y: int, dpi: float, page: Page) -> bytes:
     """The content stream that puts the picture, whose corner is pixel (x, y), on the grid of the printer's pixels.
 
     The grid is counted from the top left of the sheet, as printers count it; PDF counts from the bottom.
     """
-    pixel = 72 / raster.dpi
+    pixel = 72 / dpi
     height, width = pixels.shape[:2]
     bottom = page.height / _POINT - (y + height - _INSET) * pixel
     matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
