@@ -286,6 +286,11 @@ def names(kind: str | None = None) -> list[str]:
     return sorted(n for n in shipped.files("devices", "*.toml") if kind is None or n.startswith(f"{kind}-"))
 
 
+def full(name: str) -> str:
+    """The name of a machine that goes by a shorter one too: ``sim`` is ``simulated``."""
+    return "simulated" if name == "sim" else name
+
+
 def locate(name: str, kind: str | None = None) -> Path:
     """The file of a machine: a path to a TOML file, a full name, or a name without its ``plotter-`` / ``printer-``.
 
@@ -298,9 +303,9 @@ def locate(name: str, kind: str | None = None) -> Path:
         return Path(name)
     known = shipped.files("devices", "*.toml")
     kinds = [kind] if kind else ["plotter", "printer"]
-    for full in (name, *(f"{k}-{name}" for k in kinds)):
-        if full in known:
-            return known[full]
+    for found in (name, *(f"{k}-{full(name)}" for k in kinds)):
+        if found in known:
+            return known[found]
     choices = names(kind)
     near = difflib.get_close_matches(f"{kind}-{name}" if kind else name, choices, 3, 0.4) or choices
     what = kind or "machine"

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import platformdirs
 
-from handout import atomic
+from handout import atomic, profiles
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def key(name: str) -> str:
     """
     bare = Path(name).stem if name.endswith(".toml") else name
     made = re.sub(r"[^a-z0-9._]+", "-", bare.strip().lower()).strip("-.")
-    made = made.removeprefix("printer-")[:_MOST_NAME]
+    made = profiles.full(made.removeprefix("printer-"))[:_MOST_NAME]
     if not made:
         raise InputError(f"{name!r} cannot be the name of a printer or a paper: use letters and digits.")
     return made

@@ -56,7 +56,7 @@ def resolve(name: str, queue: str = "") -> Printer:
     ProfileError
         Neither a queue nor a profile; the message lists the nearest profiles and the queues.
     """
-    known = profiles.names("printer")
+    known, name = profiles.names("printer"), profiles.full(name)
     if queue:
         return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
     if link.is_address(name) or name.startswith(_FOLDER):

@@ -50,12 +50,20 @@ class PdfWriter:
     def add(self, page: Page, raster: Raster | None) -> None:
         """Write one page of the size of `page`, with the ink of `raster` (None: a blank page) on it."""
         found = cropped(raster) if raster is not None else None
-        content, resources = b"", "<< >>"
-        if raster is not None and found is not None:
-            pixels, x, y = found
-            image = self._image(pixels)
-            content = _placing(pixels, x, y, raster, page)
-            resources = f"<< /XObject << /Im {image} 0 R >> >>"
+        if raster is None or found is None:
+            self._page(page, b"", "<< >>")
+        else:
+            self._picture(page, *found, raster.dpi)
+
+    def add_pixels(self, page: Page, pixels: NDArray[np.uint8], dpi: float) -> None:
+        """Write one page all of which is `pixels`, (h, w, 3) uint8 device RGB, from its top left corner."""
+        self._picture(page, np.ascontiguousarray(pixels), 0, 0, dpi)
+
+    def _picture(self, page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> None:
+        image = self._image(pixels)
+        self._page(page, _placing(pixels, x, y, dpi, page), f"<< /XObject << /Im {image} 0 R >> >>")
+
+    def _page(self, page: Page, content: bytes, resources: str) -> None:
         body = self._take()
         self._object(body, b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content))
         number = self._take()
