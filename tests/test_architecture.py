@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles", "markers"}
 MAY = {
     "scanning": set(),
+    "colour": set(),
     "hand": set(),
     "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},

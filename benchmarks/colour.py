@@ -1,0 +1,173 @@
+"""Colour: how near a print comes to the colours that were wanted, by method and noise; cross-validation; speed.
+
+Colours go to a simulated inkjet (spectral) and to a measured offset press through the method's table, and are scanned
+again; ΔE00 is between the colour wanted and the colour scanned.  With HANDOUT_DATA, the methods are compared on a
+chart that was really printed and scanned (`colour/canon_pro1000`): patches kept out, ten folds.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.colour import applying, convert
+from handout.colour.models import METHODS, fit, preparing, splines
+from handout.colour.patches import Patches
+from handout.colour.table import ColourTable, build
+from handout.printing.simulated import Inkjet, Measured
+from handout.values import Array, Raster
+
+Printer = Callable[[Array], Array]
+NOISES = ("0", "0.25", "1", "8-bit")  # of patch means, in 1/255; rounded to 8 bits
+FOLDS, OWN = 10, 0.5 / 255  # error of a patch of the real chart, of which repeats tell about this much
+SHARE = 0.06  # of a page of handwriting that is inked
+
+
+def main() -> None:
+    """Print all comparisons."""
+    for name, printer in (("inkjet", Inkjet().scan_patches), ("press", Measured().scan_patches)):
+        accuracy(name, printer)
+    if os.environ.get("HANDOUT_DATA"):
+        cross_validation(Path(os.environ["HANDOUT_DATA"]) / "colour" / "canon_pro1000")
+    else:
+        print("HANDOUT_DATA is not set: no cross-validation on a real chart")
+    speed(Inkjet().scan_patches)
+
+
+def chart() -> Array:
+    """(768, 3) device RGB: the cube 8 × 8 × 8 and 256 greys."""
+    levels = np.rint(np.linspace(0, 255, 8)) / 255
+    cube = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.concatenate([cube, np.repeat((np.arange(256) / 255)[:, None], 3, axis=1)])
+
+
+def scanned(printer: Printer, noise: str, rng: np.random.Generator) -> Patches:
+    """The chart as it was scanned; the error of rounded means is not told."""
+    sent = chart()
+    seen = printer(sent)
+    if noise == "8-bit":
+        return Patches(sent, np.rint(seen * 255) / 255, np.full(len(sent), np.nan))
+    sigma = float(noise) / 255
+    return Patches(sent, np.clip(seen + sigma * rng.normal(size=seen.shape), -0.05, 1.05), np.full(len(sent), sigma))
+
+
+def off(one: Array, other: Array) -> str:
+    """Mean / 95th percentile of ΔE00 between scanned colours."""
+    away = convert.delta_e(convert.lab(one), convert.lab(other))
+    return f"{away.mean():6.2f} /{np.percentile(away, 95):6.2f}"
+
+
+def accuracy(name: str, printer: Printer) -> None:
+    """1000 printable colours kept out of the chart, and 300 greys, through the table of each method."""
+    rng = np.random.default_rng(0)
+    colours = printer(rng.random((1000, 3)))
+    greys = printer(np.repeat(rng.random((300, 1)), 3, axis=1))
+    print(f"{name}: ΔE00 mean / p95 of colours; greys; seconds to fit, to build (of the processor)")
+    print(f"  {'uncorrected':<15}       {off(printer(colours), colours)}; {off(printer(greys), greys)}")
+    for noise in NOISES:
+        patches = scanned(printer, noise, np.random.default_rng(1))
+        for method in METHODS:
+            begin = time.process_time()
+            model = fit(patches, method)
+            middle = time.process_time()
+            table = build(model)
+            end = time.process_time()
+            print(
+                f"  {method:<15}{noise:>5} {off(printer(table(colours)), colours)}; "
+                f"{off(printer(table(greys)), greys)}; {middle - begin:.1f}, {end - middle:.1f}",
+                flush=True,
+            )
+
+
+def cross_validation(folder: Path) -> None:
+    """A real chart: device → scanned as the forward model has it, and scanned → L*a*b*, against exact splines."""
+    device = rows(folder / "patches_522.txt", 3) / 255
+    scan, lab = np.split(rows(folder / "epsonV850_scanRGB_vs_Lab_522.txt", 6), 2, axis=1)
+    scan = scan / 255
+    print("real chart, patches kept out: ΔE00 mean / p95")
+    for name, x, y, looks in (
+        ("device → scanned", device, scan, convert.lab),
+        ("scanned → L*a*b*", scan, lab, lambda given: given),
+    ):
+        noise = OWN**2 * (1.0 if looks is convert.lab else 100.0**2)
+        for method in ("smoothed", "exact thin plates"):
+            found = kept_out(x, y, noise, exact=method != "smoothed")
+            away = convert.delta_e(looks(found), looks(y))
+            print(f"  {name}, {method:<18} {away.mean():.3f} / {np.percentile(away, 95):.3f}")
+
+
+def kept_out(x: Array, y: Array, variance: float, exact: bool) -> Array:
+    """(n, 3) each row of `y` foretold from the rows of other folds; repeats of a patch share its fold."""
+    _, group = np.unique(x, axis=0, return_inverse=True)
+    group = group.ravel()
+    fold = np.random.default_rng(1).permutation(group.max() + 1)[group] % FOLDS
+    out = np.empty_like(y)
+    for number in range(FOLDS):
+        known = fold != number
+        ready = preparing.merged(x[known], y[known], np.full(int(known.sum()), variance))
+        if exact:
+            made = splines.exact(ready.x, ready.y)
+        else:
+            made = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), 2)
+        out[~known] = made(x[~known])
+    return out
+
+
+def rows(path: Path, columns: int) -> Array:
+    """(n, columns) the numbers at the end of each row of data of a CGATS file."""
+    data = path.read_text().partition("BEGIN_DATA\n")[2].partition("END_DATA")[0]
+    return np.array([[float(cell) for cell in line.split()[-columns:]] for line in data.strip().splitlines()])
+
+
+def speed(printer: Printer) -> None:
+    """Milliseconds a megapixel (of the processor, best of 9) of a page of handwriting, in this run."""
+    table = build(fit(scanned(printer, "0.25", np.random.default_rng(1))))
+    raster = handwriting(table)
+    cover = raster.rgba[..., 3:]
+    page = np.rint(255 * (1 - cover * (1 - raster.rgba[..., :3]))).astype(np.uint8)
+    print("milliseconds of the processor for a megapixel of handwriting")
+    took = {
+        "apply, 6 % inked": best(lambda: applying.apply(raster, table)),
+        "apply_page, 6 % inked": best(lambda: applying.apply_page(page, table)),
+        "apply_page, all inked": best(lambda: applying.apply_page(np.minimum(page, 254), table)),
+        "LittleCMS, the same workload": best(little_cms(page)),
+    }
+    least = took["LittleCMS, the same workload"]
+    for name, ms in took.items():
+        print(f"  {name:<30}{ms:7.1f} ms/megapixel, {least / ms:.1f} times as fast as LittleCMS")
+
+
+def handwriting(table: ColourTable) -> Raster:
+    """A megapixel of lines of ink with soft edges."""
+    from scipy.ndimage import gaussian_filter
+
+    rng = np.random.default_rng(0)
+    rough = gaussian_filter(rng.random((1000, 1000)), 3)
+    cover = np.clip((rough - np.quantile(rough, 1 - SHARE)) * 400, 0, 1)
+    ink = np.array([0.15, 0.18, 0.45]) + 0.1 * rng.random((1000, 1000, 3))
+    return Raster(np.dstack([ink, cover]).astype(np.float32), 300)
+
+
+def little_cms(page: NDArray[np.uint8]) -> Callable[[], object]:
+    """8-bit RGB to L*a*b* in LittleCMS, which it turns into one table with tetrahedra, as a device link is."""
+    from PIL import Image, ImageCms
+
+    image = Image.fromarray(page)
+    profiles = ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB")
+    transform = ImageCms.buildTransform(*profiles, "RGB", "LAB")
+    return lambda: ImageCms.applyTransform(image, transform)
+
+
+def best(work: Callable[[], object]) -> float:
+    """Milliseconds of the processor, the least of nine."""
+    times = []
+    for _ in range(9):
+        begin = time.process_time()
+        work()
+        times.append(time.process_time() - begin)
+    return 1e3 * min(times)

@@ -1,0 +1,109 @@
+"""Models of one printer, paper and scanner, from the patches of a chart, by several methods behind one function."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.colour import convert
+from handout.colour.models import inverse, preparing, splines
+from handout.colour.models.forward import Forward, fit_forward, lattice, missed
+from handout.colour.models.settling import settled
+from handout.colour.patches import Patches
+from handout.errors import InputError
+from handout.values import Array
+
+METHODS = ("forward", "tps", "tps-haines2016")
+_BOUND = 3.0  # ΔE00, mean over its own patches, that a model may miss
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Which device colour gives a scanned colour, and which scanned colour a device colour gives.
+
+    method : one of `METHODS`.
+    forward : device → scanned, whatever the method, for telling what can be printed.
+    direct : scanned → device, of the methods that fit it directly.
+    misses : (n,) ΔE00 by which the model misses its own patches.
+    """
+
+    method: str
+    forward: Forward
+    direct: splines.Spline | None
+    misses: Array
+
+    def invert(self, scanned: Array) -> Array:
+        """(n, 3) device RGB, unclamped, of (n, 3) scanned RGB."""
+        if self.direct is not None:
+            return self.direct(scanned)
+        return inverse.invert(self.forward, scanned)
+
+    def nodes(self, side: int) -> Array:
+        """(side³, 3) device RGB, unclamped, for a table over the cube of scanned RGB, blue fastest."""
+        exact = self.invert(lattice(side))
+        return exact if self.direct is not None else settled(self.forward, exact, side)
+
+
+def fit(patches: Patches, method: str = "forward") -> Model:
+    """A model of a printed and scanned chart.
+
+    Parameters
+    ----------
+    patches : Patches
+    method : str
+        ``forward``: a smooth spline device → scanned, inverted numerically; the most accurate.
+        ``tps``: thin-plate splines scanned → device, smoothed by the measured noise.
+        ``tps-haines2016``: the paper's exact thin-plate splines scanned → device; noise goes into them as it is.
+
+    Raises
+    ------
+    InputError
+        An unknown method; a model that misses its own patches by more than ΔE00 3 on average.
+
+    Source: seed 000, §7.1.
+    """
+    if method not in METHODS:
+        raise InputError(f"colour: there is no method {method!r}; there are {', '.join(METHODS)}.")
+    forward = fit_forward(patches)
+    if method == "forward":
+        direct, reached = None, patches.device
+    else:
+        direct = _direct(patches, exact=method == "tps-haines2016")
+        reached = direct(patches.scanned)
+    misses = missed(forward, reached, patches.scanned)
+    _check(method, misses, patches)
+    return Model(method, forward, direct, misses)
+
+
+def _check(method: str, misses: Array, patches: Patches) -> None:
+    mean, worst = float(misses.mean()), int(misses.argmax())
+    if not mean <= _BOUND:
+        sent = ", ".join(f"{255 * value:.0f}" for value in patches.device[worst])
+        raise InputError(
+            f"colour: the model ({method}) misses its own patches by ΔE00 {mean:.1f} on average, more than {_BOUND:g} "
+            f"(the worst is patch {worst + 1}, sent as {sent}: {misses[worst]:.1f}); scan or print the chart again."
+        )
+
+
+def _direct(patches: Patches, exact: bool) -> splines.Spline:
+    variances = preparing.noise(patches)
+    if exact:
+        ready = preparing.merged(patches.scanned, patches.device, np.ones(len(patches)))
+        return splines.exact(ready.x, ready.y)
+    ready = preparing.merged(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
+    return splines.smooth(ready.x, ready.y, ready.variances, ("r2 log r",), degree=1)
+
+
+def _steepness(patches: Patches) -> Array:
+    """(n,) how much device RGB changes with scanned RGB at every patch, from a cubic through all of them."""
+    light = convert.linear(patches.scanned)
+    design = np.column_stack([splines.terms(patches.scanned, 2), light, light**2])
+    fitted = np.linalg.lstsq(design, patches.device, rcond=None)[0]
+    slopes = []
+    for channel in range(3):
+        moved = patches.scanned + 1e-3 * np.eye(3)[channel]
+        light = convert.linear(moved)
+        there = np.column_stack([splines.terms(moved, 2), light, light**2]) @ fitted
+        slopes.append((there - design @ fitted) / 1e-3)
+    return np.asarray(np.sqrt((np.array(slopes) ** 2).sum(axis=(0, 2)) / 3))

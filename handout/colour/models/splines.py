@@ -1,0 +1,142 @@
+"""Polyharmonic splines through scattered colours: exact, or smoothed by as much as the data are known to be uncertain.
+
+A spline is Σ wᵢ φ(|x − xᵢ|) + a polynomial.  Smoothing is seen as estimating a random function with the generalised
+covariance φ from values with known variances: its strength is the one under which the data are most likely once the
+polynomial is taken out (restricted likelihood), so it follows the measured noise and no colour is left out for it.
+
+Source: Bookstein 1989 (thin plates); Duchon 1977 (polyharmonic kernels); Wahba 1990, §4.9 (generalised maximum
+likelihood); Patterson and Thompson 1971 (restricted likelihood).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from handout.values import Array
+
+_CHUNK = 4096  # points evaluated at a time: the distances to all centres stay in the cache
+
+
+class Kernel(NamedTuple):
+    """φ as a function of squared distances, signed so that it is conditionally positive, and its least polynomial."""
+
+    phi: Callable[[Array], Array]
+    degree: int
+
+
+KERNELS = {
+    "r2 log r": Kernel(lambda square: 0.5 * square * np.log(np.maximum(square, 1e-300)), 1),
+    "r3": Kernel(lambda square: square * np.sqrt(square), 1),
+    "r5": Kernel(lambda square: -square * square * np.sqrt(square), 2),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """A function of colours.
+
+    centres : (m, 3) float.  weights : (m, k) float.  drift : (t, k) float, of the polynomial's terms.
+    kernel : one of `KERNELS`.  degree : of the polynomial, 1 or 2.
+    """
+
+    centres: Array
+    weights: Array
+    drift: Array
+    kernel: str
+    degree: int
+
+    def __call__(self, points: Array) -> Array:
+        """(n, k) values at (n, 3) points."""
+        out = terms(points, self.degree) @ self.drift
+        phi = KERNELS[self.kernel].phi
+        for begin in range(0, len(points), _CHUNK):
+            part = slice(begin, begin + _CHUNK)
+            out[part] += phi(squares(points[part], self.centres)) @ self.weights
+        return np.asarray(out)
+
+
+def squares(one: Array, other: Array) -> Array:
+    """(n, m) squared distances of (n, 3) and (m, 3) points."""
+    lengths = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1)
+    return np.asarray(np.maximum(lengths - 2 * one @ other.T, 0.0))
+
+
+def terms(points: Array, degree: int) -> Array:
+    """(n, 4 or 10) terms of a polynomial of degree 1 or 2 in three variables."""
+    x, y, z = points.T
+    columns = [np.ones(len(points)), x, y, z]
+    if degree == 2:
+        columns += [x * x, x * y, x * z, y * y, y * z, z * z]
+    return np.column_stack(columns)
+
+
+def exact(centres: Array, values: Array, kernel: str = "r2 log r") -> Spline:
+    """The spline that takes (m, k) `values` at (m, 3) `centres`, which must not coincide or lie in a plane."""
+    phi, degree = KERNELS[kernel]
+    known = terms(centres, degree)
+    m, t = known.shape
+    system = np.zeros((m + t, m + t))
+    system[:m, :m] = phi(squares(centres, centres))
+    system[:m, m:], system[m:, :m] = known, known.T
+    solved = np.linalg.solve(system, np.concatenate([values, np.zeros((t, values.shape[1]))]))
+    return Spline(centres, solved[:m], solved[m:], kernel, degree)
+
+
+def smooth(centres: Array, values: Array, variances: Array, kernels: Sequence[str], degree: int) -> Spline:
+    """The spline that is most likely, given how uncertain the values are.
+
+    Parameters
+    ----------
+    centres : (m, 3) float, different from each other.
+    values : (m, k) float.
+    variances : (m,) float > 0
+        Of the values' errors, as measured.  If the values scatter more than these say, all are raised by one
+        factor for each of the k.
+    kernels : the one that makes the data most likely is taken.
+    degree : of the polynomial, the same for all kernels, so that their likelihoods may be compared.
+    """
+    found = [_smoothed(centres, values, variances, kernel, degree) for kernel in kernels]
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _smoothed(centres: Array, values: Array, variances: Array, kernel: str, degree: int) -> tuple[float, Spline]:
+    """The negative log likelihood (up to what kernels share), and the spline."""
+    from scipy.linalg import eigh
+
+    known = terms(centres, degree)
+    t = known.shape[1]
+    scale = 1 / np.sqrt(variances)
+    gram = KERNELS[kernel].phi(squares(centres, centres)) * scale[:, None] * scale
+    q, r = np.linalg.qr(known * scale[:, None], mode="complete")
+    free, data = q[:, t:], values * scale[:, None]
+    inner = free.T @ gram @ free
+    spectrum, vectors = eigh((inner + inner.T) / 2, overwrite_a=True, check_finite=False)
+    spectrum = np.maximum(spectrum, 0.0)
+    seen = vectors.T @ (free.T @ data)
+    unlikely, strengths = zip(*(_likeliest(spectrum, column) for column in seen.T), strict=True)
+    strength = np.array(strengths)
+    weights = free @ (vectors @ (seen * strength / (strength * spectrum[:, None] + 1)))
+    left = data - gram @ weights - weights / strength
+    drift = np.linalg.solve(r[:t], q[:, :t].T @ left)
+    return float(sum(unlikely)), Spline(centres, weights * scale[:, None], drift, kernel, degree)
+
+
+def _likeliest(spectrum: Array, seen: Array) -> tuple[float, float]:
+    """The least negative log likelihood, and the variance of the function over that of the errors there."""
+    from scipy.optimize import minimize_scalar
+
+    square, largest = seen**2, float(spectrum[-1])
+
+    def unlikely(exponent: float) -> float:
+        spread = np.exp(exponent) / largest * spectrum + 1
+        raised = max(1.0, float((square / spread).mean()))
+        return float(len(seen) * np.log(raised) + np.log(spread).sum() + (square / spread).sum() / raised)
+
+    tried = np.linspace(-8.0, 45.0, 54)
+    best = tried[np.argmin([unlikely(exponent) for exponent in tried])]
+    fine = minimize_scalar(unlikely, bounds=(best - 1, best + 1), method="bounded", options={"xatol": 0.01})
+    return float(fine.fun), float(np.exp(fine.x) / largest)

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from formula_printers import dull, identical, scanned
+
+from handout.colour.applying import apply, apply_page
+from handout.colour.models import fit
+from handout.colour.table import ColourTable, build
+from handout.values import Raster
+
+RNG = np.random.default_rng(9)
+
+
+@pytest.fixture(scope="module")
+def table() -> ColourTable:
+    return build(fit(scanned(dull)))
+
+
+@pytest.fixture(scope="module")
+def same() -> ColourTable:
+    return build(fit(scanned(identical)))
+
+
+def ink(share: float = 0.3) -> Raster:
+    rgba = RNG.random((40, 60, 4)).astype(np.float32)
+    rgba[..., :3] = 0.25 + 0.4 * rgba[..., :3]
+    rgba[..., 3] *= RNG.random((40, 60)) < share
+    return Raster(rgba, 300, (1.5, 2.5))
+
+
+def on_white(rgba: np.ndarray) -> np.ndarray:
+    return np.asarray(1 - rgba[..., 3:] * (1 - rgba[..., :3]))
+
+
+def test_cover_is_kept_and_bare_pixels_are_not_touched(same: ColourTable) -> None:
+    raster = ink()
+    done = apply(raster, same)
+    bare = raster.rgba[..., 3] == 0
+    np.testing.assert_array_equal(done.rgba[bare], raster.rgba[bare])
+    np.testing.assert_allclose(done.rgba[..., 3], raster.rgba[..., 3], atol=1e-6)
+    np.testing.assert_allclose(on_white(done.rgba), on_white(raster.rgba), atol=3e-3)
+    assert (done.dpi, done.origin) == (raster.dpi, raster.origin)
+
+
+def test_print_scans_as_the_ink_laid_on_the_paper(table: ColourTable) -> None:
+    raster = ink()
+    done = apply(raster, table)
+    inked = raster.rgba[..., 3] > 0
+    assert (done.rgba[..., 3] >= raster.rgba[..., 3]).all() and done.rgba.min() >= 0 and done.rgba.max() <= 1
+    rgba = raster.rgba[inked].astype(float)
+    wanted = table.paper + rgba[:, 3:] * (rgba[:, :3] - table.paper)
+    shown = dull(on_white(done.rgba[inked].astype(float)))
+    assert np.abs(shown - wanted).mean() < 0.5 / 255 and np.abs(shown - wanted).max() < 4 / 255
+    plain = dull(on_white(rgba))
+    assert np.abs(plain - wanted).mean() > 5 / 255
+
+
+def test_next_to_no_ink_prints_next_to_nothing(table: ColourTable) -> None:
+    rgba = np.zeros((1, 50, 4), dtype=np.float32)
+    rgba[0, :, 3] = np.geomspace(1e-6, 0.02, 50)
+    sent = on_white(apply(Raster(rgba, 300), table).rgba)
+    assert 1 - sent[0, 0].min() < 1e-5
+    assert (np.diff(sent[0], axis=0) <= 1e-6).all()
+
+
+def test_another_paper_is_another_mixture(table: ColourTable) -> None:
+    raster = ink(1.0)
+    own, given = apply(raster, table), apply(raster, table, paper=table.paper)
+    np.testing.assert_array_equal(own.rgba, given.rgba)
+    darker = on_white(apply(raster, table, paper=0.9 * table.paper).rgba)
+    assert (darker.mean(axis=(0, 1)) < on_white(own.rgba).mean(axis=(0, 1))).all()
+
+
+def test_an_empty_page_stays(table: ColourTable) -> None:
+    raster = Raster(np.zeros((5, 4, 4), dtype=np.float32), 300)
+    np.testing.assert_array_equal(apply(raster, table).rgba, raster.rgba)
+    white = np.full((5, 4, 3), 255, dtype=np.uint8)
+    np.testing.assert_array_equal(apply_page(white, table), white)
+
+
+def test_flat_pages_are_looked_up_alike_however_much_is_inked(table: ColourTable) -> None:
+    page = np.full((50, 50, 3), 255, dtype=np.uint8)
+    colours = np.rint(255 * dull(RNG.random((50, 10, 3)))).astype(np.uint8)
+    page[:, :10] = colours
+    few = apply_page(page, table)
+    np.testing.assert_array_equal(few[:, 10:], 255)
+    exact = 255 * table(colours.reshape(-1, 3) / 255)
+    assert np.abs(few[:, :10].reshape(-1, 3) - exact).max() < 0.51
+    all_of_it = apply_page(np.tile(colours, (1, 5, 1)), table)[:, :10]
+    # Pillow interpolates along other lines within a cell
+    assert np.abs(all_of_it.astype(int) - few[:, :10]).max() <= 6
+    assert np.abs(all_of_it.astype(int) - few[:, :10]).mean() < 0.7
