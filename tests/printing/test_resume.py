@@ -267,7 +267,7 @@ def test_the_simulated_queue_goes_on_with_its_numbers(what, tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"page_name": "C6"}, "--page-name was DL and is now C6"),
+        ({"page_name": "C6"}, "--page was DL and is now C6"),
         ({"flap": "left"}, "--flap was not given and is now left"),
     ],
 )
