@@ -258,7 +258,7 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
 def _change(name: str, was: object, now: object) -> str:
     if name in (_TABLE, _HAND):
         return f"the {name} has changed since"
-    return f"--{name.replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
+    return f"--{name.removesuffix('_name').replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
 
 
 def _shown(value: object) -> str:

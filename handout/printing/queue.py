@@ -43,10 +43,12 @@ class Fate:
     state : completed: it came out; failed: it did not and will not; waiting: the printer has it and may still print
         it; unknown: nobody can tell.
     why : a phrase, where there is something to say.
+    job : the name of the job that was found, where only its title was known.
     """
 
     state: Literal["completed", "failed", "waiting", "unknown"]
     why: str = ""
+    job: str = ""
 
 
 class FateUnknown(PrinterError):

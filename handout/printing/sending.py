@@ -73,6 +73,8 @@ def _fate(journal: Journal, queue: Queue, piece: Piece) -> Fate:
     if step.state == "doubtful":
         return Fate("unknown", f"{at}, and {step.why}")
     fate = queue.fate(step.job, step.title)
+    if fate.job:
+        journal.note(piece, "sent", job=fate.job)
     if fate.state in ("completed", "failed"):
         _note(journal, piece, fate)
     return Fate("unknown", f"{at}, and {fate.why}") if fate.state == "unknown" else fate

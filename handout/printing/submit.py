@@ -60,7 +60,7 @@ def resolve(name: str, queue: str = "") -> Printer:
     if queue:
         return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
     if link.is_address(name) or name.startswith(_FOLDER):
-        return _driven(name, known)
+        return msgspec.structs.replace(_driven(name, known), queue=name)
     is_profile = name.endswith(".toml") or name in known or f"printer-{name}" in known
     profile = _printer(name) if is_profile else None
     if profile is not None and profile.file:

@@ -147,7 +147,7 @@ def _said(error: Exception) -> str:
     if isinstance(error, socket.gaierror):
         return "is not known on this network"
     if isinstance(error, ConnectionRefusedError):
-        return "takes no connections: is the printer on, and the port right?"
+        return "takes no connections (is the printer on, and the port right?)"
     if isinstance(error, ssl.SSLError):
         return f"could not agree on an encrypted connection ({error.reason or 'unknown reason'})"
     if isinstance(error, (ConnectionError, http.client.HTTPException)):

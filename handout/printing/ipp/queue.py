@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from handout.errors import InputError, PrinterError
@@ -142,7 +143,10 @@ class IppQueue:
 
     def fate(self, job: str, title: str) -> Fate:
         """Ask about an earlier job; its name has to agree, because a printer may number anew when it is switched on."""
-        status = self._client.job(int(job)) if job else self._client.find(title)
+        if not job:
+            status = self._client.find(title)
+            return replace(self._judged(status), job=str(status.number) if status is not None else "")
+        status = self._client.job(int(job))
         return self._judged(status if status is not None and status.name == title else None)
 
     def cancel(self, job: str, title: str) -> Fate:
