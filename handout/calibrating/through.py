@@ -87,6 +87,11 @@ class Through:
     def __post_init__(self) -> None:
         self._table = self.calibration.table()
 
+    @property
+    def pages(self) -> int:
+        """How many pages were looked at."""
+        return len(self._lost)
+
     def __call__(self, drawing: Drawing, dpi: int) -> Raster:
         """The page in device RGB; paper stays transparent."""
         raster = self.ink(drawing, dpi)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from handout.cli import jobs, options, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
+    from handout.calibrating.through import Ink, Through
     from handout.printing.address import Row
     from handout.printing.journal import Journal
     from handout.printing.report import Report
@@ -46,6 +47,8 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 )
 @click.option("--nudge", metavar="X,Y", help="Move the writing to the right and down: 1.5mm,-0.5mm.")
 @click.option("--format", type=click.Choice(["pdf", "pwg", "urf", "png"]), help="Of what is sent; default: the best.")
+@click.option("--calibration", default="", help="A printer/paper, a file, or none; default: the printer's newest.")
+@click.option("--stock", default="", help="What paper is in the printer, as it was called when it was calibrated.")
 @options.writing_options
 @options.slips_option
 @options.picture_options
@@ -55,6 +58,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     \b
     handout print --printer epson envelope.csv
     handout print --printer epson envelope.csv --dry-run preview.pdf --rows 2-4
+    handout print --printer epson --calibration epson/cream envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
     """
@@ -94,7 +98,8 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
 
         return pens.ink(drawing, dpi, look["pen"], pens.noise(drawing.about))
 
-    if dry_run is None:
+    through = _through(given, ink, say)
+    if through is None and dry_run is None and not given["calibration"]:
         say(UNCALIBRATED)
     try:
         with journal:
@@ -107,7 +112,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
                 select=given["rows"],
                 copies=given["copies"],
                 x_height=job.layout.x_height if chosen else None,
-                ink=ink,
+                ink=through or ink,
                 sink=lambda drawing, path: write_drawings([drawing], [path], **look),
                 about={"seed": job.seed, "hand": job.hand.name},
                 progress=results.progress(given["quiet"]),
@@ -120,9 +125,22 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
         raise
     _say_problems(done, given["quiet"])
     result = tally.facts(job, done.files) | _facts(done)
+    if through is not None and through.pages:
+        result["calibration"] = through.facts()
+        say(through.said())
     said = f"{_told(done, profile.queue or given['printer'])}; {results.writing_time(result)}seed {job.seed}."
     results.report(result, said + results.lent(result), as_json=given["as_json"], quiet=given["quiet"])
     return done.exit_code
+
+
+def _through(given: Mapping[str, Any], ink: Ink, say: Callable[[str], None]) -> Through | None:
+    """The way of pages through the printer's calibration; None if there is none, or none is wanted."""
+    from handout.calibrating import through
+
+    found, doubts = through.choose(given["printer"], given["stock"], given["calibration"])
+    for doubt in doubts:
+        say(f"warning: {doubt}")
+    return through.Through(ink, found) if found is not None else None
 
 
 def _profile(given: Mapping[str, Any]) -> Printer:
