@@ -92,7 +92,7 @@ def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     from handout.writing.compose import compose
     from handout.writing.layout import Layout, page
 
-    letters = {glyph.letter for glyph in hand.glyphs}
+    letters = {glyph.letter for glyph in hand.glyphs} if isinstance(hand, ScannedHand) else set(hand.glyphs)
     text = "".join(letter for letter in _TEXT if letter == " " or letter in letters)
     layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
     manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]

@@ -39,7 +39,7 @@ _POOR = (
     "scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
-_USUAL = 64  # samples of usual inks
+_USUAL = 200  # samples of usual inks
 _SAME_PAPER = 4.0  # ΔE00 of the bare paper against the chart's
 _OTHER_STRIP = 0.8  # correlation of what is seen with what the calibration foresees
 
