@@ -21,7 +21,8 @@ _TOKEN = re.compile(r'"((?:[^"]|"")*)"|([^\s"]+)')
 _BARE = re.compile(r"[^\s\"#]+\Z")
 _ENDS = {"BEGIN_DATA": "END_DATA", "BEGIN_DATA_FORMAT": "END_DATA_FORMAT"}
 # fields and keywords of the standard, which need no declaration; others are declared by KEYWORD
-_STANDARD = {"ORIGINATOR", "DESCRIPTOR", "CREATED", "MANUFACTURER", "PROD_DATE", "SERIAL", "MATERIAL", "INSTRUMENTATION",
+_STANDARD = {
+    "ORIGINATOR", "DESCRIPTOR", "CREATED", "MANUFACTURER", "PROD_DATE", "SERIAL", "MATERIAL", "INSTRUMENTATION",
     "MEASUREMENT_SOURCE", "PRINT_CONDITIONS", "FILE_DESCRIPTOR", "SAMPLE_BACKING", "FILTER", "POLARIZATION",
     "WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER", "TARGET_TYPE", "COLORANT", "TABLE_DESCRIPTOR", "TABLE_NAME",
 }  # fmt: skip
@@ -116,7 +117,7 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
         Not CGATS; the message names the line.
     """
     words = _Words(text, source)
-    tables = []
+    tables: list[Table] = []
     while not words.done:
         tables.append(_table(words, tables[-1] if tables else None))
     if not tables:
@@ -178,14 +179,14 @@ class _Words:
 
     def rest_of_line(self, line: int) -> list[str]:
         """All further words of a line."""
-        found = []
+        found: list[str] = []
         while (word := self.peek()) is not None and word[0] == line:
             found.append(self.take())
         return found
 
     def until(self, end: str, begun: int) -> list[tuple[int, str]]:
         """All words before `end`, each with its line."""
-        found = []
+        found: list[tuple[int, str]] = []
         while (word := self.peek()) is not None:
             line, text, quoted = word
             self._next += 1
@@ -249,9 +250,7 @@ def _count(words: _Words, line: int, name: str, values: list[str]) -> int:
     return int(values[0])
 
 
-def _check_fields(
-    words: _Words, line: int, fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]
-) -> None:
+def _check_fields(words: _Words, line: int, fields: tuple[str, ...], counts: Mapping[str, tuple[int, int]]) -> None:
     if not fields:
         raise words.wrong(line, "BEGIN_DATA_FORMAT names no field")
     if twice := [name for i, name in enumerate(fields) if name in fields[:i]]:

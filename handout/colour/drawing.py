@@ -108,13 +108,13 @@ def _draw_words(
     scale: float,
     align: str = "left",
 ) -> None:
-    """Black words in letters of `size` mm, whose top left, middle or right is at `place` mm, at most `width` mm long."""
+    """Black words in letters of `size` mm, with top left, middle or right at `place` mm, at most `width` mm long."""
     from PIL import Image, ImageDraw
 
     if not text.isprintable() or any(ord(char) > 0x17F for char in text):
         raise InputError(f"chart: {text!r} cannot be printed on it; use Western letters, digits and signs.")
     font = _font(max(1, round(size * scale)))
-    left, top, right, bottom = font.getbbox(text or " ")
+    left, _, right, bottom = font.getbbox(text or " ")
     if right - left > width * scale:
         room = int(len(text) * width * scale / (right - left))
         raise InputError(f"chart: {text!r} is too long for its line; use at most {room} letters.")

@@ -8,16 +8,23 @@ DARK, LIGHT = np.array([0.045, 0.05, 0.052]), np.array([0.925, 0.935, 0.945])
 
 
 def printed(device):
-    """What a printer makes of device RGB (…, 3) in 0–1, as a scanner sees it: gain, side absorptions, grey axis kept."""
+    """What a printer makes of device RGB (…, 3) in 0–1, as a scanner sees it: dot gain, and unclean inks."""
     ink = (1 - np.asarray(device, dtype=np.float64)) ** 0.85
     mixed = ink @ np.array([[0.86, 0.10, 0.03], [0.07, 0.84, 0.10], [0.03, 0.09, 0.85]])
     return DARK + (LIGHT - DARK) * (1 - mixed / np.array([0.96, 1.03, 0.98])).clip(0, 1) ** 1.25
 
 
+def inked(page_pixels):
+    """The different colours (n, 3) uint8 of a page, and which of them each pixel (h, w) has."""
+    packed = page_pixels.astype(np.uint32) @ np.array([65536, 256, 1], dtype=np.uint32)
+    codes, back = np.unique(packed, return_inverse=True)
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1).astype(np.uint8), back.reshape(packed.shape)
+
+
 def paper(page_pixels):
     """The printed page as the scanner sees it, (h, w, 3) float32, from the printer's pixels."""
-    colours, back = np.unique(page_pixels.reshape(-1, 3), axis=0, return_inverse=True)
-    return printed(colours / 255).astype(np.float32)[back].reshape(page_pixels.shape)
+    colours, back = inked(page_pixels)
+    return printed(colours / 255).astype(np.float32)[back]
 
 
 def scanned(

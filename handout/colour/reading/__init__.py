@@ -1,7 +1,7 @@
 """From scans of the chart to what the printer made of each colour, and what is wrong with them.
 
-    file ─► opening ─► registration ─► sampling ─► flatness ─► merging of scans and repeats ─► device, scanned, deviation
-               └──────────────┴─────── picture_checks, print_checks ──► findings
+file ─► opening ─► registration ─► sampling ─► flatness ─► merging of scans and repeats ─► device, scanned, deviation
+           └──────────────┴─────── picture_checks, print_checks, printer_checks ──► findings
 """
 
 from handout.colour.reading.findings import Finding, Refused

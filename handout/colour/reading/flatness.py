@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.values import Array, readonly
 
@@ -40,7 +41,7 @@ class Field:
         return np.asarray(np.exp(_terms((mm - self.middle) / self.half, self.degree) @ self.coefficients))
 
 
-def field_of(values: Array, device: Array, mm: Array, usable: Array) -> Field:
+def field_of(values: Array, device: Array, mm: Array, usable: NDArray[np.bool_]) -> Field:
     """The shading of a page.
 
     Parameters
@@ -104,10 +105,10 @@ def _terms(spot: Array, degree: int) -> Array:
 def _robust(design: Array, target: Array) -> tuple[Array, float]:
     """Least squares (p, 3) that outliers do not move, and the mean absolute error at points left out."""
     weight = np.ones(len(design))
-    answer = np.zeros((design.shape[1], target.shape[1]))
+    answer: Array = np.zeros((design.shape[1], target.shape[1]))
     for _ in range(_ROUNDS):
         root = np.sqrt(weight)[:, None]
-        answer = np.linalg.lstsq(design * root, target * root, rcond=None)[0]
+        answer = np.asarray(np.linalg.lstsq(design * root, target * root, rcond=None)[0], dtype=np.float64)
         off = np.abs(target - design @ answer).max(axis=1)
         scale = max(1.4826 * float(np.median(off)), 1e-6)
         weight = np.minimum(1.0, 2 * scale / np.maximum(off, 1e-9))

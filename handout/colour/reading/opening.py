@@ -33,12 +33,14 @@ class Scan:
     dpi : (across, down) as the file says; None if it does not.
     source : what it is called in messages.
     findings : what its file says is wrong.
+    jpeg : whether the file is a JPEG, so that its tables have told its quality.
     """
 
     pixels: NDArray[Any]
     dpi: tuple[float, float] | None = None
     source: str = "scan"
     findings: tuple[Finding, ...] = ()
+    jpeg: bool = False
 
     def __post_init__(self) -> None:
         if self.pixels.dtype not in (np.uint8, np.uint16) or self.pixels.ndim != 3 or self.pixels.shape[2] != 3:
@@ -103,7 +105,7 @@ def _tiff(path: Path) -> Iterator[Scan]:
         if kind == "MINISWHITE":
             upright = ~upright
         found = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
-        yield _scan(upright, dpi, source, found)
+        yield _scan(upright, dpi, source, found, jpeg[i])
 
 
 _JPEG_INSIDE = (
@@ -130,7 +132,7 @@ def _picture(path: Path) -> Scan:
                 raise InputError(f"{path} has {image.width} × {image.height} pixels: scan the chart at 300 dpi.")
             deep = image.format == "PNG" and _png_depth(path) == 16
             dpi = image.info.get("dpi")
-            found = _jpeg(image, source)
+            jpeg, found = image.format in ("JPEG", "MPO"), _jpeg(image, source)
             ImageOps.exif_transpose(image, in_place=True)
             mode = image.mode
             values = np.asarray(image) if not deep else np.empty(0)
@@ -143,7 +145,7 @@ def _picture(path: Path) -> Scan:
     if deep:
         values = _deep_png(path)
     known = (float(dpi[0]), float(dpi[1])) if dpi and min(dpi) > 1 else None
-    return _scan(values, known, source, found)
+    return _scan(values, known, source, found, jpeg)
 
 
 def _not_rgb(mode: str, source: str) -> Refused:
@@ -169,7 +171,7 @@ def _deep_png(path: Path) -> NDArray[Any]:
     return np.asarray(values)
 
 
-def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, found: list[Finding]) -> Scan:
+def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, found: list[Finding], jpeg: bool) -> Scan:
     """A scan of what a file holds: three channels, whatever it had."""
     if values.dtype == bool:
         found = [*found, Finding("grey", "refuse", _ONE_BIT, source)]
@@ -187,7 +189,7 @@ def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, fo
         found = [*found, Finding("no-dpi", "warn", _NO_DPI, source)]
     elif max(dpi) > _SQUARE * min(dpi):
         found = [*found, Finding("dpi-differs", "warn", _dpi_differs(dpi), source)]
-    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(found))
+    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(found), jpeg)
 
 
 GREY = "The scan is grey: choose colour (24 or 48 bits) in the scanner's program and scan the chart again."
@@ -230,8 +232,8 @@ def _jpeg(image: Any, source: str) -> list[Finding]:
     if quality >= _POOR:
         return []
     sentence = (
-        f"The JPEG is of quality {quality:.0f}, which smears colours into each other: save the scan as TIFF or PNG, or "
-        f"as JPEG of quality 90 or more."
+        f"The JPEG is of quality about {quality:.0f}, which smears colours into each other: save the scan as TIFF or "
+        "PNG, or as JPEG of quality 90 or more."
     )
     return [Finding("jpeg", "refuse" if quality < _BAD else "warn", sentence, source)]
 

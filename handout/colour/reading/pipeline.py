@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.colour.chart import Chart, ChartPage, whole
-from handout.colour.reading import picture_checks, print_checks
+from handout.colour.reading import picture_checks, print_checks, printer_checks
 from handout.colour.reading.findings import Finding, Refused
 from handout.colour.reading.flatness import Field, field_of
 from handout.colour.reading.opening import Scan, open_scans
@@ -47,7 +49,7 @@ class SheetReading:
     sampled: Sampled
     field: Field
     values: Array
-    used: Array
+    used: NDArray[np.bool_]
     findings: tuple[Finding, ...]
 
     @property
@@ -122,12 +124,14 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
         findings += sheets[-1].findings
     if not sheets or chart is None:
         if not findings:
-            findings.append(Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file."))
+            findings.append(
+                Finding("no-scan", "refuse", "No scan was given: print the chart, scan it, and give the file.")
+            )
         return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
     if len(device) > 200:
-        findings += print_checks.of_printer(device, scanned, "")
+        findings += printer_checks.of_printer(device, scanned, "")
     findings += _of_paper(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 
@@ -160,8 +164,10 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(one.code == "grey" for one in (*scan.findings, *findings)):
         ideal = print_checks.ideal_of(page.device, values, sampled.inside)
-        spoilt, said = print_checks.spoilt(seen, ideal)
-        findings += [*said, *print_checks.of_stripes(seen, ideal)]
+        stripes = print_checks.of_stripes(seen, ideal)
+        grainy = bool(stripes) or any(one.code == "jpeg" for one in (*scan.findings, *findings))
+        spoilt, said = print_checks.spoilt(seen, ideal, grainy)
+        findings += [*stripes, *said]
         bad = bad | spoilt
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings))
 
@@ -171,19 +177,33 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
     found = []
     pages = {sheet.page.number for sheet in sheets}
     if missing := sorted(set(range(1, len(chart.pages) + 1)) - pages):
-        found.append(Finding("page-missing", "refuse", f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: "
-            "scan it too, and give both scans."))  # fmt: skip
-    for first, second in zip(sheets, sheets[1:], strict=False):
+        found.append(
+            Finding(
+                "page-missing",
+                "refuse",
+                f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: "
+                "scan it too, and give both scans.",
+            )
+        )
+    for first, second in itertools.pairwise(sheets):
         if first.page is second.page:
-            both = (first.used & second.used).astype(bool)
+            both = first.used & second.used
             off = np.median(np.abs(first.values - second.values)[both], axis=0) if both.any() else np.zeros(3)
         else:
-            whites = [s.values[s.used & (s.page.device == 1).all(axis=1)] for s in (first, second)]
-            off = np.abs(np.median(whites[0], axis=0) - np.median(whites[1], axis=0)) if all(map(len, whites)) else 0.0
+            one, two = (s.values[s.used & (s.page.device == 1).all(axis=1)] for s in (first, second))
+            known = len(one) > 0 and len(two) > 0
+            off = np.abs(np.median(one, axis=0) - np.median(two, axis=0)) if known else np.zeros(3)
         if (worst := float(np.max(off))) > _DIFFER:
-            found.append(Finding("settings-differ", "refuse", f"{first.scan.source} and {second.scan.source} differ by "
-                f"{worst * 255:.1f} of 255 throughout: the scanner's settings changed between them, or are automatic. "
-                "Switch automatic exposure and colour off, and scan all pages again.", second.scan.source))  # fmt: skip
+            found.append(
+                Finding(
+                    "settings-differ",
+                    "refuse",
+                    f"{first.scan.source} and {second.scan.source} differ by {worst * 255:.1f} of 255 throughout: the "
+                    "scanner's settings changed between them, or are automatic. Switch automatic exposure and "
+                    "colour off, and scan all pages again.",
+                    second.scan.source,
+                )
+            )
     return found
 
 
@@ -206,8 +226,8 @@ def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
     colours, group = np.unique(device, axis=0, return_inverse=True)
     group = group.ravel()
     count = np.bincount(group, minlength=len(colours))
-    mean = np.column_stack([np.bincount(group, values[:, k], len(colours)) for k in range(3)])
-    mean /= np.maximum(count, 1)[:, None]
+    sums = np.column_stack([np.bincount(group, values[:, k], len(colours)) for k in range(3)])
+    mean = np.asarray(sums / np.maximum(count, 1)[:, None], dtype=np.float64)
     square = np.square(values - mean[group]).mean(axis=1)
     often = count >= _AGAIN
     # of one colour, what its patches scatter by; of others, what colours as light as they do
@@ -217,15 +237,9 @@ def _of_colours(device: Array, values: Array) -> tuple[Array, Array, Array]:
     light = mean.mean(axis=1)
     order = light[often].argsort()
     usual = np.interp(light, light[often][order], scatter[order])
-    usual = np.where(often, _spread(scatter, often), np.maximum(usual, np.median(scatter)))
-    return colours, mean, np.maximum(usual / np.sqrt(count), _LEAST_ERROR)
-
-
-def _spread(few: Array, mask: Array) -> Array:
-    """The values of `few` where the mask is True."""
-    whole_ = np.zeros(len(mask))
-    whole_[mask] = few
-    return whole_
+    usual = np.maximum(usual, np.median(scatter))
+    usual[often] = scatter
+    return colours, mean, np.asarray(np.maximum(usual / np.sqrt(count), _LEAST_ERROR))
 
 
 def _of_paper(device: Array, scanned: Array, paper: Sequence[float] | None) -> list[Finding]:
@@ -236,6 +250,13 @@ def _of_paper(device: Array, scanned: Array, paper: Sequence[float] | None) -> l
     worst = int(np.abs(off).argmax())
     if abs(off[worst]) <= _PAPER:
         return []
-    return [Finding("settings-differ", "warn", f"The chart's paper is {abs(off[worst]):.0%} "
-        f"{'lighter' if off[worst] > 0 else 'darker'} in {('red', 'green', 'blue')[worst]} than that of the handwriting: "
-        "unless the papers are that different, the scans were made with different settings. Scan both alike.")]  # fmt: skip
+    return [
+        Finding(
+            "settings-differ",
+            "warn",
+            f"The chart's paper is {abs(off[worst]):.0%} "
+            f"{'lighter' if off[worst] > 0 else 'darker'} in {('red', 'green', 'blue')[worst]} than that of the "
+            "handwriting: unless the papers are that different, the scans were made with different "
+            "settings. Scan both alike.",
+        )
+    ]

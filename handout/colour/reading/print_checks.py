@@ -12,22 +12,18 @@ from numpy.typing import NDArray
 from handout.colour.chart import ChartPage
 from handout.colour.reading.findings import Finding, listed
 from handout.colour.reading.flatness import Field
-from handout.colour.reading.sampling import BLOCKS, INNER, Sampled
+from handout.colour.reading.sampling import BLOCKS, Sampled
 from handout.values import Array
 
 _CLIPPED, _LOST = 0.05, 0.5  # share of pixels at an end of the scale, of white or black patches
-_TONE = (0.18, 0.66)  # where grey 128 lies between black and white on printers and scanners without corrections
+_TONE = (0.18, 0.55)  # where grey 128 lies between black and white on printers and scanners without corrections
 _SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over the page
-_RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
 _STEP = 1.0 / 255
-_INK = 0.12  # least that a full ink darkens its own channel
-_RAMP, _RUN = 3.0 / 255, 56  # least error of a ramp that falls, and longest run of greys that look alike
 _STRIPE = 1.2 / 255
-_ODD, _ODD_MANY = 0.2, 0.1  # share of a patch, and of the page's patches
+_ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
 _FAR = 12.0 / 255  # least distance of a spoilt patch from what its colour should be
 _AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
 _MANY = 0.05
-_ALIKE, _UNLIKE = 0.5 / 255, 20.0 / 255  # scans that are the same, of colours that are not
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +54,16 @@ def of_tones(seen: Seen) -> list[Finding]:
     ):
         if share > _CLIPPED:
             severity: Any = "refuse" if share > _LOST else "warn"
-            found.append(Finding(code, severity, f"The {name} tones are cut off ({share:.0%} of the pixels of {name} "
-                "patches are at the end of the scale): lower the scanner's contrast, switch off automatic exposure "
-                "and scan the chart again.", seen.source))  # fmt: skip
+            found.append(
+                Finding(
+                    code,
+                    severity,
+                    f"The {name} tones are cut off ({share:.0%} of the pixels of {name} "
+                    "patches are at the end of the scale): lower the scanner's contrast, switch off automatic exposure "
+                    "and scan the chart again.",
+                    seen.source,
+                )
+            )
     return found + _of_gamma(seen, white, black) + _of_shading(seen)
 
 
@@ -70,15 +73,29 @@ def _of_gamma(seen: Seen, white: NDArray[np.bool_], black: NDArray[np.bool_]) ->
         return []
     light, dark, grey = (float(np.median(seen.values[mask])) for mask in (white, black, middle))
     if light - dark < 0.2:
-        return [Finding("tone", "refuse", f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
-            "printed in black at all? Check the inks and the scanner's exposure.", seen.source)]  # fmt: skip
+        return [
+            Finding(
+                "tone",
+                "refuse",
+                f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
+                "printed in black at all? Check the inks and the scanner's exposure.",
+                seen.source,
+            )
+        ]
     place = (grey - dark) / (light - dark)
     if _TONE[0] <= place <= _TONE[1]:
         return []
     what = "dark" if place < _TONE[0] else "light"
-    return [Finding("tone", "warn", f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
-        "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, and "
-        "scan the chart with the settings of the handwriting's scan.", seen.source)]  # fmt: skip
+    return [
+        Finding(
+            "tone",
+            "warn",
+            f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
+            "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
+            "and scan the chart with the settings of the handwriting's scan.",
+            seen.source,
+        )
+    ]
 
 
 def _of_shading(seen: Seen) -> list[Finding]:
@@ -91,21 +108,35 @@ def _of_shading(seen: Seen) -> list[Finding]:
     done = "that is too much to take out" if severity == "refuse" else "it was taken out"
     low = middles[int(factor.argmin())] / (seen.page.paper.width, seen.page.paper.height)
     side = f"{('upper', 'lower')[int(low[1] > 0.5)]} {('left', 'right')[int(low[0] > 0.5)]}"
-    return [Finding("shading", severity, f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
-        "Close the lid, keep daylight out, and let the scanner's lamp warm up.", seen.source)]  # fmt: skip
+    return [
+        Finding(
+            "shading",
+            severity,
+            f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
+            "Close the lid, keep daylight out, and let the scanner's lamp warm up.",
+            seen.source,
+        )
+    ]
 
 
-def spoilt(seen: Seen, ideal: Array) -> tuple[NDArray[np.bool_], list[Finding]]:
+def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
     """Patches under glare, folds or dust, (n,) bool, and what is said of them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
+    grainy : whether patches are known to be uneven within, from stripes or a JPEG: no dust then.
     """
     inside, odd = seen.sampled.inside, seen.sampled.odd
-    dusty = inside & (odd > _ODD)
+    dusty = inside & (odd > _ODD) & (not grainy)
     if dusty.sum() > _ODD_MANY * len(inside):
-        return np.zeros_like(inside), [Finding("uneven", "refuse", f"{dusty.sum()} of {len(inside)} patches are uneven "
-            "within: the page is crumpled, the print smeared or badly streaked. Print the chart again and lay it flat.",
-            seen.source)]  # fmt: skip
+        return np.zeros_like(inside), [
+            Finding(
+                "uneven",
+                "refuse",
+                f"{dusty.sum()} of {len(inside)} patches are uneven within: the page is crumpled, the print smeared or "
+                "badly streaked. Print the chart again and lay it flat.",
+                seen.source,
+            )
+        ]
     off = seen.values - ideal
     far, bright = _far(seen, off)
     bad = inside & (far | (dusty & (odd > 2 * _ODD)))
@@ -165,8 +196,16 @@ def _blemishes(
         if mask.any():
             names = _names(seen, mask)
             noun = "patch" if len(names) == 1 else "patches"
-            found.append(Finding("blemish", "warn", f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
-                "and the page, lay it flat, and scan it again.", seen.source, names))  # fmt: skip
+            found.append(
+                Finding(
+                    "blemish",
+                    "warn",
+                    f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
+                    "and the page, lay it flat, and scan it again.",
+                    seen.source,
+                    names,
+                )
+            )
     return found
 
 
@@ -192,9 +231,16 @@ def of_stripes(seen: Seen, ideal: Array) -> list[Finding]:
         if worst > max(_STRIPE, 8 * expected):
             at = int(np.abs(fine).max(axis=1).argmax())
             place = f"row {at + 1}" if axis == 1 else f"column {at + 1}"
-            return [Finding("banding", "warn", f"The print is banded: stripes {name} the page, by up to {worst * 255:.1f} "
-                f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, and "
-                "print the chart again in the best quality.", seen.source)]  # fmt: skip
+            return [
+                Finding(
+                    "banding",
+                    "warn",
+                    f"The print is banded: stripes {name} the page, by up to {worst * 255:.1f} "
+                    f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, "
+                    "and print the chart again in the best quality.",
+                    seen.source,
+                )
+            ]
     return []
 
 
@@ -223,90 +269,3 @@ def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
         scale = max(1.4826 * float(np.median(off[usable])), 1e-4)
         weight = np.where(usable, np.clip(1 - (off / (6 * scale)) ** 2, 0, 1) ** 2, 0.0)
     return np.asarray(said)
-
-
-def of_printer(device: Array, scanned: Array, source: str) -> list[Finding]:
-    """Findings about the printer, from all colours: device (n, 3) and what was read of them (n, 3)."""
-    return [*_of_rank(device, scanned, source), *_of_ramps(device, scanned, source), *_of_twins(device, scanned, source)]
-
-
-def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
-    """Whether more of a channel always gives more of it."""
-    levels = np.rint(np.linspace(0, 255, 8)) / 255
-    cube = np.full((8, 8, 8, 3), np.nan)
-    place = np.abs(device[:, :, None] - levels).argmin(axis=2)
-    exact = (np.abs(levels[place] - device) < 1e-6).all(axis=1)
-    cube[tuple(place[exact].T)] = scanned[exact]
-    ranks, flats = [], []
-    for channel in range(3):
-        lines = np.moveaxis(cube[..., channel], channel, -1).reshape(-1, 8)
-        lines = lines[np.isfinite(lines).all(axis=1)]
-        if len(lines) < 8:
-            return []
-        order = lines.argsort(axis=1).argsort(axis=1)
-        ranks.append(float((1 - 6 * ((order - np.arange(8)) ** 2).sum(axis=1) / (8 * 63)).mean()))
-        flats.append(float((np.diff(lines, axis=1) < _STEP).mean()))
-    worst = int(np.argmin(ranks))
-    if min(ranks) >= _RANK and max(flats) <= _FLAT_STEPS:
-        return []
-    return [Finding("managed", "refuse", f"What was printed does not follow what was sent (rank correlation "
-        f"{min(ranks):.2f} in {('red', 'green', 'blue')[worst]}, {max(flats):.0%} of the steps without effect): the "
-        "printer's driver manages colours, or this is not the print of the chart. Switch colour management and all "
-        "enhancements off in the print dialogue, and print the chart again.", source)]  # fmt: skip
-
-
-def _of_ramps(device: Array, scanned: Array, source: str) -> list[Finding]:
-    found = []
-    for channel, ink in enumerate(("cyan", "magenta", "yellow")):
-        others = [k for k in range(3) if k != channel]
-        mine = (device[:, others] == 1).all(axis=1)
-        ramp = scanned[mine][device[mine, channel].argsort(), channel]
-        if len(ramp) > 2 and ramp[-1] - ramp[0] < _INK:
-            found.append(Finding("clogged", "refuse", f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
-                "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, clean "
-                "the head, and print the chart again.", source))  # fmt: skip
-    neutral = np.ptp(device, axis=1) == 0
-    order = device[neutral, 0].argsort()
-    grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
-    if len(grey) < 32:
-        return found
-    fall = np.maximum.accumulate(grey) - grey
-    if float(fall.max()) > _RAMP and float(np.quantile(fall, 0.9)) > _RAMP / 3:
-        found.append(Finding("ramp", "warn", f"The greys do not get lighter steadily (by up to {fall.max() * 255:.1f} of 255 "
-            f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
-            "unevenly. Print the chart again in the best quality.", source))  # fmt: skip
-    run, at = _longest_run(grey, level)
-    if run >= _RUN:
-        found.append(Finding("ramp", "warn", f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
-            "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer.", source))  # fmt: skip
-    return found
-
-
-def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
-    """The widest range of device greys that differ by less than a step and a half, and where it begins."""
-    smooth = np.convolve(np.pad(grey, 3, mode="edge"), np.ones(7) / 7, mode="valid")
-    best, at, start = 0.0, 0.0, 0
-    for end in range(len(smooth)):
-        while smooth[end] - smooth[start] > 1.5 * _STEP:
-            start += 1
-        if level[end] - level[start] > best:
-            best, at = float(level[end] - level[start]), float(level[start])
-    return best, at
-
-
-def _of_twins(device: Array, scanned: Array, source: str) -> list[Finding]:
-    """Different colours that look the same: no table can tell them apart again."""
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(scanned).query_pairs(_ALIKE, output_type="ndarray")
-    pairs = pairs[np.abs(device[pairs[:, 0]] - device[pairs[:, 1]]).max(axis=1) > _UNLIKE]
-    if not len(pairs):
-        return []
-    share = len(np.unique(pairs)) / len(device)
-    severity: Any = "refuse" if share > _MANY else "warn"
-    shown = "; ".join(
-        " and ".join(",".join(f"{v * 255:.0f}" for v in device[i]) for i in pair) for pair in pairs[:3].tolist()
-    )
-    return [Finding("identical", severity, f"{len(pairs)} pairs of different colours look the same on paper (RGB {shown}"
-        f"{' …' if len(pairs) > 3 else ''}): the driver cuts colours off, or the scan is too coarse. Switch colour "
-        "management off and choose the right paper.", source)]  # fmt: skip

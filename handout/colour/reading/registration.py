@@ -172,8 +172,10 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
     import cv2
 
     mm = page.marks[order].reshape(-1, 2)
-    pixels_a_mm = math.sqrt(cv2.contourArea(cv2.convexHull(corners.astype(np.float32)))
-                            / max(1e-9, cv2.contourArea(cv2.convexHull(mm.astype(np.float32)))))  # fmt: skip
+    pixels_a_mm = math.sqrt(
+        cv2.contourArea(cv2.convexHull(corners.astype(np.float32)))
+        / max(1e-9, cv2.contourArea(cv2.convexHull(mm.astype(np.float32))))
+    )
     matrix, _ = cv2.findHomography(mm, corners, cv2.RANSAC, _STRAY * pixels_a_mm)
     if matrix is None or not np.isfinite(matrix).all():
         raise refused("few-marks", "The marks do not lie in a plane: lay the page flat and scan it.", scan.source)
@@ -181,18 +183,19 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
     near = np.linalg.norm(off, axis=1).reshape(-1, 4).max(axis=1) < _STRAY
     if near.sum() < _LEAST:
         raise refused(
-            "few-marks", f"Only {near.sum()} marks lie as on a sheet, and {_LEAST} are needed: lay the page flat and "
-            "scan the whole of it.", scan.source,
-        )  # fmt: skip
+            "few-marks",
+            f"Only {near.sum()} marks lie as on a sheet, and {_LEAST} are needed: lay the page flat and "
+            "scan the whole of it.",
+            scan.source,
+        )
     order, corners, mm = order[near], corners[np.repeat(near, 4)], mm[np.repeat(near, 4)]
-    matrix, _ = cv2.findHomography(mm, corners, 0)
-    matrix = np.asarray(matrix, dtype=np.float64)
-    off = _carried(np.linalg.inv(matrix), corners) - mm
+    to_pixels = np.asarray(cv2.findHomography(mm, corners, 0)[0], dtype=np.float64)
+    off = _carried(np.linalg.inv(to_pixels), corners) - mm
     affine = _affine(mm, corners)
     scale, stretch = _scales(affine, scan.dpi)
     flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
     warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
-    made = Placement(page, mirrored, matrix, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
+    made = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
     return replace(made, doubt=_doubt(mm, off))
 
 
@@ -229,7 +232,7 @@ def _doubt(mm: Array, off: Array) -> float:
     return worst
 
 
-def _carried(matrix: Array, points: Array) -> Array:
+def _carried(matrix: NDArray[Any], points: Array) -> Array:
     """Points (n, 2) under a homography (3, 3)."""
     at = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(at[:, :2] / at[:, 2:])

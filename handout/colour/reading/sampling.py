@@ -57,7 +57,7 @@ def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
     at = placed(placement, (np.arange(count) + 0.5) / count)
     height, width = pixels.shape[:2]
     corners = at[:, [0, 0, -1, -1], [0, -1, 0, -1]]
-    inside = ((corners >= 0) & (corners <= (width - 1, height - 1))).all(axis=(1, 2))
+    inside = np.asarray(((corners >= 0) & (corners <= (width - 1, height - 1))).all(axis=(1, 2)), dtype=bool)
     # samples down, patches across: a picture of OpenCV's has at most 32767 pixels a side
     maps = np.ascontiguousarray(at.reshape(len(at), -1, 2).transpose(1, 0, 2).astype(np.float32))
     seen = cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -90,6 +90,6 @@ def _robust(blocks: Array) -> tuple[Array, Array]:
     middle = np.median(blocks, axis=1, keepdims=True)
     off = np.abs(blocks - middle)
     spread = 1.4826 * np.median(off, axis=1, keepdims=True)
-    like = (off <= _APART * spread + _FLOOR).all(axis=2)
-    weight = like[..., None]
+    like = np.asarray(off <= _APART * spread + _FLOOR).all(axis=2)
+    weight = np.expand_dims(like, -1)
     return (blocks * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1), 1.0 - like.mean(axis=1)
