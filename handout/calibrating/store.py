@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 PLAIN = "plain"
 _ABOUT, _TABLE, _PATCHES = "about.json", "table.npz", "patches.ti3"
-_STRIP, _VERIFIED = "strip.json", "verification.json"
+_STRIP, _VERIFIED, _REPORT = "strip.json", "verification.json", "report.html"
 _FACTS = ("printer", "paper", "made", "scanner", "method", "version")
 _MOST_NAME = 60
 
@@ -105,6 +105,17 @@ class Calibration:
     def keep_verification(self, facts: Mapping[str, Any]) -> None:
         """Remember what a strip showed."""
         self._keep(_VERIFIED, facts)
+
+    def keep_report(self, path: Path) -> None:
+        """Take a report along."""
+        assert self.folder is not None
+        atomic.write(self.folder / _REPORT, path.read_bytes())
+
+    @property
+    def report(self) -> Path | None:
+        """The report on its chart and strip, if there is one."""
+        path = None if self.folder is None else self.folder / _REPORT
+        return path if path is not None and path.is_file() else None
 
     def _kept(self, name: str) -> dict[str, Any] | None:
         if self.folder is None or not (self.folder / name).is_file():

@@ -164,6 +164,7 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
     seen, findings = _seen(opened[0], strip, calibration)
     made = _judged(strip, seen, findings)
+    calibration.keep_strip({**strip.facts(), "seen": seen.round(6).tolist()})
     calibration.keep_verification(made.facts())
     return made
 

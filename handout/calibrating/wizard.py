@@ -14,7 +14,8 @@ from datetime import date
 from pathlib import Path
 
 import handout
-from handout.calibrating import pages, store, verification
+from handout import atomic
+from handout.calibrating import pages, reporting, store, verification
 from handout.calibrating.pages import Printed
 from handout.calibrating.session import Session, Step, opened
 from handout.calibrating.store import Calibration
@@ -24,6 +25,7 @@ from handout.colour.chart import Chart, chart
 from handout.colour.chart_tables import ti3
 from handout.colour.drawing import render
 from handout.colour.reading import Finding, Reading, read
+from handout.colour.report import report
 from handout.errors import InputError
 from handout.printing.queue import Queue
 from handout.profiles import Printer
@@ -147,6 +149,7 @@ class Wizard:
             A file that cannot be read.
         """
         reading = read([*self.session.scans, *scans], self.chart)
+        self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
@@ -210,7 +213,10 @@ class Wizard:
         """
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
-        kept = store.add(store.load(self.session.built))
+        built = store.load(self.session.built)
+        self._report(read(self.session.scans, self.chart), built)
+        built.keep_report(self.session.report)
+        kept = store.add(built)
         self.session.close()
         self._done = True
         return kept
@@ -218,6 +224,11 @@ class Wizard:
     def back(self) -> None:
         """Return to the scan of the chart, without the scans that were taken."""
         self.session.forget()
+
+    def _report(self, reading: Reading, built: Calibration | None = None) -> None:
+        more = reporting.sections(built) if built is not None else []
+        self.session.go(self.step)
+        atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
 
     def _measured(self, reading: Reading) -> None:
         state = self.session.state

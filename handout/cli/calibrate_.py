@@ -101,7 +101,8 @@ def wizard(**given: Any) -> int:
         stop.add_note(f"What was done so far is kept; go on with: {again}")
         raise
     assert run.stored is not None
-    results.report(run.stored.facts(), f"Stored: {run.stored.described()}.", as_json=given["as_json"], quiet=given["quiet"])
+    said = f"Stored: {run.stored.described()}; report: {run.stored.report}."
+    results.report(run.stored.facts(), said, as_json=given["as_json"], quiet=given["quiet"])
     return 0
 
 
@@ -237,9 +238,12 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: boo
     from handout.colour import cgats
     from handout.colour.chart_tables import ti3
     from handout.colour.reading import read as read_chart
+    from handout.colour.report import write_report
 
     atomic.check_writable(output)
     reading = read_chart(scans)
+    if report_ is not None:
+        write_report(report_, reading)
     if not quiet:
         for one in reading.findings:
             click.echo(f"{one.severity}: {one}", err=True)

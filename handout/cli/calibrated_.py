@@ -21,21 +21,24 @@ _FORMATS = ("cube", "ti3", "png", "npz")
 @click.option("--sheet", default="A4", show_default=True, help="A4 or letter.")
 @click.option("-o", "--output", type=_PATH, help="Write the strip as .pdf or .png instead of printing it.")
 @click.option("--scan", "scans", type=_PATH, multiple=True, help="The scanned strip: say how well colours match.")
+@click.option("--report", "report_", type=_PATH, help="With --scan: a page with pictures of before and after, .html.")
 @results.output_options
 def verify(printer: str, paper: str, hand: str, sheet: str, output: Path | None, scans: tuple[Path, ...],
-           as_json: bool, quiet: bool) -> int:  # fmt: skip
+           report_: Path | None, as_json: bool, quiet: bool) -> int:  # fmt: skip
     """Print a verification strip, and read its scan: ΔE00 with the calibration and without it.
 
     \b
     handout calibrate verify --printer epson -o strip.pdf
     handout calibrate verify --printer epson --scan strip-scan.png
     """
-    from handout.calibrating import pages, store, verification
+    from handout.calibrating import pages, reporting, store, verification
     from handout.printing.submit import resolve
 
     found = store.wanted(printer, paper)
     if scans:
         made = verification.verify(found, scans)
+        if report_ is not None:
+            reporting.write(found, report_)
         said = "\n".join([*(f"warning: {one}" for one in made.findings), f"{found.described()}:", *made.lines()])
         results.report(made.facts(), said, as_json=as_json, quiet=quiet)
         return 0
