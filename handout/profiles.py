@@ -135,6 +135,13 @@ class Margins(_Table, frozen=True):
     left: Length = Length(0.0)
 
 
+class Nudge(_Table, frozen=True):
+    """How far the writing is moved on the sheet as it is read: x to the right, y down."""
+
+    x: Length = Length(0.0)
+    y: Length = Length(0.0)
+
+
 class Envelope(_Table, frozen=True):
     """What differs when a printer is fed with envelopes: its margins, and the tray they lie in."""
 
@@ -145,12 +152,14 @@ class Envelope(_Table, frozen=True):
 class Printer(_Table, frozen=True):
     """An inkjet or a file that stands for one.
 
-    queue: name of the CUPS queue (empty: `--printer QUEUE` or the system's default); dpi: of the raster that is
-    sent; margins: unprintable edge; sources: names of the trays; source: the tray to feed from (empty: the
-    printer's own choice); options: further ``lp -o`` options, sent as they are; feed: the edge of the sheet that
-    goes in first; turn: the way a page is turned to lie in that direction; file: pages are written to a file
-    instead of being sent; simulated: jobs are written into a folder, as a queue would receive them; envelope: what
-    differs for envelopes.
+    queue: name of the CUPS queue, or the printer's address, ``ipp://…`` (empty: `--queue` or the system's default);
+    format: what the pages are sent as (empty: the best that the printer takes); dpi: of the raster that is sent;
+    margins: unprintable edge; sources: names of the trays; source: the tray to feed from (empty: the printer's own
+    choice); options: further ``lp -o`` options or attributes of IPP, sent as they are; feed: the edge of the sheet
+    that goes in first; turn: the way a page is turned to lie in that direction; flap: where the sheet's upper edge
+    (an envelope's flap) is as it is fed, which wins over `turn`; nudge: what the printer is out by; file: pages are
+    written to a file instead of being sent; simulated: jobs are written into a folder, as a queue would receive
+    them; envelope: what differs for envelopes.
     """
 
     kind: Literal["printer"]
@@ -164,6 +173,9 @@ class Printer(_Table, frozen=True):
     options: dict[str, str] = {}
     feed: Literal["short", "long"] = "short"
     turn: Literal["left", "right"] = "left"
+    flap: Literal["", "left", "right", "leading", "trailing"] = ""
+    nudge: Nudge = Nudge()
+    format: Literal["", "pdf", "pwg", "urf", "png"] = ""
     simulated: bool = False
     envelope: Envelope = Envelope()
     notes: str = ""
@@ -180,6 +192,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
+    "nudge.x": (-50, 50), "nudge.y": (-50, 50),
     "margins.top": (0, 100), "margins.right": (0, 100), "margins.bottom": (0, 100), "margins.left": (0, 100),
     "envelope.margins.top": (0, 100), "envelope.margins.right": (0, 100), "envelope.margins.bottom": (0, 100),
     "envelope.margins.left": (0, 100),
@@ -259,7 +272,8 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        known = {f.name for t in (kind, Bed, Limits, Pen, Port, Margins, Envelope) for f in msgspec.structs.fields(t)}
+        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
+        known = {f.name for t in tables for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
     if "missing required field" in said:
@@ -270,6 +284,11 @@ def _hint(message: str, kind: type) -> str:
 def names(kind: str | None = None) -> list[str]:
     """Names of all known machines, the user's own included; `kind` is ``"plotter"``, ``"printer"`` or None."""
     return sorted(n for n in shipped.files("devices", "*.toml") if kind is None or n.startswith(f"{kind}-"))
+
+
+def full(name: str) -> str:
+    """The name of a machine that goes by a shorter one too: ``sim`` is ``simulated``."""
+    return "simulated" if name == "sim" else name
 
 
 def locate(name: str, kind: str | None = None) -> Path:
@@ -284,9 +303,9 @@ def locate(name: str, kind: str | None = None) -> Path:
         return Path(name)
     known = shipped.files("devices", "*.toml")
     kinds = [kind] if kind else ["plotter", "printer"]
-    for full in (name, *(f"{k}-{name}" for k in kinds)):
-        if full in known:
-            return known[full]
+    for found in (name, *(f"{k}-{full(name)}" for k in kinds)):
+        if found in known:
+            return known[found]
     choices = names(kind)
     near = difflib.get_close_matches(f"{kind}-{name}" if kind else name, choices, 3, 0.4) or choices
     what = kind or "machine"

@@ -21,6 +21,7 @@ MAY = {
     "author": {"hand", "writing", "motion", "inking", "scanning", "prompting", "tagging"},
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},
+    "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"motion", "sinks"},
     "score": {"scanning"},
     "colour": set(),
@@ -39,6 +40,7 @@ MAY = {
         "scanning",
         "tagging",
         "colour",
+        "calibrating",
     },
     "__main__": {"cli"},
 }

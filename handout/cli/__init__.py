@@ -17,6 +17,7 @@ _VERBS = {
     "write": "Write a text to a file: SVG, PNG, PDF, InkML, JSON or G-code.",
     "plot": "Write a text with a pen plotter.",
     "print": "Address envelopes from a table and print them.",
+    "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",

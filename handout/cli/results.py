@@ -7,11 +7,13 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from handout import units
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
     from handout.cli.jobs import Setup
@@ -113,3 +115,9 @@ def progress(quiet: bool) -> Callable[[int, int, str], None]:
         click.echo(f"\r{stage} {done}/{total}\033[K", err=True, nl=done >= total)
 
     return show
+
+
+def output_options(function: F) -> F:
+    """--json and --quiet."""
+    as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+    return as_json(click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")(function))

@@ -22,7 +22,7 @@ _TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
 _LINES = (3.4, 5.8)  # mm under the top of the title: where lines of words begin
 
 
-def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = ()) -> NDArray[np.uint8]:
+def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str = "") -> NDArray[np.uint8]:
     """The page at the printer's resolution.
 
     Parameters
@@ -32,6 +32,8 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = ()) -> NDArray[
         300–2400.
     lines : at most two str
         Under the title: printer, paper, date.
+    title : str
+        Empty: that of the chart.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = ()) -> NDArray[
     _draw_marks(pixels, page, scale)
     _draw_names(pixels, page, scale)
     x, y, width = page.title
-    title = f"Colour chart {page.version}   page {page.number} of {page.pages}   {page.paper.name}"
+    title = title or f"Colour chart {page.version}   page {page.number} of {page.pages}   {page.paper.name}"
     _draw_words(pixels, title, (x, y), _TITLE, width, scale)
     for line, under in zip(lines, _LINES, strict=False):
         _draw_words(pixels, line, (x, y + under), _WORDS, width, scale)

@@ -46,11 +46,16 @@ def report(reading: Reading, title: str = "Colour chart", more: Sequence[tuple[s
         sections += [("Ramps", _ramps(reading)), ("Patches that scatter most", _scatter(reading))]
     for sheet in reading.sheets:
         sections.append((f"Found on {sheet.scan.source}", _sheet(sheet)))
+    return page(title, _summary(reading), sections)
+
+
+def page(title: str, summary: str, sections: Sequence[tuple[str, str]]) -> str:
+    """An HTML page of a title, a paragraph of text, and sections of (heading, HTML)."""
     body = "\n".join(f"<section><h2>{html.escape(head)}</h2>\n{text}</section>" for head, text in sections)
     name = html.escape(title)
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}</title>\n'
-        f"<style>{_STYLE}</style></head>\n<body><h1>{name}</h1>\n<p>{_summary(reading)}</p>\n{body}\n</body></html>\n"
+        f"<style>{_STYLE}</style></head>\n<body><h1>{name}</h1>\n<p>{html.escape(summary)}</p>\n{body}\n</body></html>\n"
     )
 
 
@@ -119,10 +124,10 @@ def _sheet(sheet: SheetReading) -> str:
         f"{sheet.page.label}: {place.dpi:.0f} dpi, {size}bent by up to {place.warp:.2f} mm, "
         f"{len(place.found)} marks, {int(np.sum(sheet.used))} of {len(sheet.used)} patches used"
     )
-    return f"<p>{html.escape(said)}.</p>\n{_image(grid_on(sheet), 'the scan with the grid')}"
+    return f"<p>{html.escape(said)}.</p>\n{image(grid_on(sheet), 'the scan with the grid')}"
 
 
-def _image(pixels: NDArray[np.uint8], alt: str) -> str:
+def image(pixels: NDArray[np.uint8], alt: str) -> str:
     import cv2
 
     _, data = cv2.imencode(".jpg", pixels[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 88])

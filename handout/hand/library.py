@@ -80,6 +80,13 @@ def _read(path: Path) -> Hand:
     return drawn.read(path)
 
 
+def path(name: str) -> Path:
+    """The file of a hand that `find` finds."""
+    if name.endswith((".hand", ".toml")):
+        return Path(name)
+    return _paths()[name] if name in _paths() else scanned_file(name)
+
+
 def find(name: str) -> Hand | ScannedHand:
     """The hand `name`, drawn or scanned: one of `names()` or `scanned()`, or the path of a .toml or .hand file.
 

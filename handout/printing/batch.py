@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from handout.errors import InputError, PrinterError
+from handout.errors import InputError
 from handout.printing import media, selection
 from handout.printing.address import Row
 from handout.printing.destination import Destination, Ink, Sink, Spool, Target, preview
 from handout.printing.envelope import address_layout, address_text
-from handout.printing.submit import Queue, SimulatedQueue, open_queue
+from handout.printing.feeding import Feeding
+from handout.printing.folders import SimulatedQueue
+from handout.printing.journal import Journal
+from handout.printing.queue import Queue, Say
+from handout.printing.report import Failed, Job, PrintingStopped, Report
+from handout.printing.sending import Checked, Left, left, send
+from handout.printing.submit import open_queue, ticket
 from handout.profiles import Printer
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout
@@ -23,68 +27,13 @@ UNCALIBRATED = (
     "The colours are not calibrated for this printer and paper: the ink will look as the printer makes it, "
     "which may be lighter, darker or of another hue than the hand's own."
 )
+__all__ = ["UNCALIBRATED", "Failed", "Job", "PrintingStopped", "Report", "print_rows"]
 _MOST_COPIES = 100
 
 # text, layout, number of the row → the page as it is written; the row's own random stream is the caller's matter
 Write = Callable[[str, Layout, int], Drawing]
 # done, all, what is being done ("check" or "send")
 Progress = Callable[[int, int, str], object]
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A row that could not be done, and why."""
-
-    row: int
-    reason: str
-
-
-@dataclass(frozen=True)
-class Job:
-    """A row that went to the queue, and the name of its job there."""
-
-    row: int
-    name: str
-
-
-@dataclass(frozen=True)
-class Report:
-    """What became of a batch.
-
-    rows : numbers of the rows that are done; failed : the others, with reasons; files : what was written;
-    jobs : what was sent; warnings : sentences that name their row.
-    """
-
-    rows: tuple[int, ...] = ()
-    failed: tuple[Failed, ...] = ()
-    files: tuple[Path, ...] = ()
-    jobs: tuple[Job, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def exit_code(self) -> int:
-        """0 all done, 4 some rows failed and the others were done, 2 none could be done."""
-        if not self.failed:
-            return 0
-        return 4 if self.rows else 2
-
-
-class PrintingStopped(PrinterError):
-    """The queue failed in the middle of a batch; `report` holds what was sent, `resume` the rows to ask for again."""
-
-    def __init__(self, message: str, report: Report, resume: str) -> None:
-        super().__init__(message)
-        self.report = report
-        self.resume = resume
-
-
-@dataclass
-class _Checked:
-    """The outcome of the checks so far."""
-
-    done: list[int] = field(default_factory=list)
-    failed: list[Failed] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
 
 
 def print_rows(
@@ -102,6 +51,9 @@ def print_rows(
     sink: Sink | None = None,
     about: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    journal: Journal | None = None,
+    again: str = "",
+    say: Say = lambda message: None,
 ) -> Report:
     """Address an envelope for every row and print it, or write it to `out`.
 
@@ -135,6 +87,12 @@ def print_rows(
         Seed, hand and options, stored in every PDF.
     progress : callable, optional
         Called as (done, all, "check" or "send").
+    journal : Journal, optional
+        Keeps what became of every envelope; one that goes on with an earlier run says what is left.
+    again : str
+        Rows to print again when a run is gone on with, whatever became of them.
+    say : callable, optional
+        Told what the printer has to be waited for.
 
     Raises
     ------
@@ -150,10 +108,20 @@ def print_rows(
     # what is wrong with the page or the size is wrong for every row: said once, now
     address_layout(page, 1, 1, x_height)
     chosen = selection.select(rows, select)
-    target = Target(profile, ink or _plain_ink, about or {})
+    journal = journal or Journal()
+    anew = {row.number for row in selection.select(chosen, again)} if again else set()
+    if anew and not journal.resumed:
+        raise InputError("--again prints rows of a batch again that is gone on with: give --resume too.")
+    target = Target(profile, lambda drawing, dpi: _page_raster(drawing, dpi, ink or _plain_ink), about or {})
     tell = progress or (lambda done, total, stage: None)
-    with _destination(target, out, queue, sink or _write_drawing, copies) as destination:
-        checked = _Checked()
+    with _destination(target, out, queue, sink or _write_drawing, copies, journal.resumed, say) as destination:
+        todo = Left()
+        if isinstance(destination, Spool):
+            destination.queue.check(ticket(profile, page, "handout"))
+            todo = left(journal, destination.queue, [r.number for r in chosen if not r.problem], copies, anew)
+            sent = {row for row, _ in todo.send}
+            chosen = [row for row in chosen if row.problem or row.number in sent]
+        checked = Checked()
         for n, row in enumerate(chosen):
             tell(n, len(chosen), "check")
             _check(row, write, profile, page, x_height, destination, checked)
@@ -161,21 +129,31 @@ def print_rows(
         jobs: tuple[Job, ...] = ()
         if isinstance(destination, Spool):
             table = [row.number for row in rows if not row.problem]
-            jobs = _send(destination, checked, copies, table, tell)
+            jobs = send(destination, checked, todo, copies, table, journal, tell)
         files = destination.files()
-    return Report(tuple(checked.done), tuple(checked.failed), files, jobs, tuple(checked.warnings))
+    done = sorted({*checked.done, *(row for row, _ in todo.wait)})
+    return Report(
+        tuple(done), tuple(checked.failed), files, jobs, tuple(checked.warnings), tuple(todo.done), tuple(todo.unknown)
+    )
 
 
-def _destination(target: Target, out: Path | None, queue: Queue | None, sink: Sink, copies: int) -> Destination:
+def _page_raster(drawing: Drawing, dpi: int, ink: Ink) -> Raster:
+    """A page as pixels for the printer: the one place through which the colours of every page go."""
+    return ink(drawing, dpi)
+
+
+def _destination(
+    target: Target, out: Path | None, queue: Queue | None, sink: Sink, copies: int, go_on: bool, say: Say
+) -> Destination:
     profile = target.profile
     if queue is None and profile.simulated and (out is None or out.suffix == ""):
-        queue = SimulatedQueue(out or Path("printed"))
+        queue = SimulatedQueue(out or Path("printed"), go_on=go_on)
         return Spool(queue, target)
     if out is not None:
         return preview(out, target, sink, copies)
     if queue is None and profile.file:
         raise InputError(f"{profile.title} writes a file: give it a name, such as --dry-run out.pdf.")
-    return Spool(queue or open_queue(profile), target)
+    return Spool(queue or open_queue(profile, say), target)
 
 
 def _check(
@@ -185,7 +163,7 @@ def _check(
     page: Page,
     x_height: float | None,
     destination: Destination,
-    checked: _Checked,
+    checked: Checked,
 ) -> None:
     """Compose a row and make it ready, or note why it cannot be."""
     checked.warnings += [f"row {row.number}: {warning}" for warning in row.warnings]
@@ -211,46 +189,9 @@ def _margin_warning(drawing: Drawing, profile: Printer) -> str | None:
         return "nothing is written on it"
     pen = max((float(s.width.max()) for s in drawing.strokes if s.width is not None), default=0.0) / 2
     x0, y0, x1, y1 = drawing.bounds
-    turn = media.turn_for(drawing.page, profile)
-    bounds = media.turned_bounds((x0 - pen, y0 - pen, x1 + pen, y1 + pen), drawing.page, turn)
-    return media.margin_warning(bounds, media.turned_page(drawing.page, turn), profile.margins, profile.title)
-
-
-def _send(
-    spool: Spool, checked: _Checked, copies: int, table: Sequence[int], tell: Callable[[int, int, str], object]
-) -> tuple[Job, ...]:
-    """Send what passed; a failure on the way says what went and how to go on."""
-    jobs: list[Job] = []
-    whole = [n for n in table if n not in {failed.row for failed in checked.failed}]
-    for n, number in enumerate(checked.done):
-        tell(n, len(checked.done), "send")
-        with _resumable(number, copies, checked, jobs, whole):
-            for _ in range(copies):
-                name = spool.send(number)
-                jobs.append(Job(number, name))
-    tell(len(checked.done), len(checked.done), "send")
-    return tuple(jobs)
-
-
-@contextmanager
-def _resumable(number: int, copies: int, checked: _Checked, jobs: list[Job], whole: Sequence[int]) -> Iterator[None]:
-    """Turns a queue's failure, and adds to an interruption, the rows that went and those that did not."""
-    try:
-        yield
-    except (PrinterError, KeyboardInterrupt) as error:
-        sent = tuple(n for n in checked.done if n < number)
-        left = [n for n in checked.done if n >= number]
-        resume = selection.ranges(left, whole)
-        went = f"Rows {selection.ranges(sent, whole)} were sent" if sent else "Nothing was sent"
-        begun = sum(job.row == number for job in jobs)
-        part = f" and {begun} of {copies} copies of row {number}" if begun else ""
-        told = f"{went}{part}; go on with --rows {resume}."
-        if isinstance(error, KeyboardInterrupt):
-            error.add_note(f"Stopped at row {number}. {told}")
-            raise
-        rest = tuple(Failed(n, "not sent") for n in left)
-        report = Report(sent, (*checked.failed, *rest), (), tuple(jobs), tuple(checked.warnings))
-        raise PrintingStopped(f"Row {number}: {error} {told}", report, resume) from error
+    feeding = Feeding.of(drawing.page, profile)
+    bounds = feeding.bounds((x0 - pen, y0 - pen, x1 + pen, y1 + pen))
+    return media.margin_warning(bounds, feeding.sheet, profile.margins, profile.title)
 
 
 def _plain_ink(drawing: Drawing, dpi: int) -> Raster:

@@ -11,8 +11,10 @@ from typing import Any, Protocol, Self
 
 from handout import atomic
 from handout.errors import InputError
-from handout.printing import media
-from handout.printing.submit import Queue, Ticket, ticket
+from handout.printing.feeding import Feeding
+from handout.printing.formats import WRITERS
+from handout.printing.queue import Queue
+from handout.printing.submit import ticket
 from handout.profiles import Printer
 from handout.sinks import picture_pdf as pdf
 from handout.values import Drawing, Page, Raster
@@ -23,16 +25,11 @@ Sink = Callable[[Drawing, Path], object]
 
 @dataclass(frozen=True)
 class Target:
-    """What a page is made for: the printer, how to ink for it, and what is stored with every output."""
+    """What a page is made for: the printer, its ink (drawing, dpi → raster), and what is stored with every output."""
 
     profile: Printer
     ink: Ink
     about: Mapping[str, Any]
-
-    def ready(self, drawing: Drawing, turn: media.Turn) -> tuple[Page, Raster]:
-        """The sheet and its ink at the printer's resolution, turned."""
-        raster = self.ink(drawing, self.profile.dpi)
-        return media.turned_page(drawing.page, turn), media.turned_raster(raster, drawing.page, turn)
 
 
 class Destination(Protocol):
@@ -72,9 +69,9 @@ class PdfFile:
         if self._writer is None:
             # only now, so that a batch without a single good row leaves no empty file
             self._writer = self._stack.enter_context(pdf.document(self._path, self._target.about))
-        page, raster = self._target.ready(drawing, "")
+        raster = self._target.ink(drawing, self._target.profile.dpi)
         for _ in range(self._copies):
-            self._writer.add(page, raster)
+            self._writer.add(drawing.page, raster)
 
     def files(self) -> tuple[Path, ...]:
         """The PDF, if it has a page."""
@@ -108,13 +105,13 @@ class PictureFiles:
 
 
 class Spool:
-    """Pages made ready for a queue, each a PDF in the direction of feed, in a folder that goes away afterwards."""
+    """Pages made ready for a queue, each a document in the direction of feed, in a folder that goes away afterwards."""
 
     def __init__(self, queue: Queue, target: Target) -> None:
         """Nothing is sent before `send` is called."""
         self.queue, self._target = queue, target
         self._stack = ExitStack()
-        self._jobs: dict[int, tuple[Path, Ticket]] = {}
+        self._pages: dict[int, tuple[Path, Page]] = {}
 
     def __enter__(self) -> Self:
         self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="handout-")))
@@ -124,17 +121,18 @@ class Spool:
         self._stack.close()
 
     def take(self, number: int, drawing: Drawing) -> None:
-        """Make the row's job ready."""
-        page, raster = self._target.ready(drawing, media.turn_for(drawing.page, self._target.profile))
-        path = self._folder / f"row-{number:03d}.pdf"
-        with pdf.document(path, {**self._target.about, "row": number}) as document:
-            document.add(page, raster)
-        self._jobs[number] = path, ticket(self._target.profile, drawing.page, f"handout row {number}")
+        """Make the row's page ready."""
+        profile, kind = self._target.profile, self.queue.format
+        feeding = Feeding.of(drawing.page, profile)
+        raster = feeding.raster(self._target.ink(drawing, self.queue.resolution(profile.dpi)))
+        path = self._folder / f"row-{number:03d}.{kind}"
+        path.write_bytes(WRITERS[kind](feeding.sheet, raster, {**self._target.about, "row": number}))
+        self._pages[number] = path, drawing.page
 
-    def send(self, number: int) -> str:
-        """Hand the row's job to the queue; its name there."""
-        path, told = self._jobs[number]
-        return self.queue.send(path, told)
+    def send(self, number: int, title: str, name: str) -> str:
+        """Hand the row's page to the queue as a job of that title; the job's name there."""
+        path, page = self._pages[number]
+        return self.queue.send(path, ticket(self._target.profile, page, title, name))
 
     def files(self) -> tuple[Path, ...]:
         """Nothing for the user: it went to the queue."""

@@ -1,60 +1,34 @@
-"""Sending pages to a printer: a CUPS queue through ``lp``, or a simulated queue that keeps what it gets."""
+"""Ways to a printer: a CUPS queue through ``lp``, an IPP printer, a folder, or a simulated queue."""
 
 from __future__ import annotations
 
 import difflib
-import json
-import os
-import re
 import shutil
-import subprocess
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 import msgspec
 
-from handout import atomic, profiles
+from handout import profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import media
+from handout.printing.cups import NO_LP, WAY_OUT, CupsQueue, default, queues
+from handout.printing.feeding import Feeding
+from handout.printing.folders import FolderQueue
+from handout.printing.ipp import link
+from handout.printing.ipp.client import Client
+from handout.printing.ipp.queue import IppQueue
+from handout.printing.queue import Queue, Say, Ticket
 from handout.profiles import Length, Margins, Printer
 from handout.values import Page
 
-_WAY_OUT = "use --dry-run out.pdf to write a file instead"
-_NO_LP = f"The command lp is not installed (on Debian it is in the package cups-client): {_WAY_OUT}."
-_PATIENCE = 60.0
-# seconds between attempts at a queue that says it is busy
-_PAUSES = (1.0, 2.0, 4.0)
-_REQUEST = re.compile(r"request id is (\S+)")
+_FOLDER = "file:"
+# sizes that are sold as sheets; what else is addressed is an envelope
+_SHEETS = ("a3", "a4", "a5", "a6", "letter", "legal")
 
 
-@dataclass(frozen=True)
-class Ticket:
-    """What a queue is told about a page: a title without anybody's name, the sheet, the tray, further options."""
-
-    title: str
-    media: str
-    source: str = ""
-    options: Mapping[str, str] = field(default_factory=dict)
-
-
-class Queue(Protocol):
-    """Takes pages, one job each."""
-
-    @property
-    def name(self) -> str:
-        """What to call it in a message."""
-        ...
-
-    def send(self, pdf: Path, ticket: Ticket) -> str:
-        """Queue one PDF and return the job's name; raises PrinterError."""
-        ...
-
-
-def ticket(profile: Printer, page: Page, title: str) -> Ticket:
-    """The ticket of `page` on this printer, its media named as it is fed.
+def ticket(profile: Printer, page: Page, title: str, name: str = "") -> Ticket:
+    """The ticket of `page` on this printer, its media named as it is fed; `name` is for a file.
 
     Raises
     ------
@@ -65,111 +39,28 @@ def ticket(profile: Printer, page: Page, title: str) -> Ticket:
         raise ProfileError(
             f"{profile.title}: source = {profile.source!r} is none of its sources: {', '.join(profile.sources)}."
         )
-    sheet = media.turned_page(page, media.turn_for(page, profile))
-    return Ticket(title, media.name(sheet), profile.source, profile.options)
+    sheet = Feeding.of(page, profile).sheet
+    kind = "" if page.name.lower() in _SHEETS else "envelope"
+    return Ticket(title, media.name(sheet), profile.source, profile.options, sheet, kind, name)
 
 
-def lp_arguments(queue: str, pdf: Path, ticket: Ticket) -> list[str]:
-    """The ``lp`` command line for one job.
+def resolve(name: str, queue: str = "") -> Printer:
+    """The printer called `name`: an address, a queue of this computer, or a profile (``"epson"``: ``printer-epson``).
 
-    The media is always named, because without it CUPS makes every page a Letter; the profile's own options come
-    last and so have the last word.
-    """
-    options = {"media": ticket.media, "print-scaling": "none"}
-    if ticket.source:
-        options["media-source"] = ticket.source
-    pairs = [part for name, value in (options | dict(ticket.options)).items() for part in ("-o", f"{name}={value}")]
-    return ["lp", "-d", queue, "-t", ticket.title, *pairs, "--", str(pdf)]
-
-
-class CupsQueue:
-    """A queue of the print system of Linux and macOS."""
-
-    def __init__(self, name: str, wait: Callable[[float], object] = time.sleep) -> None:
-        """`wait` is called with the seconds between attempts at a busy queue."""
-        self.name = name
-        self._wait = wait
-
-    def send(self, pdf: Path, ticket: Ticket) -> str:
-        """Queue one PDF with ``lp``; a busy queue is asked again for about seven seconds.
-
-        Raises
-        ------
-        PrinterError
-            ``lp`` is missing, does not answer, or refuses the job; the message holds its own words.
-        """
-        done = self._ask(lp_arguments(self.name, pdf, ticket))
-        if done.returncode != 0:
-            raise PrinterError(f"Queue {self.name!r} refused the page: {_words(done)}")
-        found = _REQUEST.search(done.stdout)
-        return found.group(1) if found else ""
-
-    def _ask(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-        for pause in (*_PAUSES, None):
-            done = _run(command)
-            if done is None:
-                raise PrinterError(_NO_LP)
-            if done.returncode == 0 or "busy" not in done.stderr.lower() or pause is None:
-                return done
-            self._wait(pause)
-        raise AssertionError("unreachable")
-
-
-class SimulatedQueue:
-    """A queue that keeps each job as a PDF in a folder, with its ticket in ``jobs.jsonl``; it can jam on demand."""
-
-    def __init__(self, folder: Path, jam_at: int = 0) -> None:
-        """`jam_at` is the number of the job, from 1, that it refuses; 0: it never does.
-
-        Raises
-        ------
-        InputError
-            The folder cannot be made.
-        """
-        self._folder = folder
-        self._jam_at = jam_at
-        self._log: list[str] = []
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"Cannot make the folder {folder}: {error.strerror or error}.") from error
-
-    @property
-    def name(self) -> str:
-        """The folder."""
-        return str(self._folder)
-
-    def send(self, pdf: Path, ticket: Ticket) -> str:
-        """Keep one job; PrinterError at the jam."""
-        number = len(self._log) + 1
-        if number == self._jam_at:
-            raise PrinterError(f"The simulated printer {self._folder} has a paper jam at job {number}.")
-        job = f"job-{number:03d}"
-        atomic.write(self._folder / f"{job}.pdf", pdf.read_bytes())
-        entry = {"job": job, **msgspec.to_builtins(ticket)}
-        self._log.append(json.dumps(entry, ensure_ascii=False) + "\n")
-        atomic.write(self._folder / "jobs.jsonl", "".join(self._log).encode())
-        return job
-
-
-def queues() -> list[str]:
-    """The names of the print queues of this computer; none where there is no print system."""
-    done = _run(["lpstat", "-e"])
-    return sorted(done.stdout.split()) if done is not None and done.returncode == 0 else []
-
-
-def resolve(name: str) -> Printer:
-    """The printer called `name`: a queue of this computer, else a profile (``"epson"`` is ``printer-epson``).
-
-    A queue that shares its name with a profile, or that a profile names, is driven as that profile says; any other
-    with 600 dpi and a margin of 5 mm, which nearly every printer can keep.  A profile that is a file needs no queue.
+    A queue that shares its name with a profile, or that a profile names, is driven as that profile says; any other,
+    and any address, with 600 dpi and a margin of 5 mm, which nearly every printer can keep.  A profile that is a file
+    needs no queue.  With `queue` (a queue's name, ``ipp://…`` or ``file:FOLDER``) the pages go there.
 
     Raises
     ------
     ProfileError
         Neither a queue nor a profile; the message lists the nearest profiles and the queues.
     """
-    known = profiles.names("printer")
+    known, name = profiles.names("printer"), profiles.full(name)
+    if queue:
+        return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
+    if link.is_address(name) or name.startswith(_FOLDER):
+        return msgspec.structs.replace(_driven(name, known), queue=name)
     is_profile = name.endswith(".toml") or name in known or f"printer-{name}" in known
     profile = _printer(name) if is_profile else None
     if profile is not None and profile.file:
@@ -186,26 +77,40 @@ def resolve(name: str) -> Printer:
     )
 
 
-def open_queue(profile: Printer) -> CupsQueue:
-    """The CUPS queue of a printer, or the system's default where the profile names none; checked to exist.
+def open_queue(profile: Printer, say: Say = lambda message: None) -> Queue:
+    """The way to a printer that its `queue` names, checked to exist: an address, a folder, or a CUPS queue.
 
     Raises
     ------
+    InputError
+        A format that this way does not take, or an address that is none.
     PrinterError
-        No print system, no such queue, or no default; the message says what there is and the way out.
+        The printer does not answer; no print system, no such queue, or no default; the message says what there is
+        and the way out.
     """
+    if link.is_address(profile.queue):
+        return IppQueue(Client(link.Link(link.address(profile.queue)), say), say, format=profile.format)
+    if profile.queue.startswith(_FOLDER):
+        return FolderQueue(Path(profile.queue.removeprefix(_FOLDER) or "."), profile.format or "pdf")
+    if profile.format not in ("", "pdf"):
+        raise InputError(f"format: a CUPS queue takes pages as pdf, not as {profile.format}; leave --format out.")
+    return _cups(profile)
+
+
+def _cups(profile: Printer) -> CupsQueue:
+    """The profile's CUPS queue, or the system's default where it names none."""
     if shutil.which("lp") is None:
-        raise PrinterError(_NO_LP)
+        raise PrinterError(NO_LP)
     found = queues()
-    name = profile.queue or _default()
+    name = profile.queue or default()
     if not name:
         raise PrinterError(
             f"{profile.title} has no queue of its own and the system has no default; {_here(found)}: "
-            f"name one with --printer QUEUE, or {_WAY_OUT}."
+            f"name one with --printer QUEUE, or {WAY_OUT}."
         )
     if name.split("/")[0] not in {queue.split("/")[0] for queue in found}:
         raise PrinterError(
-            f"There is no print queue {name!r}; {_here(found)}: name another with --printer QUEUE, or {_WAY_OUT}."
+            f"There is no print queue {name!r}; {_here(found)}: name another with --printer QUEUE, or {WAY_OUT}."
         )
     return CupsQueue(name)
 
@@ -229,30 +134,3 @@ def _driven(queue: str, known: Sequence[str]) -> Printer:
             return profile
     edge = Length(5.0)
     return Printer(kind="printer", title=queue, dpi=600, margins=Margins(top=edge, right=edge, bottom=edge, left=edge))
-
-
-def _default() -> str:
-    done = _run(["lpstat", "-d"])
-    if done is None or done.returncode != 0 or ":" not in done.stdout:
-        return ""
-    return done.stdout.partition(":")[2].strip()
-
-
-def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
-    """The command's result, its words in English; None where it is not installed."""
-    english = {**os.environ, "LC_ALL": "C"}
-    try:
-        return subprocess.run(
-            command, capture_output=True, text=True, errors="replace", env=english, timeout=_PATIENCE, check=False
-        )
-    except FileNotFoundError:
-        return None
-    except (subprocess.TimeoutExpired, OSError) as error:
-        raise PrinterError(f"The command {command[0]} did not work: {error}; {_WAY_OUT}.") from error
-
-
-def _words(done: subprocess.CompletedProcess[str]) -> str:
-    """What the command said of its failure, as one sentence."""
-    said = " ".join(done.stderr.split()) or f"lp ended with status {done.returncode}"
-    said = said.removeprefix("lp: ").removeprefix("Error - ")
-    return said if said.endswith(".") else f"{said}."

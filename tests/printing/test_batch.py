@@ -9,7 +9,7 @@ from doubles import block, rows, rule
 from handout import profiles
 from handout.errors import InputError, PrinterError
 from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
-from handout.printing.submit import SimulatedQueue
+from handout.printing.folders import SimulatedQueue
 from handout.printing.table import read_addresses
 from handout.profiles import Length, Margins, Printer
 from handout.values import Drawing

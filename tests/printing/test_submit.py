@@ -6,7 +6,9 @@ import pytest
 from handout import profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import submit
-from handout.printing.submit import CupsQueue, SimulatedQueue, Ticket
+from handout.printing.cups import CupsQueue
+from handout.printing.folders import SimulatedQueue
+from handout.printing.queue import Ticket
 from handout.profiles import Printer
 from handout.writing.layout import PAGES
 

@@ -73,7 +73,9 @@ class Placement:
         return _INCH / self.pixel
 
 
-def place(scan: Scan, chart: Chart | None = None) -> Placement:
+def place(
+    scan: Scan, chart: Chart | None = None, page_of: Callable[[int], ChartPage | None] = page_of_marks
+) -> Placement:
     """Find a page of the chart in a scan.
 
     Parameters
@@ -81,6 +83,8 @@ def place(scan: Scan, chart: Chart | None = None) -> Placement:
     scan : Scan
     chart : Chart, optional
         The one that it must be a page of; None: any that is known.
+    page_of : callable, optional
+        The page that has a mark of a number, for pages that are laid out as the chart's are.
 
     Raises
     ------
@@ -88,8 +92,8 @@ def place(scan: Scan, chart: Chart | None = None) -> Placement:
         No marks, too few, or those of another chart or of several pages.
     """
     grey = in_grey(scan.pixels)
-    marks, mirrored = _marks(grey)
-    page, found = _one_page(marks, scan.source)
+    marks, mirrored = _marks(grey, page_of)
+    page, found = _one_page(marks, scan.source, page_of)
     if chart is not None and whole(page) is not chart:
         wanted = f"chart {chart.version} on {chart.paper.name}"
         pages = f" in {len(chart.pages)} pages" if len(chart.pages) > 1 else ""
@@ -113,22 +117,24 @@ def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(eight, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
 
 
-def _marks(grey: NDArray[np.uint8]) -> tuple[list[tuple[int, Array]], bool]:
+def _marks(grey: NDArray[np.uint8], page_of: Callable[[int], ChartPage | None]) -> tuple[list[tuple[int, Array]], bool]:
     """Marks of the picture, or of its mirror image if that shows more, and which of both."""
     known = dictionary()
     upright = markers.find(grey, known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
-    if len([1 for number, _ in upright if page_of_marks(number)]) >= _LEAST:
+    if len([1 for number, _ in upright if page_of(number)]) >= _LEAST:
         return upright, False
     flipped = markers.find(np.ascontiguousarray(grey[:, ::-1]), known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
-    ours = [sum(page_of_marks(number) is not None for number, _ in marks) for marks in (upright, flipped)]
+    ours = [sum(page_of(number) is not None for number, _ in marks) for marks in (upright, flipped)]
     return (flipped, True) if ours[1] > ours[0] else (upright, False)
 
 
-def _one_page(marks: list[tuple[int, Array]], source: str) -> tuple[ChartPage, dict[int, Array]]:
+def _one_page(
+    marks: list[tuple[int, Array]], source: str, page_of: Callable[[int], ChartPage | None]
+) -> tuple[ChartPage, dict[int, Array]]:
     """The page that most marks are of, and its marks by their place."""
     pages: dict[str, tuple[ChartPage, dict[int, Array]]] = {}
     for number, corners in marks:
-        if (page := page_of_marks(number)) is not None:
+        if (page := page_of(number)) is not None:
             pages.setdefault(page.label, (page, {}))[1].setdefault(number % MARKS, corners)
     if not marks:
         raise refused(

@@ -1,0 +1,105 @@
+"""Samples of ink, by which a calibration is verified: a hand's own, or what pens usually leave, and greys."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.hand.scanned import ScannedHand
+from handout.values import Array, Drawing, Hand, readonly
+
+_TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
+_PAGE = "150x40mm"
+_DPI = 150
+_LEAST = 0.05  # cover below which ink is not looked at
+_PENS = ("ballpoint", "fineliner", "fountain", "pencil")
+_DENSITIES = (0.12, 2.0)
+_MOST = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Inks:
+    """Samples of ink on a transparent sheet.
+
+    rgba : (n, 4) float in 0–1: scanned RGB of the ink, and how much of the paper it covers.
+    """
+
+    rgba: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rgba", readonly(self.rgba, None, 4))
+
+    def on(self, paper: Array) -> Array:
+        """(n, 3) what is seen of them on paper of scanned RGB (3,)."""
+        cover = self.rgba[:, 3:]
+        return np.asarray(paper * (1 - cover) + cover * self.rgba[:, :3])
+
+    def take(self, rows: Array) -> Inks:
+        """Some of them."""
+        return Inks(self.rgba[rows])
+
+
+def of_raster(rgba: Array, most: int = _MOST) -> Inks:
+    """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
+    pixels = rgba.reshape(-1, 4)
+    inked = np.flatnonzero(pixels[:, 3] > _LEAST)
+    step = max(1, -(-len(inked) // most))
+    return Inks(np.asarray(pixels[inked[::step]], dtype=np.float64))
+
+
+def usual(count: int) -> Inks:
+    """`count` samples of the program's own pens, from hardly any ink to thick ink.
+
+    Light passes through ink as through a filter (the law of Beer and Lambert).
+    """
+    from handout.inking.pen import rgb
+    from handout.inking.pen import usual as pen
+
+    each = -(-count // len(_PENS))
+    density = np.geomspace(*_DENSITIES, each)[:, None]
+    light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in _PENS])[:count]
+    clear = light.min(axis=1, keepdims=True)
+    return Inks(np.hstack([(light - clear) / (1 - clear), 1 - clear]))
+
+
+def greys(count: int) -> Inks:
+    """`count` samples of black ink that covers from little to all of the paper: greys of the paper's own hue."""
+    cover = np.linspace(0.04, 1.0, count)[:, None]
+    return Inks(np.hstack([np.zeros((count, 3)), cover]))
+
+
+def of_hand(name: str, seed: int = 0) -> Inks:
+    """Samples of the ink that a hand writes with, a drawn one with its usual pen.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    drawing = _written(find(name), np.random.default_rng([seed]))
+    if drawing.ink is not None:
+        return of_raster(drawing.ink(_DPI).rgba)
+    from handout.inking import pens
+    from handout.inking.pen import usual as pen
+
+    return of_raster(pens.ink(drawing, _DPI, pen("ballpoint"), pens.noise({"seed": seed})).rgba)
+
+
+def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
+    from handout.writing.compose import compose
+    from handout.writing.layout import Layout, page
+
+    letters = {glyph.letter for glyph in hand.glyphs} if isinstance(hand, ScannedHand) else set(hand.glyphs)
+    text = "".join(letter for letter in _TEXT if letter == " " or letter in letters)
+    layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
+    manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
+    if isinstance(hand, ScannedHand):
+        from handout.inking.scanned import drawn
+
+        return drawn(manuscript, hand)
+    from handout.motion.trace import trace
+
+    return trace(manuscript, hand, rng)

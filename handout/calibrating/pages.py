@@ -1,0 +1,114 @@
+"""Charts and strips on their way to a printer: pixels in, a document out, nothing resampled and nothing mapped."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import atomic
+from handout.errors import InputError
+from handout.printing.feeding import Feeding
+from handout.printing.formats import WRITERS
+from handout.printing.queue import Queue
+from handout.printing.submit import open_queue, ticket
+from handout.profiles import Printer
+from handout.sinks.picture_pdf import PdfWriter
+from handout.values import Page, Raster
+
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Printed:
+    """Pages of device RGB.
+
+    page : size of the sheet; pixels : (h, w, 3) uint8 of each page; dpi : theirs; about : stored with them.
+    """
+
+    page: Page
+    pixels: Sequence[Pixels]
+    dpi: int
+    about: Mapping[str, Any]
+
+
+def write(pages: Printed, path: Path) -> tuple[Path, ...]:
+    """Write pages as one .pdf, or as .png: a file, or one a page.
+
+    Raises
+    ------
+    InputError
+        Another ending, or a file that cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".pdf":
+        atomic.write(path, _document(pages))
+        return (path,)
+    if suffix != ".png":
+        raise InputError(f"{path}: the chart is written as .pdf or .png; give the file one of these endings.")
+    several = len(pages.pixels) > 1
+    paths = [path.with_name(f"{path.stem}-{n}{path.suffix}") if several else path for n in range(1, _count(pages))]
+    for pixels, to in zip(pages.pixels, paths, strict=True):
+        atomic.write(to, _png(pixels, pages.dpi))
+    return tuple(paths)
+
+
+def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[str, ...]:
+    """Print pages, each a job of its own, at its true size; the names of the jobs.
+
+    Raises
+    ------
+    PrinterError
+        No queue, or one that refuses the page.
+    """
+    queue = queue or open_queue(profile)
+    told = ticket(profile, pages.page, "handout colour chart", "chart")
+    queue.check(told)
+    feeding = Feeding.of(pages.page, profile)
+    names = []
+    with tempfile.TemporaryDirectory(prefix="handout-") as work:
+        for number, pixels in enumerate(pages.pixels, 1):
+            path = Path(work) / f"page-{number}.{queue.format}"
+            path.write_bytes(_fed(pages, pixels, feeding, queue.format))
+            named = ticket(profile, pages.page, f"handout colour chart, page {number}", f"chart-{number}")
+            names.append(queue.send(path, named))
+    return tuple(names)
+
+
+def _count(pages: Printed) -> int:
+    return len(pages.pixels) + 1
+
+
+def _document(pages: Printed) -> bytes:
+    stream = BytesIO()
+    writer = PdfWriter(stream, pages.about)
+    for pixels in pages.pixels:
+        writer.add_pixels(pages.page, pixels, pages.dpi)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
+    """One page as the printer is fed, in the queue's format."""
+    turned = pixels
+    for turn in feeding.turns:
+        turned = np.ascontiguousarray(np.rot90(turned, 1 if turn == "left" else -1))
+    if kind == "pdf":
+        return _document(Printed(feeding.sheet, [turned], pages.dpi, pages.about))
+    rgba = np.ones((*turned.shape[:2], 4), dtype=np.float32)
+    rgba[..., :3] = turned * np.float32(1 / 255)
+    return WRITERS[kind](feeding.sheet, Raster(rgba, pages.dpi), pages.about)
+
+
+def _png(pixels: Pixels, dpi: int) -> bytes:
+    from PIL import Image
+
+    out = BytesIO()
+    Image.fromarray(pixels).save(out, "PNG", dpi=(dpi, dpi))
+    return out.getvalue()

@@ -1,0 +1,316 @@
+"""The user's calibrations: one folder each, by printer, paper and time; the newest of a printer and paper is used.
+
+A folder holds `about.json`, `patches.ti3` (what the chart's scan showed), `table.npz`, and once it was verified
+`strip.json` and `verification.json`.  It appears whole or not at all.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import platformdirs
+
+from handout import atomic, profiles
+from handout.errors import InputError
+
+if TYPE_CHECKING:
+    from handout.colour.models import Model
+    from handout.colour.patches import Patches
+    from handout.colour.table import ColourTable
+
+PLAIN = "plain"
+_ABOUT, _TABLE, _PATCHES = "about.json", "table.npz", "patches.ti3"
+_STRIP, _VERIFIED, _REPORT = "strip.json", "verification.json", "report.html"
+_FACTS = ("printer", "paper", "made", "scanner", "method", "version")
+_MOST_NAME = 60
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What is known of one printer and paper as one scanner sees them.
+
+    folder : where it is kept; None for a table that came as a file of its own.
+    table_file : of the colour table.
+    printer, paper, scanner, method : as they were named.
+    made : when the table was built.
+    misses : ΔE00 by which the model misses its own patches, on the mean; None where that is not known.
+    """
+
+    folder: Path | None
+    table_file: Path
+    printer: str
+    paper: str
+    made: datetime
+    scanner: str = ""
+    method: str = ""
+    misses: float | None = None
+
+    @property
+    def name(self) -> str:
+        """``printer/paper``."""
+        return f"{self.printer}/{self.paper}"
+
+    @property
+    def patches_file(self) -> Path | None:
+        """The CGATS table of the chart's patches."""
+        return None if self.folder is None else self.folder / _PATCHES
+
+    def age(self, now: datetime | None = None) -> int:
+        """Days since it was made."""
+        return max(0, ((now or _now()) - self.made).days)
+
+    def table(self) -> ColourTable:
+        """Its colour table; raises InputError."""
+        from handout.colour.table import load
+
+        return load(self.table_file)
+
+    def described(self, now: datetime | None = None) -> str:
+        """Name, date and age, as they are said in a message."""
+        days = self.age(now)
+        old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
+        return f"calibration {self.name} of {self.made:%Y-%m-%d} ({old})"
+
+    def facts(self) -> dict[str, Any]:
+        """What ``--json`` prints of it."""
+        return {
+            "printer": self.printer, "paper": self.paper, "made": self.made.isoformat(timespec="seconds"),
+            "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
+            "folder": str(self.folder or self.table_file), "verification": self.verification(),
+        }  # fmt: skip
+
+    def strip(self) -> dict[str, Any] | None:
+        """The strip that was made last for it, as `strip.Strip.facts` gives it."""
+        return self._kept(_STRIP)
+
+    def verification(self) -> dict[str, Any] | None:
+        """What its strip showed, as `verification.Verification.facts` gives it."""
+        return self._kept(_VERIFIED)
+
+    def keep_strip(self, facts: Mapping[str, Any]) -> None:
+        """Remember a strip that is being printed."""
+        self._keep(_STRIP, facts)
+
+    def keep_verification(self, facts: Mapping[str, Any]) -> None:
+        """Remember what a strip showed."""
+        self._keep(_VERIFIED, facts)
+
+    def keep_report(self, path: Path) -> None:
+        """Take a report along."""
+        assert self.folder is not None
+        atomic.write(self.folder / _REPORT, path.read_bytes())
+
+    @property
+    def report(self) -> Path | None:
+        """The report on its chart and strip, if there is one."""
+        path = None if self.folder is None else self.folder / _REPORT
+        return path if path is not None and path.is_file() else None
+
+    def _kept(self, name: str) -> dict[str, Any] | None:
+        if self.folder is None or not (self.folder / name).is_file():
+            return None
+        return _json(self.folder / name)
+
+    def _keep(self, name: str, facts: Mapping[str, Any]) -> None:
+        if self.folder is None:
+            raise InputError(f"{self.table_file} is a table by itself, to which nothing can be added: name the printer.")
+        atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
+
+
+def folder() -> Path:
+    """Where calibrations are kept; it need not exist."""
+    return Path(platformdirs.user_data_dir("handout", appauthor=False)) / "calibrations"
+
+
+def key(name: str) -> str:
+    """What a printer or a paper is called in the store: a profile's name without ``printer-``, an address without signs.
+
+    Raises
+    ------
+    InputError
+        Nothing is left of it.
+    """
+    bare = Path(name).stem if name.endswith(".toml") else name
+    made = re.sub(r"[^a-z0-9._]+", "-", bare.strip().lower()).strip("-.")
+    made = profiles.full(made.removeprefix("printer-"))[:_MOST_NAME]
+    if not made:
+        raise InputError(f"{name!r} cannot be the name of a printer or a paper: use letters and digits.")
+    return made
+
+
+def build(
+    place: Path, patches: Patches, printer: str, paper: str, scanner: str = "", method: str = "forward"
+) -> Calibration:
+    """Make a calibration of a chart's patches in the folder `place`, which appears when all is done.
+
+    Raises
+    ------
+    InputError
+        Patches that no table can be made of, an unknown method, or a folder that cannot be written.
+    """
+    from handout.colour import table
+    from handout.colour.models import fit
+
+    model = fit(patches, method)
+    about = {
+        "printer": key(printer), "paper": key(paper), "made": _now().isoformat(timespec="seconds"),
+        "scanner": scanner,
+    }  # fmt: skip
+    made = table.build(model, about)
+    with _folder(place) as work:
+        table.save(made, work / _TABLE)
+        _write_patches(patches, about, work / _PATCHES)
+        said = {name: made.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
+        atomic.write(work / _ABOUT, json.dumps(said, indent=1).encode())
+    return load(place)
+
+
+def add(calibration: Calibration) -> Calibration:
+    """Keep a calibration among the user's own; it is the one that is used from now on."""
+    assert calibration.folder is not None
+    place = _place(calibration.printer, calibration.paper, calibration.made)
+    with _folder(place) as work:
+        for path in calibration.folder.iterdir():
+            shutil.copy2(path, work / path.name)
+    return load(place)
+
+
+def build_stored(patches: Patches, printer: str, paper: str, scanner: str = "", method: str = "forward") -> Calibration:
+    """`build` among the user's own calibrations."""
+    return build(_place(key(printer), key(paper), _now()), patches, printer, paper, scanner, method)
+
+
+def load(place: Path) -> Calibration:
+    """The calibration in a folder, or of a colour table's file.
+
+    Raises
+    ------
+    InputError
+        It is none.
+    """
+    if place.is_dir():
+        about, table_file, home = _json(place / _ABOUT), place / _TABLE, place
+    else:
+        from handout.colour.table import load as load_table
+
+        about, table_file, home = dict(load_table(place).about), place, None
+    try:
+        made = datetime.fromisoformat(str(about["made"]))
+        return Calibration(
+            home, table_file, str(about["printer"]), str(about["paper"]), made, str(about.get("scanner", "")),
+            str(about.get("method", "")), about.get("misses"),
+        )  # fmt: skip
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError(f"{place} does not say what it was made for: build it again (calibrate build).") from error
+
+
+def every() -> list[Calibration]:
+    """All stored calibrations, the newest first; folders that are none are passed over."""
+    found = []
+    for path in folder().glob("*/*/*/" + _ABOUT):
+        with contextlib.suppress(InputError):
+            found.append(load(path.parent))
+    return sorted(found, key=lambda one: (one.made, str(one.folder)), reverse=True)
+
+
+def newest(printer: str, paper: str = "") -> Calibration | None:
+    """The newest of a printer, and of a paper if one is named; None if there is none."""
+    wanted = (key(printer), key(paper) if paper else None)
+    return next((one for one in every() if one.printer == wanted[0] and wanted[1] in (None, one.paper)), None)
+
+
+def wanted(printer: str, paper: str = "") -> Calibration:
+    """As `newest`, where there has to be one.
+
+    Raises
+    ------
+    InputError
+        There is none; the message lists what there is.
+    """
+    found = newest(printer, paper)
+    if found is not None:
+        return found
+    there = sorted({one.name for one in every()})
+    which = f"{key(printer)}/{key(paper)}" if paper else key(printer)
+    near = difflib.get_close_matches(which, there, 3, 0.3) or there
+    have = f"there are calibrations for {', '.join(near)}" if near else "nothing is calibrated yet"
+    raise InputError(
+        f"There is no calibration for {which}; {have}. Make one with: handout calibrate wizard --printer {key(printer)}."
+    )
+
+
+def _place(printer: str, paper: str, made: datetime) -> Path:
+    base = folder() / printer / paper
+    name = f"{made:%Y-%m-%dT%H%M%S}"
+    return next(p for n in range(1000) if not (p := base / (f"{name}-{n}" if n else name)).exists())
+
+
+@contextlib.contextmanager
+def _folder(place: Path) -> Iterator[Path]:
+    """A folder that takes the place of `place` when the block ends without an error."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(dir=place.parent, prefix=".new-"))
+    except OSError as error:
+        raise InputError(f"Cannot write {place}: {error.strerror or error}.") from error
+    try:
+        yield work
+        if place.exists():
+            shutil.rmtree(place)
+        os.chmod(work, 0o755)
+        work.rename(place)
+    except BaseException:
+        shutil.rmtree(work, ignore_errors=True)
+        raise
+
+
+def _write_patches(patches: Patches, about: Mapping[str, str], path: Path) -> None:
+    from handout.colour import cgats
+    from handout.colour.chart_tables import ti3
+
+    said = {name.upper(): value for name, value in about.items() if value}
+    cgats.write(path, ti3(patches, said))
+
+
+def read_patches(path: Path) -> Patches:
+    """The patches of a .ti3 that the reading of a chart has made.
+
+    Raises
+    ------
+    InputError
+        Not such a file, or patches that no printer can be known by.
+    """
+    from handout.colour import cgats
+    from handout.colour.chart_tables import from_ti3
+    from handout.colour.patches import Patches
+
+    return Patches(*from_ti3(cgats.read(path)))
+
+
+def _mean(model: Model) -> float:
+    return round(float(model.misses.mean()), 3)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as part of a calibration: make a new one.") from error
+    if not isinstance(found, dict):
+        raise InputError(f"{path} cannot be read as part of a calibration: make a new one.")
+    return found
+
+
+def _now() -> datetime:
+    return datetime.now().astimezone()

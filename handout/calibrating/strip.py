@@ -1,0 +1,159 @@
+"""The page that verifies a calibration: every colour twice, sent as it is and sent through the table.
+
+One scan so tells what the calibration changes.  The colours are those of ink on this paper that the printer can reach;
+they lie shuffled among marks like the chart's, by which they are found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.calibrating.inks import Inks, greys
+from handout.colour import gamut
+from handout.colour.applying import apply
+from handout.colour.chart import MARKS, PAPERS, ChartPage
+from handout.colour.table import ColourTable
+from handout.errors import InputError
+from handout.values import Array, Page, Raster, readonly
+
+FIRST_MARK = 112  # the numbers of its marks follow those of the chart's pages
+_PITCH, _COLUMNS, _ROWS = 7.0, 24, 11
+_TOP = 30.0  # mm from the upper edge to the patches
+_WHITES = 8
+_GREYS = 32
+_REACHED = 1.0  # ΔE00: a colour that loses more is out of the printer's reach, and says nothing about the table
+_LEAST = 8  # colours of ink that it takes
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A verification strip, n patches of which the last are bare paper.
+
+    wanted : (n, 3) scanned RGB that each patch should show.
+    device : (n, 3) device RGB that is sent for it, whole 255ths.
+    matched : (n,) bool, whether it was sent through the table.
+    grey : (n,) bool, whether it is one of the greys.
+    paper : name of the sheet's size.
+    out : share of the ink's samples that the printer cannot reach; lost : ΔE00 there, on the mean.
+    """
+
+    wanted: Array
+    device: Array
+    matched: NDArray[np.bool_]
+    grey: NDArray[np.bool_]
+    paper: str
+    out: float
+    lost: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "wanted", readonly(self.wanted, None, 3))
+        object.__setattr__(self, "device", readonly(self.device, len(self.wanted), 3))
+
+    @cached_property
+    def page(self) -> ChartPage:
+        """Where everything is; patches in the order of the arrays."""
+        sheet = _sheet(self.paper)
+        free, marks = _cells()
+        order = np.random.default_rng(len(self.wanted)).permutation(len(free))[: len(self.wanted)]
+        return ChartPage(
+            1, sheet, 1, 1, _PITCH, ((sheet.width - _COLUMNS * _PITCH) / 2, _TOP), _COLUMNS, _ROWS, self.device,
+            np.array(free)[order], FIRST_MARK + np.arange(MARKS), np.array(marks),
+        )  # fmt: skip
+
+    def facts(self) -> dict[str, Any]:
+        """Everything, as JSON takes it."""
+        return {
+            "wanted": self.wanted.round(6).tolist(), "device": np.rint(self.device * 255).astype(int).tolist(),
+            "matched": self.matched.tolist(), "grey": self.grey.tolist(), "paper": self.paper, "out": self.out,
+            "lost": self.lost,
+        }  # fmt: skip
+
+
+def from_facts(facts: Mapping[str, Any]) -> Strip:
+    """The strip that `Strip.facts` describes.
+
+    Raises
+    ------
+    InputError
+        It does not describe one.
+    """
+    try:
+        return Strip(
+            np.array(facts["wanted"]), np.array(facts["device"]) / 255, np.array(facts["matched"], dtype=bool),
+            np.array(facts["grey"], dtype=bool), str(facts["paper"]), float(facts["out"]), float(facts["lost"]),
+        )  # fmt: skip
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError("What is stored of the verification strip cannot be read: print a new strip.") from error
+
+
+def make(table: ColourTable, inks: Inks, paper: str = "A4") -> Strip:
+    """A strip for a table, of samples of ink and of greys.
+
+    Raises
+    ------
+    InputError
+        Next to none of the ink can be printed.
+    """
+    white = np.asarray(table.paper, dtype=np.float64)
+    cells = len(_cells()[0])
+    found = gamut.reach(np.clip(inks.on(white), 0, 1), table)
+    room = (cells - _WHITES) // 2 - _GREYS
+    ink = _evenly(inks.take(np.flatnonzero(found.lost < _REACHED)), white, room)
+    if len(ink.rgba) < _LEAST:
+        raise InputError(
+            f"The printer reaches only {1 - found.out:.0%} of this ink, too little to verify anything with: verify "
+            "with another hand, or with the usual inks."
+        )
+    shade = greys(2 * _GREYS)
+    reached = gamut.reach(np.clip(shade.on(white), 0, 1), table).lost < _REACHED
+    shade = _evenly(shade.take(np.flatnonzero(reached)), white, _GREYS)
+    rgba = np.concatenate([ink.rgba, shade.rgba])
+    wanted = Inks(rgba).on(white)
+    grey = np.arange(len(rgba)) >= len(ink.rgba)
+    bare = np.ones((_WHITES, 3))
+    return Strip(
+        np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
+        np.concatenate([_sent(rgba), _sent(_through(rgba, table)), bare]),
+        np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
+        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, found.out, found.mean,
+    )  # fmt: skip
+
+
+def _sent(rgba: Array) -> Array:
+    """(n, 3) device RGB, whole 255ths, of ink (n, 4) on white, which sends nothing."""
+    return np.asarray(np.rint(255 * (1 - rgba[:, 3:] * (1 - rgba[:, :3]))) / 255)
+
+
+def _through(rgba: Array, table: ColourTable) -> Array:
+    """As a page goes: the same function, on a raster of these pixels."""
+    return np.asarray(apply(Raster(rgba[None].astype(np.float32), 300), table).rgba[0], dtype=np.float64)
+
+
+def _evenly(inks: Inks, white: Array, count: int) -> Inks:
+    """At most `count`, from the lightest to the darkest."""
+    order = np.argsort(inks.on(white).sum(axis=1), kind="stable")
+    if len(order) > count:
+        order = order[np.linspace(0, len(order) - 1, count).round().astype(int)]
+    return inks.take(order)
+
+
+def _cells() -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """(column, row) of the cells that are free for patches, and of the first of the four cells of every mark."""
+    across = np.rint(np.linspace(0, _COLUMNS - 2, 4)).astype(int).tolist()
+    down = np.rint(np.linspace(0, _ROWS - 2, 4)).astype(int).tolist()
+    marks = [(x, y) for y in down for x in across]
+    taken = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
+    return [(x, y) for y in range(_ROWS) for x in range(_COLUMNS) if (x, y) not in taken], marks
+
+
+def _sheet(paper: str) -> Page:
+    for sheet in PAPERS:
+        if sheet.name.lower() == paper.lower():
+            return sheet
+    raise InputError(f"The strip is made for {' and '.join(sheet.name for sheet in PAPERS)}, not for {paper!r}.")

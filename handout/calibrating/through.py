@@ -1,0 +1,124 @@
+"""Pages through a calibration on their way to the printer, and what is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from handout.calibrating import inks, store
+from handout.calibrating.store import Calibration
+from handout.colour import gamut
+from handout.colour.applying import apply
+from handout.errors import InputError
+from handout.values import Array, Drawing, Raster
+
+Ink = Callable[[Drawing, int], Raster]
+
+NONE = "none"
+_OLD = 365  # days
+_SAMPLED = 1500  # pixels of ink looked at, a page
+_PAGES = 8  # pages looked at
+
+
+def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration | None, list[str]]:
+    """The calibration that pages go through, and what has to be said against it.
+
+    Parameters
+    ----------
+    printer : str
+    paper : str
+        What is in the printer; empty: nobody knows.
+    asked : str
+        "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
+
+    Raises
+    ------
+    InputError
+        What was asked for is not there.
+    """
+    if asked == NONE:
+        return None, []
+    found = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
+    return found, _doubts(found, printer, paper) if found is not None else []
+
+
+def _asked(asked: str) -> Calibration:
+    path = Path(asked)
+    if path.exists():
+        return store.load(path)
+    printer, slash, paper = asked.partition("/")
+    if path.suffix or not slash:
+        raise InputError(
+            f"calibration: {asked!r} is neither a file, nor none, nor one of the stored ones, such as epson/plain "
+            "(see: handout calibrate show)."
+        )
+    return store.wanted(printer, paper)
+
+
+def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
+    said = []
+    if found.printer != store.key(printer):
+        said.append(f"The calibration is of {found.printer}, and this is {store.key(printer)}: colours may be far off.")
+    if paper and found.paper != store.key(paper):
+        said.append(
+            f"The calibration was made on {found.paper}, and {store.key(paper)} is in the printer: colours are off by as "
+            f"much as these papers differ. Calibrate it: handout calibrate wizard --printer {found.printer} --paper "
+            f"{store.key(paper)}"
+        )
+    if (days := found.age()) > _OLD:
+        said.append(
+            f"The calibration is {days} days old; inks and print heads change: verify it (handout calibrate verify "
+            f"--printer {found.printer}), or make a new one."
+        )
+    return said
+
+
+@dataclass
+class Through:
+    """Makes pages with `ink` and sends them through a calibration; remembers how much of their ink it cannot reach."""
+
+    ink: Ink
+    calibration: Calibration
+    _lost: list[Array] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._table = self.calibration.table()
+
+    @property
+    def pages(self) -> int:
+        """How many pages were looked at."""
+        return len(self._lost)
+
+    def __call__(self, drawing: Drawing, dpi: int) -> Raster:
+        """The page in device RGB; paper stays transparent."""
+        raster = self.ink(drawing, dpi)
+        if len(self._lost) < _PAGES:
+            samples = inks.of_raster(np.asarray(raster.rgba), _SAMPLED)
+            if len(samples.rgba):
+                seen = np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1)
+                self._lost.append(gamut.reach(seen, self._table).lost)
+        return apply(raster, self._table)
+
+    def facts(self) -> dict[str, object]:
+        """What ``--json`` prints: the calibration and what it cannot reach."""
+        out, mean = self._reach()
+        return {
+            "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
+            "age_days": self.calibration.age(), "out_of_reach": round(out, 4), "lost": round(mean, 2),
+        }  # fmt: skip
+
+    def said(self) -> str:
+        """One sentence about the calibration, and how much of the ink it cannot reach."""
+        out, mean = self._reach()
+        if not self._lost:
+            return f"{self.calibration.described()}."
+        reach = f"{out:.0%} of the ink is out of reach, by ΔE00 {mean:.1f} on the mean" if out else "it reaches all ink"
+        return f"{self.calibration.described()}; {reach}."
+
+    def _reach(self) -> tuple[float, float]:
+        lost = np.concatenate(self._lost) if self._lost else np.zeros(1)
+        far = lost[lost > gamut.SEEN]
+        return float((lost > gamut.SEEN).mean()), float(far.mean()) if len(far) else 0.0

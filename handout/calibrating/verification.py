@@ -1,0 +1,234 @@
+"""What a scanned verification strip says of a calibration: ΔE00 with it and without it, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handout.calibrating import inks
+from handout.calibrating import strip as strips
+from handout.calibrating.inks import Inks
+from handout.calibrating.pages import Printed
+from handout.calibrating.store import Calibration
+from handout.calibrating.strip import FIRST_MARK, Strip
+from handout.colour import convert
+from handout.colour.chart import MARKS, ChartPage
+from handout.colour.drawing import render
+from handout.colour.reading import Finding, Scan, open_scans
+from handout.colour.reading.findings import refused
+from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
+from handout.colour.reading.registration import place
+from handout.colour.reading.sampling import sample
+from handout.errors import InputError
+from handout.profiles import Printer
+from handout.values import Array
+
+# ΔE00 on the mean up to which a match is called so
+_VERDICTS = (
+    (1.0, "The match is excellent: the eye sees no difference."),
+    (2.0, "The match is good: a difference is seen only side by side."),
+    (4.0, "The match is fair: differences can be seen. Scan the chart again, or print it in better quality."),
+)
+_POOR = (
+    "The match is poor: what was printed is not what was calibrated. Check that printer, paper, quality and the "
+    "scanner's settings are those of the chart, and begin again with a new chart."
+)
+_NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
+_USUAL = 200  # samples of usual inks
+_SAME_PAPER = 4.0  # ΔE00 of the bare paper against the chart's
+_OTHER_STRIP = 0.8  # correlation of what is seen with what the calibration foresees
+
+
+@dataclass(frozen=True)
+class Difference:
+    """ΔE00 between wanted and scanned colours: mean, median, 95th percentile and greatest; count of colours."""
+
+    mean: float
+    median: float
+    p95: float
+    worst: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What a strip showed.
+
+    made : when it was read.
+    before, after : of all colours, sent as they are and sent through the table.
+    ink_before, ink_after, grey_before, grey_after : of the ink and of the greys alone.
+    out : share of the ink that the printer cannot reach; lost : ΔE00 there, on the mean.
+    verdict : all this in words.
+    findings : what was not as it should be with the scan.
+    """
+
+    made: str
+    before: Difference
+    after: Difference
+    ink_before: Difference
+    ink_after: Difference
+    grey_before: Difference
+    grey_after: Difference
+    out: float
+    lost: float
+    verdict: str
+    findings: tuple[str, ...] = ()
+
+    @property
+    def helps(self) -> bool:
+        """Whether pages look more as wanted with the calibration than without."""
+        return self.after.mean < self.before.mean
+
+    def facts(self) -> dict[str, Any]:
+        """Everything, as JSON takes it."""
+        return asdict(self)
+
+    def lines(self) -> list[str]:
+        """A table for people, and the verdict."""
+        return table_lines(self.facts())
+
+
+def table_lines(facts: Mapping[str, Any]) -> list[str]:
+    """The lines of a verification that `Verification.facts` gave."""
+    head = f"{'ΔE00':<8}{'without':>9}{'p95':>7}{'with':>9}{'p95':>7}{'worst':>7}"
+    rows = [
+        f"{name:<8}{b['mean']:>9.2f}{b['p95']:>7.2f}{a['mean']:>9.2f}{a['p95']:>7.2f}{a['worst']:>7.2f}"
+        for name, b, a in (
+            ("ink", facts["ink_before"], facts["ink_after"]),
+            ("greys", facts["grey_before"], facts["grey_after"]),
+            ("all", facts["before"], facts["after"]),
+        )
+    ]
+    reach = f"{facts['out']:.0%} of the ink is out of the printer's reach" + (
+        f", by ΔE00 {facts['lost']:.1f} on the mean." if facts["out"] else "."
+    )
+    return [head, *rows, reach, facts["verdict"]]
+
+
+def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
+    """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
+
+    Raises
+    ------
+    InputError
+        No such hand, or an ink of which the printer reaches next to nothing.
+    """
+    samples: Inks = inks.of_hand(hand) if hand else inks.usual(_USUAL)
+    made = strips.make(calibration.table(), samples, paper)
+    calibration.keep_strip(made.facts())
+    return made
+
+
+def pages(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
+    """The strip as the printer's own pixels."""
+    lines = (f"{calibration.name}   calibration of {calibration.made:%Y-%m-%d %H:%M}",)
+    pixels = render(strip.page, profile.dpi, lines, "Verification strip: scan it like the chart, on the same paper")
+    return Printed(strip.page.paper, [pixels], profile.dpi, {"verification": calibration.name})
+
+
+def last_strip(calibration: Calibration) -> Strip:
+    """The strip that was printed last for a calibration.
+
+    Raises
+    ------
+    InputError
+        None was.
+    """
+    facts = calibration.strip()
+    if facts is None:
+        raise InputError(
+            f"No verification strip was printed for {calibration.name} yet: "
+            f"handout calibrate verify --printer {calibration.printer} -o strip.pdf"
+        )
+    return strips.from_facts(facts)
+
+
+def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verification:
+    """Read the scan of the last strip of a calibration and keep what it says.
+
+    Raises
+    ------
+    Refused
+        Not the strip, or not all of it.
+    InputError
+        A file that cannot be read, or no strip was printed.
+    """
+    strip = last_strip(calibration)
+    opened = [one for item in scans for one in ([item] if isinstance(item, Scan) else open_scans(item))]
+    if len(opened) != 1:
+        raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
+    seen, findings = _seen(opened[0], strip, calibration)
+    made = _judged(strip, seen, findings)
+    calibration.keep_strip({**strip.facts(), "seen": seen.round(6).tolist()})
+    calibration.keep_verification(made.facts())
+    return made
+
+
+def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
+    """(n, 3) what the scanner saw of each patch."""
+
+    def page_of(number: int) -> ChartPage | None:
+        return strip.page if FIRST_MARK <= number < FIRST_MARK + MARKS else None
+
+    placement = place(scan, page_of=page_of)
+    sampled = sample(scan.pixels, placement)
+    findings = [
+        *scan.findings, *of_place(placement, scan.source), *of_marks(placement, scan, sampled),
+        *of_pixels(scan, sampled), *_of_colours(strip, sampled.values, calibration, scan.source),
+    ]  # fmt: skip
+    # few colours make few tones; the chart's scan was judged by that already
+    findings = [one for one in findings if one.code != "edited"]
+    for one in findings:
+        if one.severity == "refuse":
+            raise refused(one.code, one.sentence, scan.source)
+    return sampled.values, findings
+
+
+def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str) -> list[Finding]:
+    """Whether these are the colours and the paper that the strip was made for."""
+    from handout.colour.tetrahedra import look_up
+
+    table = calibration.table()
+    foreseen = look_up(table.seen, strip.device)
+    ranks = [float(np.corrcoef(seen[:, k], foreseen[:, k])[0, 1]) for k in range(3)]
+    if not min(ranks) > _OTHER_STRIP:
+        return [Finding("another-strip", "refuse", "The colours are not those of the strip that was printed last for "
+            f"{calibration.name}: scan that, or print a new one with: handout calibrate verify --printer "
+            f"{calibration.printer} -o strip.pdf", source)]  # fmt: skip
+    bare = (strip.device == 1).all(axis=1)
+    off = float(convert.delta_e(convert.lab(seen[bare].mean(axis=0)), convert.lab(table.paper)))
+    if off <= _SAME_PAPER:
+        return []
+    return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another paper, "
+        "or other settings of the scanner. Print the strip on the chart's paper and scan it like the chart.", source)]  # fmt: skip
+
+
+def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:
+    lost = convert.delta_e(convert.lab(strip.wanted), convert.lab(seen))
+    bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
+    plain, matched = ~strip.matched & ~bare, strip.matched
+    before, after = _difference(lost[plain]), _difference(lost[matched])
+    return Verification(
+        datetime.now().astimezone().isoformat(timespec="seconds"), before, after,
+        _difference(lost[plain & ~strip.grey]), _difference(lost[matched & ~strip.grey]),
+        _difference(lost[plain & strip.grey]), _difference(lost[matched & strip.grey]),
+        strip.out, strip.lost, _verdict(before.mean, after.mean), tuple(map(str, findings)),
+    )  # fmt: skip
+
+
+def _verdict(before: float, after: float) -> str:
+    if after >= before:
+        return _NO_HELP
+    return next((said for bound, said in _VERDICTS if after <= bound), _POOR)
+
+
+def _difference(lost: Array) -> Difference:
+    mean, median, p95, worst = (
+        round(float(value), 3) for value in (lost.mean(), np.median(lost), np.percentile(lost, 95), lost.max())
+    )
+    return Difference(mean, median, p95, worst, len(lost))

@@ -1,0 +1,262 @@
+"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: whoever asks shows and prompts.
+
+    Step.PRINT ─ print_chart ─► SCAN ─ take_scans ─► BUILD ─ build ─► STRIP ─ print_strip ─► VERIFY ─ take_strip ─► STORE
+                                 ▲ └ refused: says what to do, keeps the pages that were good
+
+A step that fails leaves everything as it was before it, so that it can be tried again; nothing is stored before the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import handout
+from handout import atomic
+from handout.calibrating import pages, reporting, store, verification
+from handout.calibrating.pages import Printed
+from handout.calibrating.session import Session, Step, opened
+from handout.calibrating.store import Calibration
+from handout.calibrating.verification import Verification
+from handout.colour import cgats
+from handout.colour.chart import Chart, chart
+from handout.colour.chart_tables import ti3
+from handout.colour.drawing import render
+from handout.colour.reading import Finding, Reading, read
+from handout.colour.report import report
+from handout.errors import InputError
+from handout.printing.queue import Queue
+from handout.profiles import Printer
+
+_TOLD = {
+    Step.PRINT: (
+        "Load the paper that you will print on. Choose the quality and paper type that you will print with, and switch "
+        "off colour management, enhancements and 'fit to page'."
+    ),
+    Step.SCAN: (
+        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in colour "
+        "at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save TIFF or PNG."
+    ),
+    Step.BUILD: "The scans are good; the table is built of them.",
+    Step.STRIP: "The verification strip is printed through the new table: load the same paper.",
+    Step.VERIFY: "Let the strip dry, and scan it just like the chart.",
+    Step.STORE: "The calibration is stored.",
+    Step.DONE: "The calibration is stored, and pages for this printer go through it from now on.",
+}
+
+
+class ScansRefused(InputError):
+    """Scans of which no calibration may be made; `findings` say why."""
+
+    def __init__(self, findings: Sequence[Finding], kept: int) -> None:
+        said = " ".join(str(one) for one in findings if one.severity == "refuse")
+        safe = f" The {kept} good scan{'s' if kept > 1 else ''} from before {'are' if kept > 1 else 'is'} kept."
+        super().__init__(said + (safe if kept else ""))
+        self.findings = tuple(findings)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What scans showed: findings that are no reason to refuse them, and pages still missing as a sentence."""
+
+    findings: tuple[Finding, ...]
+    missing: str = ""
+
+
+class Wizard:
+    """One calibration of a printer on a paper."""
+
+    def __init__(
+        self,
+        profile: Printer,
+        printer: str,
+        paper: str = store.PLAIN,
+        *,
+        sheet: str = "A4",
+        chart_pages: int | None = None,
+        scanner: str = "",
+        afresh: bool = False,
+    ) -> None:
+        """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
+
+        Parameters
+        ----------
+        profile : Printer
+        printer, paper : str
+            What they are called in the store.
+        sheet : str
+            "A4" or "letter".
+        chart_pages : int, optional
+            1 or 2; otherwise what the printer's margins ask for.
+        scanner : str
+            What the scanner is called.
+
+        Raises
+        ------
+        InputError
+            Another sheet, or a chart that does not fit the printer's margins.
+        """
+        fitting = fitting_chart(profile, sheet, chart_pages)
+        self.profile = profile
+        self._done = False
+        self.session: Session = opened(printer, paper, fitting.paper.name, len(fitting.pages), scanner, afresh)
+        state = self.session.state
+        self.chart = chart(state.sheet, pages=state.pages)
+
+    @property
+    def step(self) -> Step:
+        """What comes next."""
+        return Step.DONE if self._done else self.session.state.step
+
+    @property
+    def resumed(self) -> bool:
+        """Whether an earlier run is gone on with."""
+        return self.session.resumed
+
+    @property
+    def told(self) -> str:
+        """What the user is to do for the next step."""
+        return _TOLD[self.step]
+
+    @property
+    def name(self) -> str:
+        """``printer/paper``."""
+        return f"{self.session.state.printer}/{self.session.state.paper}"
+
+    def print_chart(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
+        """Print the chart, or write it to `out` for the user to print; the files written.
+
+        Raises
+        ------
+        InputError, PrinterError
+            It cannot be written, or the printer does not take it.
+        """
+        made = chart_pages_of(self.chart, self.profile, self.name)
+        files = self._sent(made, out, queue, "chart")
+        self._at(Step.SCAN)
+        return files
+
+    def take_scans(self, scans: Sequence[Path]) -> Taken:
+        """Read scans of the chart, with those that were taken before; good ones are kept.
+
+        Raises
+        ------
+        ScansRefused
+            Something is wrong with them; what was taken before is still there.
+        InputError
+            A file that cannot be read.
+        """
+        reading = read([*self.session.scans, *scans], self.chart)
+        self._report(reading)
+        refusing = [one for one in reading.findings if one.severity == "refuse"]
+        missing = [one for one in refusing if one.code == "page-missing"]
+        if len(missing) < len(refusing) or not reading.sheets:
+            raise ScansRefused(reading.findings, len(self.session.scans))
+        self.session.keep(scans)
+        warned = tuple(one for one in reading.findings if one.severity == "warn")
+        if missing:
+            return Taken(warned, missing[0].sentence)
+        self._measured(reading)
+        return Taken(warned)
+
+    def build(self, method: str = "forward") -> Calibration:
+        """Build the table of what was measured.
+
+        Raises
+        ------
+        InputError
+            An unknown method, or patches that contradict each other: then the chart has to be scanned again.
+        """
+        state = self.session.state
+        patches = store.read_patches(self.session.patches)
+        made = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
+        self._at(Step.STRIP)
+        return made
+
+    def print_strip(self, out: Path | None = None, hand: str = "", queue: Queue | None = None) -> tuple[Path, ...]:
+        """Print the verification strip, of a hand's own ink if one is named, or write it to `out`.
+
+        Raises
+        ------
+        InputError, PrinterError
+            No such hand; it cannot be written, or the printer does not take it.
+        """
+        built = store.load(self.session.built)
+        strip = verification.prepare(built, hand, self.session.state.sheet)
+        files = self._sent(verification.pages(strip, built, self.profile), out, queue, "strip")
+        self._at(Step.VERIFY)
+        return files
+
+    def take_strip(self, scan: Path) -> Verification:
+        """Read the scan of the strip.
+
+        Raises
+        ------
+        Refused
+            It is not the strip, or not all of it.
+        InputError
+            A file that cannot be read.
+        """
+        made = verification.verify(store.load(self.session.built), [scan])
+        self._at(Step.STORE)
+        return made
+
+    def store(self) -> Calibration:
+        """Keep the calibration; what was needed on the way is removed.
+
+        Raises
+        ------
+        InputError
+            Nothing was built yet, or it cannot be written.
+        """
+        if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
+            raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
+        built = store.load(self.session.built)
+        self._report(read(self.session.scans, self.chart), built)
+        built.keep_report(self.session.report)
+        kept = store.add(built)
+        self.session.close()
+        self._done = True
+        return kept
+
+    def back(self) -> None:
+        """Return to the scan of the chart, without the scans that were taken."""
+        self.session.forget()
+
+    def _report(self, reading: Reading, built: Calibration | None = None) -> None:
+        more = reporting.sections(built) if built is not None else []
+        self.session.go(self.step)
+        atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
+
+    def _measured(self, reading: Reading) -> None:
+        state = self.session.state
+        said = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
+        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in said.items() if value}))
+        self._at(Step.BUILD)
+
+    def _sent(self, made: Printed, out: Path | None, queue: Queue | None, name: str) -> tuple[Path, ...]:
+        if out is not None:
+            return pages.write(made, out)
+        if queue is None and self.profile.simulated:
+            self.session.go(self.step)
+            return pages.write(made, self.session.folder / f"{name}.pdf")
+        pages.send(made, self.profile, queue)
+        return ()
+
+    def _at(self, step: Step) -> None:
+        self.session.go(step)
+
+
+def fitting_chart(profile: Printer, sheet: str = "A4", count: int | None = None) -> Chart:
+    """The chart for a printer's margins; raises InputError, DoesNotFit."""
+    edge = profile.margins
+    return chart(sheet, pages=count, margins=(edge.top, edge.right, edge.bottom, edge.left))
+
+
+def chart_pages_of(made: Chart, profile: Printer, name: str) -> Printed:
+    """The pages of a chart as the printer's own pixels."""
+    lines = (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)
+    pixels = [render(page, profile.dpi, lines) for page in made.pages]
+    return Printed(made.paper, pixels, profile.dpi, {"chart": made.version, "printer": name})

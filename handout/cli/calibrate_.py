@@ -1,0 +1,280 @@
+"""`handout calibrate`: match a printer's colours to the ink, step by step; what is done afterwards is in `calibrated_`."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from handout.cli import calibrated_, results
+from handout.errors import HandoutError, InputError
+
+if TYPE_CHECKING:
+    from handout.calibrating.loop import Loop
+    from handout.calibrating.session import Step
+    from handout.calibrating.verification import Verification
+    from handout.calibrating.wizard import Wizard
+    from handout.colour.reading import Finding
+
+F = TypeVar("F", bound=Callable[..., Any])
+_PATH = click.Path(path_type=Path)
+_METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
+
+paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
+printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
+method_option = click.option(
+    "--method", type=_METHODS, default="forward", show_default=True, help="How the table is made of the patches."
+)
+
+
+def _chart_options(function: F) -> F:
+    for option in reversed((
+        click.option("--sheet", default="A4", show_default=True, help="A4 or letter."),
+        click.option("--pages", "pages_", type=int, help="1, or 2 where the printer's margins are wide."),
+    )):  # fmt: skip
+        function = option(function)
+    return function
+
+
+@click.group("calibrate")
+def command() -> None:
+    """Make a printer's colours those of the ink: print a chart, scan it, and pages go through what it shows.
+
+    \b
+    handout calibrate wizard --printer epson      step by step
+    handout calibrate wizard --printer sim        to see how it goes, without a printer
+    """
+
+
+for _command in calibrated_.COMMANDS:
+    command.add_command(_command)
+
+
+@command.command()
+@printer_option
+@paper_option
+@_chart_options
+@click.option("--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files.")
+@click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
+@click.option("--hand", default="", help="Verify with the ink of this hand instead of usual inks.")
+@click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
+@method_option
+@click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
+@click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left.")
+@click.option("--fault", "faults", multiple=True, help="With sim: something that is wrong with the simulated printer.")
+@results.output_options
+def wizard(**given: Any) -> int:
+    """Calibrate a printer step by step; a run that was left is gone on with.
+
+    \b
+    handout calibrate wizard --printer epson --paper plain
+    handout calibrate wizard --printer epson --scanner "epson2:libusb:001:004"
+    handout calibrate wizard --printer pdf -o charts       print the files yourself
+    handout calibrate wizard --printer sim --paper cream
+    """
+    from handout.calibrating.loop import simulated
+    from handout.calibrating.session import Step
+    from handout.calibrating.wizard import Wizard
+    from handout.printing.submit import resolve
+
+    profile = resolve(given["printer"])
+    if profile.file and not profile.simulated and given["output"] is None:
+        raise InputError(f"{given['printer']} writes files: name a folder for chart and strip with -o.")
+    say = results.talk(given["quiet"])
+    loop = simulated(profile, given["paper"], given["faults"]) if profile.simulated else None
+    made = Wizard(
+        profile, given["printer"], given["paper"], sheet=given["sheet"], chart_pages=given["pages_"],
+        scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
+        afresh=given["afresh"],
+    )  # fmt: skip
+    if made.resumed:
+        say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
+    run = _Run(made, loop, given, say)
+    try:
+        while made.step is not Step.DONE:
+            run.step()
+    except (click.Abort, KeyboardInterrupt) as stop:
+        again = f"handout calibrate wizard --printer {given['printer']} --paper {given['paper']}"
+        stop.add_note(f"What was done so far is kept; go on with: {again}")
+        raise
+    assert run.stored is not None
+    said = f"Stored: {run.stored.described()}; report: {run.stored.report}."
+    results.report(run.stored.facts(), said, as_json=given["as_json"], quiet=given["quiet"])
+    return 0
+
+
+class _Run:
+    """The wizard in a terminal: what it says is shown, what it needs is asked for."""
+
+    def __init__(self, made: Wizard, loop: Loop | None, given: dict[str, Any], say: Callable[[str], None]) -> None:
+        self.made, self.loop, self.given, self.say = made, loop, given, say
+        self.stored: Any = None
+        self.sent: dict[str, Path] = {}
+
+    def step(self) -> None:
+        """Do what comes next."""
+        from handout.calibrating.session import Step
+
+        now = self.made.step
+        self.say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}")
+        self.say(self.made.told)
+        {Step.PRINT: self._print, Step.SCAN: self._scan, Step.BUILD: self._build, Step.STRIP: self._strip,
+         Step.VERIFY: self._verify, Step.STORE: self._store}[now]()  # fmt: skip
+
+    def _print(self) -> None:
+        self._printed(self.made.print_chart, "chart")
+
+    def _strip(self) -> None:
+        if self.given["no_verify"]:
+            self._store()
+            return
+        self._printed(lambda out: self.made.print_strip(out, self.given["hand"]), "strip")
+
+    def _printed(self, send: Callable[[Path | None], Sequence[Path]], name: str) -> None:
+        folder = self.given["output"]
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+        elif self.loop is None:
+            click.prompt("Press Enter when the paper is loaded", default="", show_default=False, err=True)
+        files = send(folder / f"{name}.pdf" if folder is not None else None)
+        where = ", ".join(map(str, files)) or f"sent to {self.made.profile.queue or self.given['printer']}"
+        self.say(f"The {name}: {where}.")
+
+    def _scan(self) -> None:
+        taken = self._until_good(lambda: self.made.take_scans(self._scans("chart")))
+        self._findings(taken.findings)
+        if taken.missing:
+            self.say(taken.missing)
+
+    def _build(self) -> None:
+        made = self.made.build(self.given["method"])
+        self.say(f"The table misses its own patches by ΔE00 {made.misses:.2f} on the mean.")
+
+    def _verify(self) -> None:
+        made: Verification = self._until_good(lambda: self.made.take_strip(self._scans("strip")[0]))
+        for line in [*made.findings, *made.lines()]:
+            self.say(line)
+        if not made.helps and not click.confirm("Store it all the same?", default=False, err=True):
+            self.made.back()
+
+    def _store(self) -> None:
+        self.stored = self.made.store()
+
+    def _until_good(self, take: Callable[[], Any]) -> Any:
+        """What `take` gives; a person at a terminal may try again."""
+        while True:
+            try:
+                return take()
+            except HandoutError as error:
+                if self.loop is not None or not click.get_text_stream("stdin").isatty():
+                    raise
+                self.say(str(error))
+
+    def _scans(self, name: str) -> list[Path]:
+        """Scans of what was printed last."""
+        work = Path(tempfile.mkdtemp(prefix="handout-scan-"))
+        if self.loop is not None:
+            return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif")
+        if self.given["scanner"]:
+            from handout.calibrating import scanner
+
+            click.prompt(f"Press Enter when the {name} lies on the glass", default="", show_default=False, err=True)
+            self.say("Scanning …")
+            return [scanner.scan(self.given["scanner"], self.made.chart.paper, work / f"{name}.tif")]
+        return [Path(click.prompt(f"File with the scan of the {name}", err=True).strip().strip("'\""))]
+
+    def _findings(self, findings: Sequence[Finding]) -> None:
+        for one in findings:
+            self.say(f"warning: {one}")
+
+
+@command.command()
+@printer_option
+@paper_option
+@_chart_options
+@click.option("-o", "--output", type=_PATH, help="PDF to print yourself; without it the chart goes to the printer.")
+@click.option("--dry-run", type=_PATH, help="PNG: the very pixels that the printer would get.")
+@results.output_options
+def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path | None, dry_run: Path | None,
+          as_json: bool, quiet: bool) -> int:  # fmt: skip
+    """Print the calibration chart, or write it to a file.
+
+    \b
+    handout calibrate chart --printer epson -o chart.pdf
+    handout calibrate chart --printer epson --dry-run chart.png
+    """
+    from handout.calibrating import pages, store
+    from handout.calibrating.wizard import chart_pages_of, fitting_chart
+    from handout.printing.submit import resolve
+
+    profile = resolve(printer)
+    if profile.file and output is None and dry_run is None:
+        raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
+    made = chart_pages_of(fitting_chart(profile, sheet, pages_), profile, f"{store.key(printer)}/{store.key(paper)}")
+    files = [path for out in (output, dry_run) if out is not None for path in pages.write(made, out)]
+    jobs = [] if files else list(pages.send(made, profile))
+    result = {"files": [str(path) for path in files], "jobs": jobs, "pages": len(made.pixels), "dpi": made.dpi}
+    said = f"Chart of {len(made.pixels)} page(s) at {made.dpi} dpi: {', '.join(result['files']) or f'{len(jobs)} jobs sent'}."
+    results.report(result, said, as_json=as_json, quiet=quiet)
+    return 0
+
+
+@command.command()
+@click.argument("scans", nargs=-1, required=True, type=_PATH)
+@click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
+@click.option("--report", "report_", type=_PATH, help="A page with pictures of what was read, .html.")
+@results.output_options
+def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: bool, quiet: bool) -> int:
+    """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
+
+    \b
+    handout calibrate read scan.tif -o patches.ti3 --report report.html
+    """
+    from handout import atomic
+    from handout.calibrating.wizard import ScansRefused
+    from handout.colour import cgats
+    from handout.colour.chart_tables import ti3
+    from handout.colour.reading import read as read_chart
+    from handout.colour.report import write_report
+
+    atomic.check_writable(output)
+    reading = read_chart(scans)
+    if report_ is not None:
+        write_report(report_, reading)
+    if not quiet:
+        for one in reading.findings:
+            click.echo(f"{one.severity}: {one}", err=True)
+    if not reading.usable:
+        raise ScansRefused(reading.findings, 0)
+    cgats.write(output, ti3(reading))
+    findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
+    result = {"patches": len(reading.device), "findings": findings, "files": [str(output)]}
+    results.report(result, f"{len(reading.device)} colours read: {output}.", as_json=as_json, quiet=quiet)
+    return 0
+
+
+@command.command()
+@click.argument("patches", type=_PATH)
+@printer_option
+@paper_option
+@click.option("--scanner-name", default="", help="What the scanner is called, for the record.")
+@method_option
+@results.output_options
+def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, as_json: bool, quiet: bool) -> int:
+    """Build the table of PATCHES (.ti3) and store it for the printer.
+
+    \b
+    handout calibrate build patches.ti3 --printer epson
+    """
+    from handout.calibrating import store
+
+    made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
+    said = (
+        f"Stored: {made.described()}; it misses its own patches by ΔE00 {made.misses:.2f} on the mean. Verify it: "
+        f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf"
+    )
+    results.report(made.facts(), said, as_json=as_json, quiet=quiet)
+    return 0

@@ -1,0 +1,143 @@
+"""What a printer is asked for, page by page, within what it can do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from handout.errors import ProfileError
+from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, Value, attribute
+
+_DOTS_AN_INCH = 3
+_HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
+_PLAIN = (Tag.KEYWORD, Tag.ENUM, Tag.INTEGER, Tag.BOOLEAN, Tag.NAME)
+
+
+@dataclass(frozen=True)
+class Request:
+    """One page for a printer.
+
+    title : name of the job.
+    format : MIME type of the document.
+    width, height : mm, of the sheet as it is fed: `width` lies across the feed.
+    source : tray; empty for the printer's own choice.
+    type : kind of paper, taken where the printer has it.
+    copies : how many; told always, because some printers make more than one of their own accord.
+    options : further attributes by name, each a value that the printer's own list of them decides the type of.
+    """
+
+    title: str
+    format: str
+    width: float
+    height: float
+    source: str = ""
+    type: str = ""
+    copies: int = 1
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Abilities:
+    """A printer's attributes, as it told them."""
+
+    message: Message
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """The values of an attribute that are text; none if the printer does not have it."""
+        return tuple(value.value for value in self.message.all(name, Tag.PRINTER) if isinstance(value.value, str))
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """MIME types of the documents that it prints."""
+        return self.texts("document-format-supported")
+
+    @property
+    def operations(self) -> frozenset[int]:
+        """The operations that it knows."""
+        values = self.message.all("operations-supported", Tag.PRINTER)
+        return frozenset(value.value for value in values if isinstance(value.value, int))
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why it is in the state it is in."""
+        return self.texts("printer-state-reasons")
+
+    def raster_dpi(self, wanted: int) -> int:
+        """The resolution for PWG raster that is nearest to `wanted`: the least of those above it, else the greatest."""
+        values = self.message.all("pwg-raster-document-resolution-supported", Tag.PRINTER)
+        square = sorted(
+            value.value.across
+            for value in values
+            if isinstance(value.value, Resolution)
+            and value.value.unit == _DOTS_AN_INCH
+            and value.value.across == value.value.along
+        )
+        return next((dpi for dpi in square if dpi >= wanted), square[-1] if square else wanted)
+
+    def urf_dpi(self, wanted: int) -> int:
+        """The same for URF, whose resolutions stand in one keyword: RS300-600."""
+        listed = next((word[2:] for word in self.texts("urf-supported") if word.startswith("RS")), "")
+        square = sorted(int(part) for part in listed.split("-") if part.isdigit())
+        return next((dpi for dpi in square if dpi >= wanted), square[-1] if square else wanted)
+
+
+def job_attributes(request: Request, abilities: Abilities) -> tuple[Attribute, ...]:
+    """The attributes of a job: the sheet by its size, tray and kind of paper; never scaled.
+
+    Raises
+    ------
+    ProfileError
+        A tray or an option that the printer does not have.
+    """
+    made = [attribute("media-col", Tag.COLLECTION, _media_col(request, abilities))]
+    if "none" in abilities.texts("print-scaling-supported"):
+        made.append(attribute("print-scaling", Tag.KEYWORD, "none"))
+    if abilities.message.all("copies-supported", Tag.PRINTER):
+        made.append(attribute("copies", Tag.INTEGER, request.copies))
+    if "one-sided" in abilities.texts("sides-supported"):
+        made.append(attribute("sides", Tag.KEYWORD, "one-sided"))
+    options = {name: _option(name, value, abilities) for name, value in request.options.items()}
+    return (*(one for one in made if one.name not in options), *options.values())
+
+
+def _media_col(request: Request, abilities: Abilities) -> tuple[Attribute, ...]:
+    across, along = (round(side * _HUNDREDTHS) for side in (request.width, request.height))
+    size = (attribute("x-dimension", Tag.INTEGER, across), attribute("y-dimension", Tag.INTEGER, along))
+    members = [attribute("media-size", Tag.COLLECTION, size)]
+    trays = abilities.texts("media-source-supported")
+    if request.source:
+        if request.source not in trays:
+            raise ProfileError(f"The printer has no tray {request.source!r}; {_listed('trays', trays)}.")
+        members.append(attribute("media-source", Tag.KEYWORD, request.source))
+    if request.type and request.type in abilities.texts("media-type-supported"):
+        members.append(attribute("media-type", Tag.KEYWORD, request.type))
+    return tuple(members)
+
+
+def _option(name: str, value: str, abilities: Abilities) -> Attribute:
+    """An option with the type that the printer's list of its values has."""
+    listed = abilities.message.all(f"{name}-supported", Tag.PRINTER)
+    if not listed:
+        raise ProfileError(f"The printer has no option {name!r}: leave it out of the profile's options.")
+    ranged = any(isinstance(one.value, Range) for one in listed)
+    tag = Tag.INTEGER if ranged else listed[0].tag
+    if tag not in _PLAIN:
+        raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
+    if tag in (Tag.KEYWORD, Tag.NAME):
+        if value not in abilities.texts(f"{name}-supported"):
+            raise ProfileError(f"{name} = {value!r} is not among {_listed('the values', _words(listed))}.")
+        return attribute(name, tag, value)
+    if tag == Tag.BOOLEAN:
+        return attribute(name, tag, value.lower() in ("true", "yes", "1"))
+    try:
+        return attribute(name, tag, int(value))
+    except ValueError:
+        raise ProfileError(f"{name} = {value!r} must be a whole number.") from None
+
+
+def _words(values: Iterable[Value]) -> tuple[str, ...]:
+    return tuple(str(value.value) for value in values)
+
+
+def _listed(what: str, names: tuple[str, ...]) -> str:
+    return f"{what} that it lists: {', '.join(names)}" if names else f"it lists no {what}"

@@ -1,0 +1,73 @@
+"""The HTTP side of the simulated IPP printer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from http.server import BaseHTTPRequestHandler
+from typing import Protocol
+
+from handout.errors import PrinterError
+from handout.printing.ipp.message import Message, decode, encode
+
+_HEAD = 8192  # bytes; the attributes of a print request are shorter
+
+
+class Device(Protocol):
+    """What requests are handed to."""
+
+    def break_now(self, request: Message) -> Callable[[int], int] | None:
+        """Whether the connection is to break: bytes announced → bytes still read."""
+        ...
+
+    def torn(self, request: Message, document: bytes) -> None:
+        """The connection broke in the middle of a document."""
+        ...
+
+    def answer(self, request: Message, document: bytes) -> Message | None:
+        """What it says; None if the connection breaks instead."""
+        ...
+
+
+def handler(device: Device, path: str) -> type[BaseHTTPRequestHandler]:
+    """A request handler for `device`, which is found at `path`."""
+
+    class Handler(BaseHTTPRequestHandler):
+        """One connection."""
+
+        protocol_version = "HTTP/1.1"
+
+        def do_POST(self) -> None:
+            """One request, with or without a document."""
+            if self.path != path or self.headers.get("Content-Type") != "application/ipp":
+                self.send_error(404)
+                return
+            try:
+                answer = self._answer(int(self.headers.get("Content-Length", "0")))
+            except (PrinterError, ValueError):
+                self.send_error(400)
+                return
+            if answer is None:
+                self.close_connection = True
+                return
+            body = encode(answer)
+            self.send_response(200)
+            self.send_header("Content-Type", "application/ipp")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def _answer(self, length: int) -> Message | None:
+            """The device's answer; attributes come first, so that it is known whether the rest is going to be lost."""
+            data = self.rfile.read(min(length, _HEAD))
+            request, behind = decode(data)
+            broken = device.break_now(request)
+            data += self.rfile.read(max((broken(length) if broken else length) - len(data), 0))
+            if len(data) < length:
+                device.torn(request, data[behind:])
+                return None
+            return device.answer(request, data[behind:])
+
+        def log_message(self, format: str, *arguments: object) -> None:
+            """Keep quiet."""
+
+    return Handler

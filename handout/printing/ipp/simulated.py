@@ -1,0 +1,309 @@
+"""A simulated IPP printer: a server on this computer that takes pages as a real printer does, and fails on demand.
+
+It speaks IPP 1.1 and 2.0 (Get-Printer-Attributes, Validate-Job, Print-Job, Get-Job-Attributes, Get-Jobs, Cancel-Job),
+knows envelopes and custom sizes, keeps every document that it "prints" byte for byte, and refuses what it does not
+have.  ``python -m handout.printing.ipp printed`` runs one until Ctrl-C; ``--help`` names its faults.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from http.server import ThreadingHTTPServer
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from handout import atomic
+from handout.printing.formats import MIME
+from handout.printing.ipp.client import Operation
+from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute
+from handout.printing.ipp.serving import handler
+from handout.printing.ipp.words import JobState, Status
+
+_PATH = "/ipp/print"
+_TRAYS, _TYPES = ("auto", "rear", "main"), ("stationery", "envelope")
+# mm, the shorter side first, and the custom sizes: least and greatest
+_SIZES = ((110, 220), (114, 162), (162, 229), (104.775, 241.3), (210, 297), (148, 210))
+_CUSTOM = ((90, 216), (140, 360))
+_NEAR = 20  # 1/100 mm: sizes nearer than this are the same
+_ENDINGS = {mime: ending for ending, mime in MIME.items()}
+_BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, Status.OPERATION_NOT_SUPPORTED
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong; jobs are counted from 1.
+
+    busy : so many print requests are refused as busy first; empty_at : the job at which the tray is empty; jam_at :
+    the job that jams and is given up; cleared_after : s until somebody has filled the tray or taken out what had
+    jammed, 0 for never (see `SimulatedPrinter.clear`); until then nothing is printed;
+    hold_at : the job that is held; lie_at : the job that jams and yet is called completed; lost_at : the job in the
+    middle of whose document the connection breaks, before the printer knows of it; torn_at : the same, and the printer
+    keeps the beginning; unanswered_at : the job that is taken and printed, and the connection broken before the answer;
+    slow : s before every answer; printing : s that a sheet takes; forgetful : jobs are forgotten when they are over;
+    old : it speaks IPP 1.1 only; no_envelopes : it takes A4 and A5 only; formats : what it prints.
+    """
+
+    busy: int = 0
+    empty_at: int = 0
+    cleared_after: float = 0.0
+    jam_at: int = 0
+    hold_at: int = 0
+    lie_at: int = 0
+    lost_at: int = 0
+    torn_at: int = 0
+    unanswered_at: int = 0
+    slow: float = 0.0
+    printing: float = 0.02
+    forgetful: bool = False
+    old: bool = False
+    no_envelopes: bool = False
+    formats: tuple[str, ...] = ("application/pdf", "image/pwg-raster", "image/urf")
+
+
+@dataclass
+class SimulatedJob:
+    """A job as the printer keeps it: what it was told, and what it received."""
+
+    number: int
+    name: str
+    format: str
+    attributes: tuple[Attribute, ...]
+    document: bytes
+    state: JobState = JobState.PROCESSING
+    reasons: tuple[str, ...] = ("job-printing",)
+    since: float = field(default_factory=time.monotonic)
+
+
+class SimulatedPrinter:
+    """The printer; a context that runs its server on a free port of this computer, or on `port`.
+
+    jobs : everything that it was given, in order; printed : what came out of it.
+    """
+
+    def __init__(self, folder: Path | None = None, faults: Faults | None = None, port: int = 0) -> None:
+        """`folder` receives what is printed, called job-001.pdf and so on; without one it is in memory only."""
+        self.faults = faults or Faults()
+        self.jobs: list[SimulatedJob] = []
+        self.printed: list[SimulatedJob] = []
+        self.received = 0  # print requests that were not refused as busy, broken ones included
+        self._folder, self._stopped = folder, 0.0
+        self._reasons: tuple[str, ...] = ("none",)
+        self._lock = threading.RLock()
+        self._server = ThreadingHTTPServer(("127.0.0.1", port), handler(self, _PATH))
+        self._server.daemon_threads = True
+
+    @property
+    def uri(self) -> str:
+        """Where it is."""
+        return f"ipp://127.0.0.1:{self._server.server_port}{_PATH}"
+
+    def __enter__(self) -> SimulatedPrinter:
+        threading.Thread(target=self._server.serve_forever, args=(0.02,), daemon=True).start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+
+    def clear(self) -> None:
+        """Fill the tray and take out what has jammed: what waits goes on."""
+        with self._lock:
+            self.faults, self._reasons = replace(self.faults, empty_at=0), ("none",)
+
+    def break_now(self, request: Message) -> Callable[[int], int] | None:
+        """For a print request whose connection is to break: bytes of the document announced → bytes still read."""
+        if request.code != Operation.PRINT_JOB or self.faults.busy > 0:
+            return None
+        number = self.received + 1
+        return (lambda length: length // 2) if number in (self.faults.lost_at, self.faults.torn_at) else None
+
+    def torn(self, request: Message, document: bytes) -> None:
+        """The connection broke in the middle of a document."""
+        with self._lock:
+            self.received += 1
+            if self.received == self.faults.torn_at:
+                job = self._job(request, document)
+                job.state, job.reasons = JobState.ABORTED, ("aborted-by-system",)
+
+    def answer(self, request: Message, document: bytes) -> Message | None:
+        """What it says to a request; None if the connection breaks instead."""
+        time.sleep(self.faults.slow)
+        with self._lock:
+            self._advance()
+            if self.faults.old and request.version > (1, 1):
+                return _message(request, Status.VERSION_NOT_SUPPORTED)
+            does: dict[int, Callable[[], Message | None]] = {
+                Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._about()),
+                Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, Status.OK),
+                Operation.PRINT_JOB: lambda: self._print(request, document),
+                Operation.GET_JOB_ATTRIBUTES: lambda: self._tell(request),
+                Operation.GET_JOBS: lambda: self._list(request),
+                Operation.CANCEL_JOB: lambda: self._cancel(request),
+            }
+            return does.get(request.code, lambda: _message(request, _OTHER_OPERATION))()
+
+    def _print(self, request: Message, document: bytes) -> Message | None:
+        if self.faults.busy > 0:
+            self.faults = replace(self.faults, busy=self.faults.busy - 1)
+            return _message(request, Status.BUSY)
+        refusal = self._refusal(request)
+        if refusal is not None:
+            return refusal
+        self.received += 1
+        job = self._job(request, document)
+        if self.received == self.faults.unanswered_at:
+            return None
+        return _message(request, Status.OK, _facts(job))
+
+    def _job(self, request: Message, document: bytes) -> SimulatedJob:
+        told = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
+        name, kind = (str(_first(request, key, "")) for key in ("job-name", "document-format"))
+        job = SimulatedJob(len(self.jobs) + 1, name, kind, told, document)
+        self.jobs.append(job)
+        return job
+
+    def _advance(self) -> None:
+        """Bring every job on by the time that has gone."""
+        after = self.faults.cleared_after
+        if self._reasons != ("none",) and after and time.monotonic() - self._stopped >= after:
+            self.clear()
+        for job in self.jobs:
+            if job.state.over or job.state == JobState.HELD:
+                continue
+            waited, f = time.monotonic() - job.since, self.faults
+            if job.number == f.hold_at:
+                job.state, job.reasons = JobState.HELD, ("job-hold-until-specified",)
+            elif self._reasons != ("none",):
+                job.state, job.reasons, job.since = JobState.STOPPED, ("printer-stopped",), time.monotonic()
+            elif job.number == f.empty_at:
+                self._stop("media-empty-error")
+            elif job.number == f.jam_at:
+                job.state, job.reasons = JobState.ABORTED, ("aborted-by-system",)
+                self._stop("media-jam-error")
+            elif waited >= f.printing:
+                self._finish(job)
+            elif job.state == JobState.STOPPED:
+                job.state, job.reasons = JobState.PROCESSING, ("job-printing",)
+
+    def _stop(self, reason: str) -> None:
+        self._reasons, self._stopped = (reason,), time.monotonic()
+
+    def _finish(self, job: SimulatedJob) -> None:
+        job.state, job.reasons = JobState.COMPLETED, ("job-completed-successfully",)
+        if job.number == self.faults.lie_at:
+            self._stop("media-jam-error")
+            return
+        self.printed.append(job)
+        if self._folder is not None:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            atomic.write(self._folder / f"job-{job.number:03d}.{_ENDINGS.get(job.format, 'prn')}", job.document)
+
+    def _tell(self, request: Message) -> Message:
+        job = self._asked(request)
+        return _message(request, Status.NOT_FOUND) if job is None else _message(request, Status.OK, _facts(job))
+
+    def _list(self, request: Message) -> Message:
+        over = _first(request, "which-jobs", "not-completed") == "completed"
+        known = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
+        return _message(request, Status.OK, *(_facts(job) for job in known))
+
+    def _cancel(self, request: Message) -> Message:
+        job = self._asked(request)
+        if job is None:
+            return _message(request, Status.NOT_FOUND)
+        if job.state.over:
+            return _message(request, Status.NOT_POSSIBLE)
+        job.state, job.reasons = JobState.CANCELED, ("job-canceled-by-user",)
+        return _message(request, Status.OK)
+
+    def _asked(self, request: Message) -> SimulatedJob | None:
+        number = _first(request, "job-id", 0)
+        found = next((job for job in self.jobs if job.number == number), None)
+        return None if found is not None and found.state.over and self.faults.forgetful else found
+
+    def _refusal(self, request: Message) -> Message | None:
+        """Why a page cannot be printed; None if it can."""
+        if _first(request, "document-format", "") not in self.faults.formats:
+            return _message(request, _BAD_FORMAT)
+        column = request.all("media-col", Tag.JOB)
+        if not column or not isinstance(column[0].value, tuple):
+            return _message(request, _BAD_REQUEST)
+        told = Message(0, (Group(Tag.JOB, column[0].value),))
+        size = _first(told, "media-size", ())
+        sides = [_first(Message(0, (Group(Tag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
+        wrong = not self._takes(sides[0], sides[1]) or _first(told, "media-source", "auto") not in _TRAYS
+        wrong = wrong or _first(told, "media-type", "stationery") not in _TYPES
+        if not wrong:
+            return None
+        return _message(request, Status.NOT_SUPPORTED, Group(Tag.UNSUPPORTED_GROUP, (Attribute("media-col", column),)))
+
+    def _takes(self, across: int, along: int) -> bool:
+        sizes = [tuple(sorted((round(a * 100), round(b * 100)))) for a, b in self._sizes()]
+        short, long = sorted((across, along))
+        fits = any(abs(short - a) <= _NEAR and abs(long - b) <= _NEAR for a, b in sizes)
+        (least, most), (short_least, long_most) = _CUSTOM
+        custom = least * 100 <= short <= short_least * 100 and most * 50 <= long <= long_most * 100
+        return fits or (custom and not self.faults.no_envelopes)
+
+    def _sizes(self) -> tuple[tuple[float, float], ...]:
+        return _SIZES[4:] if self.faults.no_envelopes else _SIZES
+
+    def _about(self) -> Group:
+        """Its attributes."""
+        state = 5 if self._reasons == ("none",) else 3
+        resolutions = (Resolution(300, 300), Resolution(600, 600))
+        return Group(
+            Tag.PRINTER,
+            (
+                attribute("printer-uri-supported", Tag.URI, self.uri),
+                attribute("printer-name", Tag.NAME, "Simulated"),
+                attribute("printer-state", Tag.ENUM, state),
+                attribute("printer-state-reasons", Tag.KEYWORD, *self._reasons),
+                attribute("printer-is-accepting-jobs", Tag.BOOLEAN, True),
+                attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
+                attribute("operations-supported", Tag.ENUM, *Operation),
+                attribute("document-format-supported", Tag.MIME_TYPE, *self.faults.formats),
+                attribute("media-source-supported", Tag.KEYWORD, *_TRAYS),
+                attribute("media-type-supported", Tag.KEYWORD, *_TYPES),
+                attribute("print-scaling-supported", Tag.KEYWORD, "auto", "none"),
+                attribute("sides-supported", Tag.KEYWORD, "one-sided"),
+                attribute("copies-supported", Tag.RANGE, Range(1, 99)),
+                attribute("print-quality-supported", Tag.ENUM, 3, 4, 5),
+                attribute("pwg-raster-document-resolution-supported", Tag.RESOLUTION, *resolutions),
+                attribute("urf-supported", Tag.KEYWORD, "V1.4", "RS300-600", "SRGB24"),
+            ),
+        )
+
+
+def _facts(job: SimulatedJob) -> Group:
+    return Group(
+        Tag.JOB,
+        (
+            attribute("job-id", Tag.INTEGER, job.number),
+            attribute("job-name", Tag.NAME, job.name),
+            attribute("job-state", Tag.ENUM, job.state),
+            attribute("job-state-reasons", Tag.KEYWORD, *job.reasons),
+        ),
+    )
+
+
+def _first(request: Message, name: str, otherwise: Any) -> Any:
+    values: tuple[Value, ...] = request.all(name)
+    return values[0].value if values else otherwise
+
+
+def _message(request: Message, code: int, *groups: Group) -> Message:
+    head = Group(
+        Tag.OPERATION,
+        (
+            attribute("attributes-charset", Tag.CHARSET, "utf-8"),
+            attribute("attributes-natural-language", Tag.LANGUAGE, "en"),
+        ),
+    )
+    return Message(code, (head, *groups), request.request, min(request.version, (2, 0)))

@@ -1,0 +1,265 @@
+"""What became of every envelope of a batch, as JSON lines, so that a batch that broke off can be gone on with.
+
+There is a file for every batch, which is known by its table, its hand and its options, in the user's state folder.
+A run begins with what it is, ``{"begun": "2026-03-01T09:30:00", "run": "4f2a9c", "table": "…", "facts": {…}, "seed":
+7}``, one that goes on with it with ``{"resumed": …, "run": …}``.  Then comes a line for every step of every envelope:
+``{"row": 5, "copy": 1, "state": "sending", "title": "handout 4f2a9c row 5"}``, then ``"sent"`` with the job's name,
+then ``"completed"``, ``"failed"`` or ``"doubtful"``.  Lines are only ever added, and each is on the disk before the
+next step is taken; of a line that was cut off by a crash nothing is believed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, TextIO
+
+import platformdirs
+
+from handout.errors import InputError
+from handout.printing.address import Row
+
+State = Literal["sending", "sent", "completed", "failed", "doubtful"]
+_TABLE, _HAND = "content of the table", "content of the hand's file"
+_TOLD = ("title", "job", "why")
+Piece = tuple[int, int]  # number of the row, and of the copy from 1
+
+
+@dataclass(frozen=True)
+class Step:
+    """The last that is known of an envelope."""
+
+    state: State
+    title: str = ""
+    job: str = ""
+    why: str = ""
+
+
+def _next(before: Step | None, state: State, more: Mapping[str, str]) -> Step:
+    """A step after another: the job stays the same until the envelope is sent anew."""
+    known = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
+    return Step(state, **{**known, **more})
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What makes two batches the same one.
+
+    table : its file, for messages; facts : every option by name, and the content of the table and of the hand's file
+    as digests.
+    """
+
+    table: Path
+    facts: Mapping[str, Any]
+
+    @property
+    def key(self) -> str:
+        """The same for the same batch."""
+        return _digest(json.dumps(self.facts, sort_keys=True))
+
+
+def batch(table: Path, rows: Sequence[Row], hand: Path, options: Mapping[str, Any]) -> Batch:
+    """The batch of these rows, written by the hand in this file, with these options (JSON values)."""
+    content = json.dumps([[row.number, row.lines, row.problem] for row in rows])
+    hand_digest = hashlib.sha256(hand.read_bytes()).hexdigest()
+    return Batch(table.resolve(), {**options, _TABLE: _digest(content), _HAND: hand_digest})
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def folder() -> Path:
+    """Where journals are kept; it need not exist."""
+    return Path(platformdirs.user_state_dir("handout", appauthor=False)) / "batches"
+
+
+@dataclass
+class Journal:
+    """The journal of one run; without a stream it is kept in memory only.
+
+    run : part of the titles of its jobs, so that no other job is taken for one of them.
+    """
+
+    run: str = ""
+    seed: int | None = None
+    resumed: bool = False
+    path: Path | None = None
+    steps: dict[Piece, Step] = field(default_factory=dict)
+    _stream: TextIO | None = None
+    _head: Mapping[str, Any] | None = None  # written before the first step: a run that sends nothing leaves no trace
+
+    def title(self, piece: Piece) -> str:
+        """What the job of an envelope is called at the printer; nobody's name is in it."""
+        row, copy = piece
+        return " ".join(["handout", *([self.run] if self.run else []), f"row {row}", *([f"copy {copy}"] * (copy > 1))])
+
+    def note(self, piece: Piece, state: State, **more: str) -> None:
+        """Add a step of an envelope; it is on the disk when this returns."""
+        self.steps[piece] = _next(self.steps.get(piece), state, more)
+        self._write({"row": piece[0], "copy": piece[1], "state": state, **more})
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # one that goes on with another ends it even if there was nothing left to do
+        if self._head is None or (self.resumed and error is None):
+            self._write({"ended": "done" if error is None else str(error) or type(error).__name__})
+        if self._stream is not None:
+            self._stream.close()
+
+    def _write(self, entry: Mapping[str, Any]) -> None:
+        if self._stream is not None:
+            entries = [entry] if self._head is None else [self._head, entry]
+            self._stream.write("".join(json.dumps(one) + "\n" for one in entries))
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+        self._head = None
+
+
+def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = False) -> Journal:
+    """A new run of a batch.
+
+    Raises
+    ------
+    InputError
+        The journal cannot be written, or another program is printing this batch; the run before this one broke off,
+        unless it is to be done `afresh`.
+    """
+    path = (place or folder()) / f"{what.key[:24]}.jsonl"
+    before = _read(path)
+    if before is not None and before.ended != "done" and not afresh:
+        raise InputError(
+            f"This batch of {what.table.name} was begun on {_time(before)} and broke off: go on with --resume, or "
+            "print all of it again with --afresh."
+        )
+    run = secrets.token_hex(3)
+    head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
+    return Journal(run, seed, False, path, {}, _opened(path), head)
+
+
+def resume(what: Batch, place: Path | None = None) -> Journal:
+    """The journal of the batch's last run, to be gone on with.
+
+    Raises
+    ------
+    InputError
+        There is no such run: no batch of this table, or one of other content, hand or options.
+    """
+    path = (place or folder()) / f"{what.key[:24]}.jsonl"
+    last = _read(path)
+    if last is None:
+        raise InputError(_nothing_to_resume(what, place or folder()))
+    run = secrets.token_hex(3)
+    return Journal(run, last.head["seed"], True, path, last.steps, _opened(path), {"resumed": _now(), "run": run})
+
+
+@dataclass
+class _Run:
+    """A run as its file tells it."""
+
+    head: dict[str, Any]
+    steps: dict[Piece, Step]
+    ended: str = ""
+
+
+def _time(run: _Run) -> str:
+    return str(run.head["begun"]).replace("T", " at ")
+
+
+def _now() -> str:
+    return datetime.now().isoformat(timespec="seconds")
+
+
+def _opened(path: Path) -> TextIO:
+    """The file at its end, behind the last whole line, held against other programs."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # what a crash has cut off gets an end of its own, so that it cannot spoil the next line
+        torn = path.exists() and not path.read_bytes().endswith(b"\n") and path.stat().st_size > 0
+        stream = path.open("a", encoding="utf-8")
+        if torn:
+            stream.write("\n")
+    except OSError as error:
+        raise InputError(f"Cannot write the journal {path}: {error.strerror or error}.") from error
+    try:
+        _lock(stream)
+    except OSError as error:
+        stream.close()
+        said = "This batch is being printed by another program at this moment: wait until it is through."
+        raise InputError(said) from error
+    return stream
+
+
+def _lock(stream: TextIO) -> None:
+    # the lock goes with the program, however it ends; where the system has no such locks there is none
+    with contextlib.suppress(ImportError):
+        import fcntl
+
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _entries(path: Path) -> Iterator[dict[str, Any]]:
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return
+    for line in data.split(b"\n"):
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(entry, dict):
+            yield entry
+
+
+def _read(path: Path) -> _Run | None:
+    """The last run in a file, with everything that went on with it; None if there is none."""
+    run: _Run | None = None
+    for entry in _entries(path):
+        if "begun" in entry:
+            run = _Run(entry, {})
+        elif run is not None and "state" in entry:
+            piece = (int(entry["row"]), int(entry["copy"]))
+            more = {name: str(entry[name]) for name in _TOLD if name in entry}
+            run.steps[piece] = _next(run.steps.get(piece), entry["state"], more)
+        elif run is not None:
+            run.ended = entry.get("ended", "")
+    return run
+
+
+def _nothing_to_resume(what: Batch, place: Path) -> str:
+    """Why there is nothing to go on with: what has changed since the newest batch of the same table."""
+    paths = sorted(place.glob("*.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
+    runs = (run for path in paths if (run := _read(path)) is not None)
+    last = next((run for run in runs if run.head.get("table") == str(what.table)), None)
+    if last is None:
+        return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
+    facts, was = what.facts, last.head["facts"]
+    changed = [name for name in {**was, **facts} if was.get(name) != facts.get(name)]
+    told = [_change(name, was.get(name), facts.get(name)) for name in changed]
+    return (
+        f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
+        f"{' and '.join(told)}: give the same again, or print with --rows what is missing."
+    )
+
+
+def _change(name: str, was: object, now: object) -> str:
+    if name in (_TABLE, _HAND):
+        return f"the {name} has changed since"
+    return f"--{name.removesuffix('_name').replace('_', '-')} was {_shown(was)} and is now {_shown(now)}"
+
+
+def _shown(value: object) -> str:
+    return "not given" if value in (None, "", False) else str(value)

@@ -1,0 +1,185 @@
+"""The pages of a batch, one job after the other, each followed to its end; what is left of one that broke off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from handout.errors import PrinterError
+from handout.printing import selection
+from handout.printing.destination import Spool
+from handout.printing.journal import Journal, Piece
+from handout.printing.queue import Fate, FateUnknown, Queue
+from handout.printing.report import Failed, Job, PrintingStopped, Report
+
+Tell = Callable[[int, int, str], object]
+
+
+@dataclass
+class Checked:
+    """The outcome of the checks so far."""
+
+    done: list[int] = field(default_factory=list)
+    failed: list[Failed] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Left:
+    """What is left of a batch.
+
+    send : envelopes that are not at the printer; wait : those that it has and may still print; done : rows that came
+    out; unknown : rows of which nobody can tell.
+    """
+
+    send: list[Piece] = field(default_factory=list)
+    wait: list[Piece] = field(default_factory=list)
+    done: list[int] = field(default_factory=list)
+    unknown: list[Failed] = field(default_factory=list)
+
+
+def left(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again: Collection[int]) -> Left:
+    """What a run has to do, by its journal and, where that does not know, by the printer.
+
+    Parameters
+    ----------
+    rows : the rows of the batch, by number.
+    again : rows to print whatever became of them; not those that the printer may still print by itself.
+    """
+    found = Left()
+    for row in rows:
+        fates = {(row, copy): _fate(journal, queue, (row, copy)) for copy in range(1, copies + 1)}
+        for piece, fate in fates.items():
+            if fate.state == "waiting":
+                found.wait.append(piece)
+            elif fate.state == "failed" or row in again:
+                found.send.append(piece)
+            elif fate.state == "unknown":
+                found.unknown.append(Failed(row, fate.why))
+        if all(fate.state == "completed" for fate in fates.values()) and row not in again:
+            found.done.append(row)
+    return found
+
+
+def _fate(journal: Journal, queue: Queue, piece: Piece) -> Fate:
+    """What became of an envelope; "failed" for one that never was sent.  What the printer tells is noted."""
+    step = journal.steps.get(piece)
+    if step is None or step.state == "failed":
+        return Fate("failed")
+    if step.state == "completed":
+        return Fate("completed")
+    at = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
+    if step.state == "doubtful":
+        return Fate("unknown", f"{at}, and {step.why}")
+    fate = queue.fate(step.job, step.title)
+    if fate.job:
+        journal.note(piece, "sent", job=fate.job)
+    if fate.state in ("completed", "failed"):
+        _note(journal, piece, fate)
+    return Fate("unknown", f"{at}, and {fate.why}") if fate.state == "unknown" else fate
+
+
+def send(
+    spool: Spool, checked: Checked, todo: Left, copies: int, table: Sequence[int], journal: Journal, tell: Tell
+) -> tuple[Job, ...]:
+    """Wait for what the printer has, send what passed its checks; a failure says what went and how to go on.
+
+    Raises
+    ------
+    PrintingStopped
+        The queue refused a page, or did not print it.
+    """
+    jobs: list[Job] = []
+    whole = [n for n in table if n not in {failed.row for failed in checked.failed}]
+    pieces = [piece for piece in todo.send if piece[0] in checked.done]
+    for piece in todo.wait:
+        with _resumable(piece, copies, checked, jobs, whole, journal, spool.queue):
+            _follow(spool.queue, journal, piece, journal.steps[piece].job)
+    for n, piece in enumerate(pieces):
+        if piece[0] not in {before for before, _ in pieces[:n]}:
+            tell(len({row for row, _ in pieces[:n]}), len(checked.done), "send")
+        with _resumable(piece, copies, checked, jobs, whole, journal, spool.queue):
+            _one(spool, journal, piece, jobs)
+    tell(len(checked.done), len(checked.done), "send")
+    return tuple(jobs)
+
+
+def _one(spool: Spool, journal: Journal, piece: Piece, jobs: list[Job]) -> None:
+    """One envelope: noted before it goes, when it has gone, and when it is out."""
+    row, copy = piece
+    title = journal.title(piece)
+    journal.note(piece, "sending", title=title)
+    try:
+        job = spool.send(row, title, f"row-{row:03d}" + (f"-{copy}" if copy > 1 else ""))
+    except FateUnknown:
+        raise
+    except PrinterError as error:
+        journal.note(piece, "failed", why=str(error))
+        raise
+    journal.note(piece, "sent", job=job)
+    jobs.append(Job(row, job))
+    _follow(spool.queue, journal, piece, job)
+
+
+def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
+    """Wait for an envelope's end; PrinterError where it is not a good one."""
+    fate = queue.follow(job)
+    _note(journal, piece, fate)
+    if fate.state == "failed":
+        raise PrinterError(f"job {job} was not printed: {fate.why}.")
+    if fate.state == "unknown":
+        raise PrinterError(f"what became of job {job} cannot be told: {fate.why}. Look whether the sheet is there.")
+    if fate.state == "waiting" and not queue.keeps:
+        raise PrinterError(f"job {job} is not printed yet: {fate.why}. Let it go on at the printer.")
+
+
+def _note(journal: Journal, piece: Piece, fate: Fate) -> None:
+    if fate.state == "completed":
+        journal.note(piece, "completed")
+    elif fate.state == "failed":
+        journal.note(piece, "failed", why=fate.why)
+    elif fate.state == "unknown":
+        journal.note(piece, "doubtful", why=fate.why)
+
+
+@contextmanager
+def _resumable(
+    piece: Piece,
+    copies: int,
+    checked: Checked,
+    jobs: list[Job],
+    whole: Sequence[int],
+    journal: Journal,
+    queue: Queue,
+) -> Iterator[None]:
+    """Turns a queue's failure, and adds to an interruption, the rows that went and those that did not."""
+    number = piece[0]
+    try:
+        yield
+    except (PrinterError, KeyboardInterrupt) as error:
+        if isinstance(error, KeyboardInterrupt):
+            _stop(queue, journal, piece)
+        sent = tuple(n for n in checked.done if n < number)
+        rest = [n for n in checked.done if n >= number]
+        resume = selection.ranges(rest, whole)
+        went = f"Rows {selection.ranges(sent, whole)} were sent" if sent else "Nothing was sent"
+        begun = sum(job.row == number for job in jobs)
+        part = f" and {begun} of {copies} copies of row {number}" if begun and copies > 1 else ""
+        how = "the same command and --resume" if journal.path is not None else f"--rows {resume}"
+        told = f"{went}{part}; go on with {how}."
+        if isinstance(error, KeyboardInterrupt):
+            error.add_note(f"Stopped at row {number}. {told}")
+            raise
+        failed = tuple(Failed(n, str(error) if n == number and begun else "not sent") for n in rest)
+        report = Report(sent, (*checked.failed, *failed), (), tuple(jobs), tuple(checked.warnings))
+        raise PrintingStopped(f"Row {number}: {error} {told}", report, resume) from error
+
+
+def _stop(queue: Queue, journal: Journal, piece: Piece) -> None:
+    """Cancel the job in flight, if there is one, and note what became of it."""
+    step = journal.steps.get(piece)
+    if step is not None and step.state in ("sending", "sent"):
+        fate = queue.cancel(step.job, step.title)
+        if fate.state in ("completed", "failed"):
+            _note(journal, piece, fate)

@@ -1,0 +1,96 @@
+"""One chart printed and scanned by the simulated devices, and one calibration of it, for all tests of the room."""
+
+import shutil
+
+import msgspec
+import numpy as np
+import pytest
+
+from handout import profiles
+from handout.calibrating import loop, store
+from handout.calibrating.session import Step
+from handout.calibrating.wizard import Wizard, chart_pages_of
+from handout.colour.chart import chart
+from handout.colour.patches import Patches
+from handout.colour.reading import read
+from handout.printing.simulated import Flatbed, Inkjet
+
+DPI = 100
+
+
+@pytest.fixture(autouse=True)
+def own_folders(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture(scope="session")
+def profile():
+    """The simulated printer, coarser than it is."""
+    return msgspec.structs.replace(profiles.find("simulated", "printer"), dpi=300)
+
+
+@pytest.fixture(scope="session")
+def chart_pixels(profile):
+    """The one page of the chart as it is sent."""
+    return chart_pages_of(chart("A4"), profile, "simulated/white").pixels[0]
+
+
+@pytest.fixture(scope="session")
+def sheet(profile, chart_pixels):
+    """The chart on white paper."""
+    return Inkjet("white").printed(chart_pixels, profile.dpi, profile.margins)
+
+
+@pytest.fixture(scope="session")
+def picture(sheet):
+    """A good scan of it."""
+    return Flatbed(shading=0.0).scan(sheet, DPI, np.random.default_rng(3))
+
+
+@pytest.fixture(scope="session")
+def scan(picture, tmp_path_factory):
+    """The same as a file."""
+    path = tmp_path_factory.mktemp("chart") / "scan.tif"
+    loop.write(picture, DPI, path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def patches(scan):
+    """What the chart shows."""
+    reading = read([scan])
+    assert reading.usable, reading.findings
+    return Patches(reading.device, reading.scanned, reading.deviation)
+
+
+@pytest.fixture(scope="session")
+def built(patches, tmp_path_factory):
+    """A calibration that is not stored."""
+    return store.build(tmp_path_factory.mktemp("built") / "one", patches, "simulated", "white", "flatbed")
+
+
+@pytest.fixture
+def stored(built, own_folders):
+    """The same among the user's own."""
+    return store.add(built)
+
+
+@pytest.fixture
+def wizard(profile):
+    """A wizard whose chart was printed."""
+    made = Wizard(profile, "sim", "white")
+    made.session.go(Step.SCAN)
+    return made
+
+
+@pytest.fixture
+def with_table(wizard, scan, built):
+    """A wizard that has a table."""
+    wizard.take_scans([scan])
+    shutil.copytree(built.folder, wizard.session.built)
+    wizard.session.go(Step.STRIP)
+    return wizard
+
+

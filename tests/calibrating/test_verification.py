@@ -1,0 +1,92 @@
+"""The strip: its colours, its way through print and scan, and scans that are none of it."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from handout.calibrating import inks, store, strip, verification
+from handout.colour import convert
+from handout.colour.reading import Refused, Scan
+from handout.colour.tetrahedra import look_up
+from handout.errors import InputError
+from handout.printing.simulated import Flatbed, Inkjet
+
+
+@pytest.fixture
+def made(stored):
+    return verification.prepare(stored)
+
+
+def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):
+    pixels = verification.pages(made, stored, profile).pixels[0]
+    sheet = Inkjet(paper).printed(pixels, profile.dpi, profile.margins)
+    return Scan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
+
+
+def test_the_strip_is_remembered(made, stored):
+    again = verification.last_strip(stored)
+    assert np.array_equal(again.device, made.device) and np.array_equal(again.page.cells, made.page.cells)
+    assert np.allclose(again.wanted, made.wanted, atol=1e-6)
+    assert np.array_equal(again.matched, made.matched) and again.paper == "A4"
+
+
+def test_every_colour_comes_twice_and_the_model_reaches_it(made, stored):
+    assert np.allclose(made.wanted[made.matched], made.wanted[: made.matched.sum()])
+    table = stored.table()
+    seen = look_up(table.seen, made.device[made.matched])
+    lost = convert.delta_e(convert.lab(seen), convert.lab(made.wanted[made.matched]))
+    assert lost.mean() < 0.5
+    assert made.grey[made.matched].sum() > 20
+
+
+def test_the_strip_keeps_to_a_small_sheet_and_marks_of_its_own(made):
+    left, top, right, bottom = made.page.bounds
+    assert right - left < 180 and bottom - top < 95
+    from handout.colour.chart import page_of_marks
+
+    assert all(page_of_marks(number) is None for number in made.page.ids.tolist())
+
+
+def test_nothing_was_printed(stored):
+    with pytest.raises(InputError, match="No verification strip was printed"):
+        verification.verify(stored, [])
+
+
+def test_a_chart_is_no_strip(made, stored, scan):
+    with pytest.raises(Refused):
+        verification.verify(stored, [scan])
+    assert stored.verification() is None
+
+
+def test_a_strip_of_other_colours_is_refused(made, stored, profile):
+    other = strip.Strip(made.wanted, made.device[::-1], made.matched, made.grey, made.paper, 0.0, 0.0)
+    with pytest.raises(Refused, match="not those of the strip"):
+        verification.verify(stored, [scanned(other, stored, profile)])
+
+
+def test_another_paper_is_said_and_called_poor(made, stored, profile):
+    found = verification.verify(stored, [scanned(made, stored, profile, paper="recycled")])
+    assert "another paper" in found.findings[0]
+    assert found.after.mean > 4 and "excellent" not in found.verdict
+    assert stored.verification()["verdict"] == found.verdict
+
+
+def test_the_ink_of_a_hand(stored):
+    drawn = inks.of_hand("house-print")
+    assert len(drawn.rgba) > 500
+    made = verification.prepare(stored, "house-print", "letter")
+    assert made.paper == "letter" and made.page.paper.name == "letter"
+    assert 0 <= made.out <= 1
+
+
+def test_ink_on_paper():
+    some = inks.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
+    assert np.allclose(some.on(np.array([0.8, 0.9, 1.0])), [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
+
+
+def test_two_pictures_are_one_too_many(made, stored, tmp_path):
+    path = tmp_path / "white.png"
+    Image.new("RGB", (400, 400), "white").save(path)
+    with pytest.raises(InputError, match="one page, and 2 were given"):
+        verification.verify(stored, [path, path])
+    assert store.every()[0].verification() is None

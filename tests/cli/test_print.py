@@ -1,0 +1,171 @@
+"""`handout print` to a printer: where pages go, how they are fed, and how a batch is gone on with."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pikepdf
+import pytest
+
+from handout.printing.ipp.simulated import Faults, SimulatedPrinter
+
+ROOT = Path(__file__).resolve().parents[2]
+PEOPLE = "name,street,city\nAnna,Weg 1,Ulm\nBen,Weg 2,Ulm\nCleo,Weg 3,Ulm\nDan,Weg 4,Ulm\n"
+QUICK = ("--pen", "plain", "--hand", "house-print", "--variation", "0")
+
+
+@pytest.fixture(autouse=True)
+def table():
+    path = Path("people.csv")
+    path.write_text(PEOPLE, encoding="utf-8")
+    return path
+
+
+def about(path):
+    with pikepdf.open(path) as document:
+        return json.loads(str(document.docinfo["/Subject"]))
+
+
+def placed(path):
+    """The sheet as it is fed, mm, and where the ink lies on it: left, lower, right, upper edge."""
+    with pikepdf.open(path) as document:
+        (sheet,) = document.pages
+        width, _, _, height, x, y = (float(v) for v in pikepdf.parse_content_stream(sheet)[1].operands)
+        box = [float(v) * 25.4 / 72 for v in sheet.mediabox][2:]
+    return box, [v * 25.4 / 72 for v in (x, y, x + width, y + height)]
+
+
+def test_a_jam_and_then_the_rest(call, table):
+    with SimulatedPrinter(Path("out"), Faults(jam_at=2, cleared_after=0.1)) as printer:
+        command = ("print", table, "--printer", "epson", "--queue", printer.uri, *QUICK)
+        _, err = call(*command, code=3)
+        assert "Row 3: job 2 was not printed: the printer gave it up, the paper has jammed." in err
+        assert "Rows 2 were sent; go on with the same command and --resume." in err
+        _, err = call(*command, code=2)
+        assert "--resume" in err and "--afresh" in err and len(printer.jobs) == 2
+        _, err = call(*command, "--page", "C6", "--resume", code=2)
+        assert "--page-name" not in err and "--page was DL and is now C6" in err
+        out, err = call(*command, "--resume", "--json")
+        facts = json.loads(out)
+        assert (facts["rows"], facts["before"], facts["unknown"]) == (3, [2], [])
+        assert [job.name.split()[-1] for job in printer.printed] == ["2", "3", "4", "5"]
+        # a batch has one seed, whoever goes on with it
+        assert len({about(path)["seed"] for path in Path("out").glob("*.pdf")}) == 1
+
+
+def test_an_envelope_that_nobody_knows_of(call, table):
+    with SimulatedPrinter(faults=Faults(lie_at=1, cleared_after=0.1)) as printer:
+        command = ("print", table, "--printer", printer.uri, "--rows", "2-3", *QUICK)
+        call(*command, code=3)
+        _, err = call(*command, "--resume", code=4)
+        assert re.search(r"row 2: it was sent as job 1, and .* --resume --again 2 prints it again", err)
+        call(*command, "--resume", "--again", "2", "-q")
+        assert [job.name.split()[-1] for job in printer.printed] == ["3", "2"]
+
+
+def test_ctrl_c_cancels_what_is_in_flight(table):
+    with SimulatedPrinter(faults=Faults(printing=60)) as printer:
+        command = [sys.executable, "-m", "handout", "print", str(table), "--queue", printer.uri, "--printer", "epson"]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        running = subprocess.Popen([*command, *QUICK], stderr=subprocess.PIPE, text=True, env=environment)
+        while not printer.jobs and running.poll() is None:
+            threading.Event().wait(0.02)
+        threading.Event().wait(0.3)
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=30)
+        assert running.returncode == 130, err
+        assert "Interrupted. Stopped at row 2. Nothing was sent; go on with the same command and --resume." in err
+        assert [job.state.name for job in printer.jobs] == ["CANCELED"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "sheet", "corner"),
+    [
+        # the address stands in the right half of the envelope, below its middle; the flap is the upper edge
+        ((), (110, 220), "upper right"),
+        (("--flap", "right"), (110, 220), "lower left"),
+        (("--feed", "long"), (220, 110), "lower right"),
+        (("--feed", "long", "--flap", "trailing"), (220, 110), "upper left"),
+    ],
+)
+def test_feed_and_flap(call, table, asked, sheet, corner):
+    call("print", table, "--rows", 2, "--printer", "epson", "--queue", "file:out", *QUICK, *asked)
+    box, (left, lower, right, upper) = placed("out/row-002.pdf")
+    assert box == pytest.approx(sheet, abs=0.01)
+    across, along = (left + right) / 2, (lower + upper) / 2
+    assert corner == f"{'upper' if along > sheet[1] / 2 else 'lower'} {'right' if across > sheet[0] / 2 else 'left'}"
+
+
+def test_nudge(call, table):
+    for folder, nudge in (("still", "0,0"), ("moved", "2mm,-1.5mm")):
+        call(
+            "print",
+            table,
+            "--rows",
+            2,
+            "--queue",
+            f"file:{folder}",
+            "--nudge",
+            nudge,
+            "--seed",
+            1,
+            "--feed",
+            "long",
+            *QUICK,
+        )
+    still, moved = placed("still/row-002.pdf")[1], placed("moved/row-002.pdf")[1]
+    # to the right and, in the PDF's coordinates, up; to the nearest dot of 600 an inch
+    assert [b - a for a, b in zip(still, moved, strict=True)] == pytest.approx([2, 1.5, 2, 1.5], abs=25.4 / 600)
+
+
+def test_the_tray_is_told(call, table):
+    with SimulatedPrinter() as printer:
+        command = ("print", table, "--rows", 2, "--printer", "epson", "--queue", printer.uri, *QUICK)
+        _, err = call(*command, "--tray", "drawer", code=2)
+        assert "no tray 'drawer'; trays that it lists: auto, rear, main" in err and printer.jobs == []
+        call(*command, "--tray", "rear", "-q")
+        assert any(one.name == "media-col" and "rear" in str(one) for one in printer.jobs[0].attributes)
+
+
+def test_the_printer_s_own_address_is_in_its_profile(call, table):
+    with SimulatedPrinter() as printer:
+        own = Path("config/handout/devices")
+        own.mkdir(parents=True)
+        (own / "printer-mine.toml").write_text(
+            f'kind = "printer"\ntitle = "Mine"\ndpi = 300\nqueue = "{printer.uri}"\nformat = "pwg"\nflap = "right"\n'
+            '[nudge]\nx = "-0.5mm"\n'
+        )
+        call("print", table, "--rows", "2", "--printer", "mine", *QUICK, "-q")
+        assert printer.printed[0].document.startswith(b"RaS2PwgRaster")
+
+
+def test_ink_that_a_nudge_moves_beyond_the_margin_is_a_warning(call, table):
+    _, err = call(
+        "print", table, "--rows", 2, "--printer", "epson", "--queue", "file:out", "--nudge", "0mm,-50mm", *QUICK
+    )
+    assert "warning: row 2: ink" in err
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (("--nudge", "3mm"), "not two lengths"),
+        (("--nudge", "3mm,80mm"), "more than 50 mm"),
+        (("--flap", "leading"), "left or right, not leading; .*--feed long"),
+        (("--resume", "--dry-run", "a.pdf"), "leave them out of a --dry-run"),
+        (("--resume", "--afresh"), "give one of them"),
+        (("--resume",), "There is nothing to resume: no batch of people.csv"),
+        (("--again", "2"), "give --resume too"),
+        (("--format", "png", "--queue", "ipp://127.0.0.1:9/ipp/print"), "takes no connections"),
+        (("--queue", "ipp://"), "no printer's address"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(call, table, asked, words):
+    given = ("--queue", "file:out") if "--queue" not in asked else ()
+    _, err = call("print", table, *given, *asked, *QUICK, code=3 if "connections" in words else 2)
+    assert re.search(words, err) and not list(Path().glob("out/*"))

@@ -1,0 +1,367 @@
+"""A batch that breaks off is gone on with: nothing twice, nothing lost."""
+
+import json
+import threading
+from contextlib import contextmanager
+
+import msgspec
+import pytest
+from doubles import block, rows, rule
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from handout.errors import InputError
+from handout.printing import journal
+from handout.printing.batch import PrintingStopped, print_rows
+from handout.printing.folders import FolderQueue, SimulatedQueue
+from handout.printing.ipp.client import Client
+from handout.printing.ipp.link import Link, address
+from handout.printing.ipp.queue import IppQueue
+from handout.printing.ipp.simulated import Faults, SimulatedPrinter
+from handout.printing.queue import Fate, FateUnknown
+from handout.profiles import Printer
+from handout.writing.layout import page
+
+DL = page("DL")
+PLAIN = Printer(kind="printer", title="Test printer", dpi=72)
+
+
+@pytest.fixture
+def what(tmp_path):
+    return batch(tmp_path, rows(6))
+
+
+def batch(tmp_path, table, **options):
+    hand = tmp_path / "hand.toml"
+    if not hand.exists():
+        hand.write_text("a hand")
+    return journal.batch(tmp_path / "table.csv", table, hand, {"page_name": "DL"} | options)
+
+
+def queue_of(printer, wait=None):
+    wait = wait or (lambda seconds: threading.Event().wait(0.005))
+    return IppQueue(Client(Link(address(printer.uri), 5.0), wait=wait), wait=wait)
+
+
+def run(kept, queue, count=6, **given):
+    with kept:
+        return print_rows(rows(count), rule, PLAIN, DL, ink=block, queue=queue, journal=kept, **given)
+
+
+def printed(printer):
+    return [int(job.name.split("row ")[1].split()[0]) for job in printer.printed]
+
+
+def begin(what, tmp_path, **given):
+    return journal.begin(what, 7, tmp_path / "state", **given)
+
+
+def resume(what, tmp_path):
+    return journal.resume(what, tmp_path / "state")
+
+
+def entries(tmp_path):
+    (path,) = (tmp_path / "state").glob("*.jsonl")
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def test_every_step_is_in_the_journal(what, tmp_path):
+    with SimulatedPrinter() as printer:
+        report = run(begin(what, tmp_path), queue_of(printer), 2)
+    first, *steps, last = entries(tmp_path)
+    assert first["seed"] == 7 and first["run"] and "table.csv" in first["table"]
+    assert [(s["row"], s["state"]) for s in steps] == [
+        (n, state) for n in (2, 3) for state in ("sending", "sent", "completed")
+    ]
+    assert last == {"ended": "done"} and report.rows == (2, 3)
+    assert printer.jobs[0].name == f"handout {first['run']} row 2"
+
+
+def test_after_a_jam_exactly_the_rest_is_sent(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(jam_at=4, cleared_after=0.05)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 5: job 4 was not printed: .* Rows 2-4 were sent; .*--resume"):
+            run(begin(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3, 4]
+        report = run(resume(what, tmp_path), queue_of(printer))
+        assert printed(printer) == [2, 3, 4, 5, 6, 7]
+        assert report.before == (2, 3, 4) and report.rows == (5, 6, 7) and report.exit_code == 0
+        again = run(resume(what, tmp_path), queue_of(printer))
+        assert again.before == (2, 3, 4, 5, 6, 7) and again.rows == () and len(printer.jobs) == 7
+
+
+def test_a_batch_that_broke_off_is_not_begun_again_by_mistake(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(jam_at=2, cleared_after=0.05)) as printer:
+        with pytest.raises(PrintingStopped):
+            run(begin(what, tmp_path), queue_of(printer), 2)
+        with pytest.raises(InputError, match=r"table.csv was begun on .* and broke off: .*--resume.*--afresh"):
+            begin(what, tmp_path)
+        run(begin(what, tmp_path, afresh=True), queue_of(printer), 2)
+        assert printed(printer) == [2, 2, 3]
+        assert run(resume(what, tmp_path), queue_of(printer), 2).before == (2, 3)
+        assert begin(what, tmp_path).steps == {}
+
+
+def test_a_run_that_sends_nothing_leaves_the_journal_as_it_was(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(jam_at=1)) as printer, pytest.raises(PrintingStopped):
+        run(begin(what, tmp_path), queue_of(printer))
+    before = entries(tmp_path)
+
+    def failing(*_):
+        raise RuntimeError("the power is gone")
+
+    with pytest.raises(RuntimeError), begin(what, tmp_path, afresh=True) as kept:
+        print_rows(rows(6), failing, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), journal=kept)
+    assert entries(tmp_path) == before
+
+
+class Dies(BaseException):
+    """The program is killed: nothing of it runs any more."""
+
+
+@contextmanager
+def killed_at(monkeypatch, step):
+    """The program ends just after that many lines of the journal, whatever it was doing; as with SIGKILL."""
+    write, count = journal.Journal._write, 0
+
+    def dying(self, entry):
+        nonlocal count
+        if count == step:
+            raise Dies
+        write(self, entry)
+        count += 1
+
+    with monkeypatch.context() as patched:
+        patched.setattr(journal.Journal, "_write", dying)
+        patched.setattr(journal.Journal, "__exit__", lambda self, *_: self._stream.close())
+        with pytest.raises(Dies):
+            yield
+
+
+@pytest.mark.parametrize("step", range(12))
+def test_after_a_crash_at_any_step_nothing_is_lost_and_nothing_twice(what, tmp_path, monkeypatch, step):
+    """Four envelopes make twelve lines; the printer is still on and is asked."""
+    with SimulatedPrinter() as printer:
+        with killed_at(monkeypatch, step):
+            run(begin(what, tmp_path), queue_of(printer), 4)
+        if step == 0:  # nothing was sent, nothing is known
+            with pytest.raises(InputError, match="nothing to resume"):
+                resume(what, tmp_path)
+            return
+        report = run(resume(what, tmp_path), queue_of(printer), 4)
+        assert printed(printer) == [2, 3, 4, 5] and report.unknown == () and report.exit_code == 0
+
+
+def test_a_crash_between_noting_and_sending_is_left_to_the_user(what, tmp_path, monkeypatch):
+    with SimulatedPrinter() as printer:
+        monkeypatch.setattr(IppQueue, "send", lambda *_: (_ for _ in ()).throw(Dies()))
+        with pytest.raises(Dies):
+            run(begin(what, tmp_path), queue_of(printer), 3)
+        monkeypatch.undo()
+        report = run(resume(what, tmp_path), queue_of(printer), 3)
+        # no job of that name: it was not sent, or the printer has forgotten it, and the difference is an envelope
+        assert printed(printer) == [3, 4] and [one.row for one in report.unknown] == [2]
+        assert "it was being sent when the batch broke off" in report.unknown[0].reason
+
+
+def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
+    with SimulatedPrinter() as printer:
+        queue = queue_of(printer)
+        follow = queue.follow
+        # the cable is pulled while the second envelope is printed, and the printer is switched off and on again
+        queue.follow = lambda job: follow(job) if job == "1" else (_ for _ in ()).throw(FateUnknown("Gone."))
+        with pytest.raises(PrintingStopped, match="Row 3: Gone"):
+            run(begin(what, tmp_path), queue, 3)
+    with SimulatedPrinter() as printer:
+        report = run(resume(what, tmp_path), queue_of(printer), 3)
+        assert printed(printer) == [4] and report.before == (2,) and report.exit_code == 4
+        assert [one.row for one in report.unknown] == [3] and "sent as job 2, and the printer does" in report.unknown[
+            0
+        ].reason
+        report = run(resume(what, tmp_path), queue_of(printer), 3, again="3")
+        assert printed(printer) == [4, 3] and report.unknown == () and report.exit_code == 0
+    with pytest.raises(InputError, match=r"--again .* --resume"):
+        print_rows(rows(3), rule, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), again="3")
+
+
+def test_a_lie_is_left_to_the_user_even_when_the_jam_is_gone(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(lie_at=2, cleared_after=0.05)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 3: what became of job 2 cannot be told.*Look"):
+            run(begin(what, tmp_path), queue_of(printer), 3)
+        report = run(resume(what, tmp_path), queue_of(printer), 3)
+        assert printed(printer) == [2, 4] and [one.row for one in report.unknown] == [3]
+        assert run(resume(what, tmp_path), queue_of(printer), 3, again="3").exit_code == 0
+        assert printed(printer) == [2, 4, 3]
+
+
+def test_ctrl_c_cancels_the_job_in_flight(what, tmp_path):
+    printing = Faults(printing=60)
+    with SimulatedPrinter() as printer:
+
+        def wait(seconds):
+            if len(printer.jobs) == 2 and not printer.jobs[1].state.over:
+                wait_calls.append(seconds)
+                if len(wait_calls) == 1:
+                    raise KeyboardInterrupt
+            threading.Event().wait(0.005)
+
+        wait_calls = []
+        queue = queue_of(printer, wait)
+        send = queue.send
+
+        def slower(path, ticket):
+            if len(printer.jobs) == 1:
+                printer.faults = printing
+            return send(path, ticket)
+
+        queue.send = slower
+        with pytest.raises(KeyboardInterrupt) as caught:
+            run(begin(what, tmp_path), queue, 3)
+        assert caught.value.__notes__ == [
+            "Stopped at row 3. Rows 2 were sent; go on with the same command and --resume."
+        ]
+        assert printer.jobs[1].state.name == "CANCELED" and printed(printer) == [2]
+        printer.faults = Faults()
+        run(resume(what, tmp_path), queue_of(printer), 3)
+        assert printed(printer) == [2, 3, 4]
+
+
+def test_what_the_printer_still_has_is_waited_for_and_not_sent_again(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(hold_at=2)) as printer:
+        with pytest.raises(PrintingStopped, match="Row 3: job 2 is not printed yet: it is held"):
+            run(begin(what, tmp_path), queue_of(printer), 3)
+        printer.faults = Faults()
+        printer.jobs[1].state = printer.jobs[0].state.PROCESSING
+        report = run(resume(what, tmp_path), queue_of(printer), 3)
+        assert printed(printer) == [2, 3, 4] and report.rows == (3, 4) and len(printer.jobs) == 3
+
+
+def test_copies_are_envelopes_of_their_own(what, tmp_path):
+    with SimulatedPrinter(faults=Faults(jam_at=4, cleared_after=0.05)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 3: .* Rows 2 were sent and 2 of 2 copies of row 3"):
+            run(begin(what, tmp_path), queue_of(printer), 3, copies=2)
+        run(resume(what, tmp_path), queue_of(printer), 3, copies=2)
+        assert printed(printer) == [2, 2, 3, 3, 4, 4] and printer.printed[-1].name.endswith("row 4 copy 2")
+
+
+@pytest.mark.parametrize("format", ["pdf", "png", "pwg", "urf"])
+def test_a_folder_as_a_printer(what, tmp_path, format):
+    folder = tmp_path / "out"
+    report = run(begin(what, tmp_path), FolderQueue(folder, format), 2, copies=2)
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        f"row-00{row}{copy}.{format}" for row in (2, 3) for copy in ("", "-2")
+    )
+    assert report.exit_code == 0 and run(resume(what, tmp_path), FolderQueue(folder, format), 2, copies=2).rows == ()
+
+
+def test_the_simulated_queue_goes_on_with_its_numbers(what, tmp_path):
+    simulated = msgspec.structs.replace(PLAIN, simulated=True)
+    with pytest.raises(PrintingStopped):
+        run(begin(what, tmp_path), SimulatedQueue(tmp_path / "out", jam_at=2), 3)
+    with resume(what, tmp_path) as kept:
+        print_rows(rows(3), rule, simulated, DL, ink=block, out=tmp_path / "out", journal=kept)
+    log = [json.loads(line) for line in (tmp_path / "out" / "jobs.jsonl").read_text().splitlines()]
+    assert [entry["title"].split()[-1] for entry in log] == ["2", "3", "4"]
+    assert [entry["job"] for entry in log] == ["job-001", "job-002", "job-003"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"page_name": "C6"}, "--page was DL and is now C6"),
+        ({"flap": "left"}, "--flap was not given and is now left"),
+    ],
+)
+def test_other_options_are_one_sentence(what, tmp_path, change, said):
+    run(begin(what, tmp_path), FolderQueue(tmp_path / "out"))
+    with pytest.raises(
+        InputError, match=rf"^The batch of table.csv begun on .* cannot be resumed, because {said}: .*$"
+    ):
+        resume(batch(tmp_path, rows(6), **change), tmp_path)
+
+
+def test_another_table_or_hand_is_one_sentence(what, tmp_path):
+    run(begin(what, tmp_path), FolderQueue(tmp_path / "out"))
+    with pytest.raises(InputError, match="because the content of the table has changed since:"):
+        resume(batch(tmp_path, rows(6, r3={"lines": ("Another",)})), tmp_path)
+    (tmp_path / "hand.toml").write_text("another hand")
+    with pytest.raises(InputError, match="because the content of the hand's file has changed since:"):
+        resume(batch(tmp_path, rows(6)), tmp_path)
+    (tmp_path / "hand.toml").write_text("a hand")
+    assert len(resume(batch(tmp_path, rows(6)), tmp_path).steps) == 6
+
+
+def test_two_programs_do_not_print_one_batch(what, tmp_path):
+    with begin(what, tmp_path) as kept:
+        kept.note((2, 1), "sending", title="t")
+        with pytest.raises(InputError, match="by another program at this moment"):
+            resume(what, tmp_path)
+    assert resume(what, tmp_path).steps.keys() == {(2, 1)}
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("journal")
+    what = batch(folder, rows(6))
+    steps = data.draw(
+        st.lists(
+            st.tuples(st.integers(2, 5), st.sampled_from(["sending", "sent", "completed", "failed"])),
+            min_size=1,
+            max_size=12,
+        )
+    )
+    kept = begin(what, folder)
+    for row, state in steps:
+        kept.note((row, 1), state, **({"title": f"t{row}"} if state == "sending" else {}))
+    kept._stream.close()
+    whole = kept.path.read_bytes()
+    first = whole.index(b"\n") + 1
+    cut = first + round(data.draw(st.integers(0, 1000)) / 1000 * (len(whole) - first))
+    kept.path.write_bytes(whole[:cut])
+    # a line whose only loss is its end is still whole
+    lines = [line for line in whole[first:cut].split(b"\n") if line.endswith(b"}")]
+    found = resume(what, folder)
+    expected = {}
+    for line in lines:
+        entry = json.loads(line)
+        expected[entry["row"], entry["copy"]] = entry["state"]
+    assert {piece: step.state for piece, step in found.steps.items()} == expected
+    found.note((9, 1), "completed")
+    found._stream.close()
+    assert resume(what, folder).steps[9, 1].state == "completed"
+
+
+@pytest.mark.parametrize(
+    ("alerts", "state"),
+    [
+        ("job-completed-successfully", "completed"),
+        ("job-canceled-by-user", "failed"),
+        ("aborted-by-system", "failed"),
+        ("job-printing", "waiting"),
+    ],
+)
+def test_cups_is_asked_what_became_of_a_job(print_system, monkeypatch, alerts, state):
+    from handout.printing.cups import CupsQueue
+
+    listed = (
+        f"envelopes-6  ada  1024  Mon Mar  2 09:00:00 2026\n\tAlerts: job-stopped\n\tqueued for envelopes\n"
+        f"envelopes-7  ada  1024  Mon Mar  2 09:00:00 2026\n\tStatus: x\n\tAlerts: {alerts}\n\tqueued for envelopes\n"
+    )
+    script = print_system.folder / "bin" / "lpstat"
+    script.write_text(f"#!/bin/sh\ncat <<'END'\n{listed}END\n")
+    queue = CupsQueue("envelopes")
+    assert queue.fate("envelopes-7", "").state == state
+    assert queue.fate("envelopes-9", "") == Fate("unknown", "the queue does not know the job any longer")
+    assert queue.fate("", "t").state == "unknown"
+
+
+def test_jobs_that_cups_keeps_are_not_sent_again(what, tmp_path, print_system):
+    from handout.printing.cups import CupsQueue
+
+    print_system.fail(3, "lp: Error - The printer is on fire.\n")
+    with pytest.raises(PrintingStopped, match=r"Row 4: .* on fire"):
+        run(begin(what, tmp_path), CupsQueue("envelopes"), 3)
+    listed = "\n".join(f"envelopes-{n}  ada  1024  now\n\tAlerts: job-queued" for n in (1, 2))
+    (print_system.folder / "bin" / "lpstat").write_text(f"#!/bin/sh\necho '{listed}'\n")
+    report = run(resume(what, tmp_path), CupsQueue("envelopes"), 3)
+    assert [job.row for job in report.jobs] == [4] and print_system.calls == 4
