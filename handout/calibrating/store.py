@@ -124,7 +124,9 @@ class Calibration:
 
     def _keep(self, name: str, facts: Mapping[str, Any]) -> None:
         if self.folder is None:
-            raise InputError(f"{self.table_file} is a table by itself, to which nothing can be added: name the printer.")
+            raise InputError(
+                f"{self.table_file} is a table by itself, to which nothing can be added: name the printer."
+            )
         atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
 
 

@@ -57,7 +57,9 @@ for _command in calibrated_.COMMANDS:
 @printer_option
 @paper_option
 @_chart_options
-@click.option("--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files.")
+@click.option(
+    "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
+)
 @click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
 @click.option("--hand", default="", help="Verify with the ink of this hand instead of usual inks.")
 @click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
