@@ -1,7 +1,7 @@
-"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: whoever asks shows and prompts.
+"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: who calls shows and prompts.
 
-    Step.PRINT ─ print_chart ─► SCAN ─ take_scans ─► BUILD ─ build ─► STRIP ─ print_strip ─► VERIFY ─ take_strip ─► STORE
-                                 ▲ └ refused: says what to do, keeps the pages that were good
+    PRINT ─ print_chart → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_strip → VERIFY ─ take_strip → STORE
+                           ▲ └ refused: says what to do, keeps the pages that were good
 
 A step that fails leaves everything as it was before it, so that it can be tried again; nothing is stored before the end.
 """
@@ -36,8 +36,9 @@ _TOLD = {
         "off colour management, enhancements and 'fit to page'."
     ),
     Step.SCAN: (
-        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in colour "
-        "at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save TIFF or PNG."
+        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in "
+        "colour at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save "
+        "TIFF or PNG."
     ),
     Step.BUILD: "The scans are good; the table is built of them.",
     Step.STRIP: "The verification strip is printed through the new table: load the same paper.",
@@ -190,7 +191,7 @@ class Wizard:
         return files
 
     def take_strip(self, scan: Path) -> Verification:
-        """Read the scan of the strip.
+        """Read the scan of the strip; what comes next is to store, unless the calibration makes nothing better.
 
         Raises
         ------
@@ -200,7 +201,8 @@ class Wizard:
             A file that cannot be read.
         """
         made = verification.verify(store.load(self.session.built), [scan])
-        self._at(Step.STORE)
+        if made.helps:
+            self._at(Step.STORE)
         return made
 
     def store(self) -> Calibration:
