@@ -99,13 +99,30 @@ def cross_validation(folder: Path) -> None:
             found = kept_out(x, y, noise, exact=method != "smoothed")
             away = convert.delta_e(looks(found), looks(y))
             print(f"  {name}, {method:<18} {away.mean():.3f} / {np.percentile(away, 95):.3f}")
+    inverted(device, scan)
+
+
+def inverted(device: Array, scan: Array) -> None:
+    """What to send for scanned colours of patches kept out, by each method, against what was sent."""
+    fold = folds(device)
+    for method in METHODS:
+        away = np.empty(len(device))
+        for number in range(FOLDS):
+            known = fold != number
+            model = fit(Patches(device[known], scan[known], np.full(int(known.sum()), np.nan)), method)
+            away[~known] = 255 * np.linalg.norm(np.clip(model.invert(scan[~known]), 0, 1) - device[~known], axis=1)
+        print(f"  scanned → device, {method:<15} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
+
+
+def folds(x: Array) -> NDArray[np.intp]:
+    """(n,) the fold of each row; repeats share theirs."""
+    group = np.unique(x, axis=0, return_inverse=True)[1].ravel()
+    return np.asarray(np.random.default_rng(1).permutation(group.max() + 1)[group] % FOLDS)
 
 
 def kept_out(x: Array, y: Array, variance: float, exact: bool) -> Array:
-    """(n, 3) each row of `y` foretold from the rows of other folds; repeats of a patch share its fold."""
-    _, group = np.unique(x, axis=0, return_inverse=True)
-    group = group.ravel()
-    fold = np.random.default_rng(1).permutation(group.max() + 1)[group] % FOLDS
+    """(n, 3) each row of `y` foretold from the rows of other folds."""
+    fold = folds(x)
     out = np.empty_like(y)
     for number in range(FOLDS):
         known = fold != number

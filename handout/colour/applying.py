@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.colour.table import ColourTable
+from handout.errors import InputError
 from handout.values import Raster
 
 _SHARE = 0.35  # of an 8-bit page that is inked, above which Pillow's own table is faster for all of it
@@ -26,13 +27,20 @@ def apply(raster: Raster, table: ColourTable, paper: ArrayLike | None = None) ->
     paper : (3,) float in 0–1, optional
         Scanned RGB of the sheet that is printed on; None: the table's own.
 
+    Raises
+    ------
+    InputError
+        A paper that is not three numbers in 0–1.
+
     Source: seed 000, §7.1; Porter and Duff 1984 (over).
     """
+    white = np.asarray(table.paper if paper is None else paper, dtype=np.float32)
+    if white.shape != (3,) or not ((white >= -0.05) & (white <= 1.05)).all():
+        raise InputError(f"colour: the paper must be scanned RGB, three numbers in 0 to 1, not {paper!r}.")
     pixels = raster.rgba.reshape(-1, 4)
     inked = np.flatnonzero(pixels[:, 3] != 0)
     out = raster.rgba.copy()
     if len(inked):
-        white = np.asarray(table.paper if paper is None else paper, dtype=np.float32)
         out.reshape(-1, 4)[inked] = _matched(pixels.take(inked, axis=0), table, white)
     return Raster(out, raster.dpi, raster.origin)
 
@@ -53,7 +61,14 @@ def apply_page(pixels: NDArray[np.uint8], table: ColourTable) -> NDArray[np.uint
     """(h, w, 3) uint8 to send for (h, w, 3) uint8 wanted; white (255, 255, 255) is bare paper and stays.
 
     Where ink covers little of the page, only it is looked up.
+
+    Raises
+    ------
+    InputError
+        Pixels of another form.
     """
+    if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
+        raise InputError(f"colour: a page must be (h, w, 3) of uint8, not {pixels.shape} of {pixels.dtype}.")
     flat = pixels.reshape(-1, 3)
     inked = np.flatnonzero(~_white(pixels).ravel())
     if len(inked) > _SHARE * len(flat):

@@ -7,6 +7,7 @@ from formula_printers import dull, identical, scanned
 from handout.colour.applying import apply, apply_page
 from handout.colour.models import fit
 from handout.colour.table import ColourTable, build
+from handout.errors import InputError
 from handout.values import Raster
 
 RNG = np.random.default_rng(9)
@@ -91,3 +92,14 @@ def test_flat_pages_are_looked_up_alike_however_much_is_inked(table: ColourTable
     # Pillow interpolates along other lines within a cell
     assert np.abs(all_of_it.astype(int) - few[:, :10]).max() <= 6
     assert np.abs(all_of_it.astype(int) - few[:, :10]).mean() < 0.7
+
+
+def test_other_forms_are_refused(table: ColourTable) -> None:
+    with pytest.raises(InputError, match="paper must be scanned RGB"):
+        apply(ink(), table, paper=(255, 250, 240))
+    with pytest.raises(InputError, match="paper must be scanned RGB"):
+        apply(ink(), table, paper=0.9)
+    with pytest.raises(InputError, match="of uint8, not"):
+        apply_page(np.zeros((4, 4, 3), dtype=np.float32), table)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="of uint8, not"):
+        apply_page(np.zeros((4, 4), dtype=np.uint8), table)

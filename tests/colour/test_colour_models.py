@@ -56,10 +56,20 @@ def test_smoothing_beats_exactness_on_noisy_patches() -> None:
 def test_repeats_tell_the_noise_without_deviations() -> None:
     sent = np.concatenate([chart(5, 26), np.repeat([[1.0, 1, 1], [0.5, 0.5, 0.5]], 40, axis=0)])
     patches = scanned(dull, noise=1 / 255, device=sent)
-    unknown = Patches(sent, patches.scanned, np.full(len(sent), np.nan))
-    assert np.sqrt(preparing.noise(unknown)) == pytest.approx(1 / 255, rel=0.15)
-    one = Patches(sent, patches.scanned, np.where(np.arange(len(sent)) == 3, 4 / 255, np.nan))
-    assert np.sqrt(preparing.noise(one)[3]) == pytest.approx(4 / 255)
+    unknown = np.full(len(sent), np.nan)
+    assert np.sqrt(preparing.noise(sent, patches.scanned, unknown)) == pytest.approx(1 / 255, rel=0.15)
+    one = np.where(np.arange(len(sent)) == 3, 4 / 255, np.nan)
+    assert np.sqrt(preparing.noise(sent, patches.scanned, one)[3]) == pytest.approx(4 / 255)
+
+
+def test_a_few_patches_with_dust_on_them_are_left_out() -> None:
+    clean = scanned(dull, noise=0.25 / 255)
+    seen, dusty = clean.scanned.copy(), RNG.choice(len(clean), 6, replace=False)
+    seen[dusty] += np.where(seen[dusty] > 0.5, -0.12, 0.12)
+    model = fit(Patches(clean.device, seen, clean.deviation))
+    assert set(np.argsort(model.misses)[-6:]) == set(dusty)
+    met = [apart(dull(np.clip(one.invert(dull(INSIDE)), 0, 1)), dull(INSIDE)).mean() for one in (model, fit(clean))]
+    assert met[0] < met[1] + 0.05
 
 
 @pytest.mark.parametrize("method", METHODS)

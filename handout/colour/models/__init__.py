@@ -87,7 +87,7 @@ def _check(method: str, misses: Array, patches: Patches) -> None:
 
 
 def _direct(patches: Patches, exact: bool) -> splines.Spline:
-    variances = preparing.noise(patches)
+    variances = preparing.noise(patches.device, patches.scanned, patches.deviation)
     if exact:
         ready = preparing.merged(patches.scanned, patches.device, np.ones(len(patches)))
         return splines.exact(ready.x, ready.y)

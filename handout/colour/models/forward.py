@@ -20,6 +20,8 @@ from handout.values import Array
 SIZE = 33  # of the baked grid
 _MARGIN = 5  # nodes beyond the grid, within which the even ends of its cubic spline fade
 _STEP = 1e-3  # device, for slopes
+_ROUNDS, _FEW = 3, 1 / 20  # of leaving patches out; share of them
+_FAR, _HARMLESS = 6.0, 1.5 / 255  # medians; scanned: a patch farther off than both is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +110,21 @@ def lattice(size: int) -> Array:
 
 
 def spline(patches: Patches) -> splines.Spline:
-    """The smoothed spline device → scanned, of the kernel under which the chart is likelier."""
-    ready = preparing.merged(patches.device, patches.scanned, preparing.noise(patches))
-    return splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
+    """The smoothed spline device → scanned, of the kernel under which the chart is likelier.
+
+    Patches that lie far off what all others say, as dust and glare make them, are left out, at most one in 20.
+    """
+    kept = np.ones(len(patches), dtype=bool)
+    for _ in range(_ROUNDS):
+        device, scanned = patches.device[kept], patches.scanned[kept]
+        ready = preparing.merged(device, scanned, preparing.noise(device, scanned, patches.deviation[kept]))
+        made = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
+        off = np.linalg.norm(made(patches.device) - patches.scanned, axis=1)
+        near = off <= max(_FAR * float(np.median(off)), _HARMLESS)
+        if np.array_equal(near, kept) or (~near).mean() > _FEW:
+            break
+        kept = near
+    return made
 
 
 def fit_forward(patches: Patches) -> Forward:

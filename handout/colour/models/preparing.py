@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.colour.patches import Patches
 from handout.values import Array
 
 CLOSE = 0.5 / 255  # colours nearer than this are one: a spline through both would have to jump
@@ -22,18 +21,18 @@ class Prepared(NamedTuple):
     variances: Array
 
 
-def noise(patches: Patches) -> Array:
+def noise(device: Array, scanned: Array, deviation: Array) -> Array:
     """(n,) variance of the error of each scanned mean: what repeats say, or the means' own errors if greater.
 
     Repeats that lie apart on the page hold what flat-fielding left of shading, which a standard error does not.
     """
-    _, group = np.unique(patches.device, axis=0, return_inverse=True)
+    _, group = np.unique(device, axis=0, return_inverse=True)
     group = group.ravel()
     count = np.bincount(group)
-    centred = patches.scanned - np.column_stack([np.bincount(group, c) / count for c in patches.scanned.T])[group]
+    centred = scanned - np.column_stack([np.bincount(group, c) / count for c in scanned.T])[group]
     freedom = 3 * int((count - 1).sum())
     repeated = float((centred**2).sum() / freedom) if freedom >= 3 * _REPEATS else 0.0
-    own = patches.deviation**2
+    own = deviation**2
     usual = float(np.median(own[np.isfinite(own)])) if np.isfinite(own).any() else 0.0
     own = np.where(np.isfinite(own), own, usual)
     return np.maximum(np.maximum(own, repeated), _FLOOR**2)
