@@ -226,6 +226,11 @@ def test_a_cancelled_job_does_not_come_out(page):
         assert queue.fate(job, DL.title).state == "failed"
 
 
+def test_a_page_that_has_not_arrived_is_cancelled_by_that(page):
+    with SimulatedPrinter() as printer:
+        assert connected(printer)[0].cancel("", DL.title) == Fate("failed", "it did not arrive")
+
+
 def test_a_job_that_is_out_cannot_be_cancelled(page):
     with SimulatedPrinter() as printer:
         queue, _, _ = connected(printer)

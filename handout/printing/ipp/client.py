@@ -13,7 +13,7 @@ from enum import IntEnum
 
 from handout.errors import PrinterError
 from handout.printing.ipp import words
-from handout.printing.ipp.link import Link
+from handout.printing.ipp.link import Link, LinkError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
 from handout.printing.ipp.request import Abilities, Request, job_attributes
 from handout.printing.ipp.words import JobState, Status
@@ -105,7 +105,7 @@ class Client:
         answer = self._ask(Operation.PRINT_JOB, _about(request), job_attributes(request, abilities), document)
         number = answer.all("job-id", Tag.JOB)
         if not number or not isinstance(number[0].value, int):
-            raise PrinterError(f"{self.uri} took a page without giving its job a number.")
+            raise LinkError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
 
     def job(self, number: int) -> JobStatus | None:
@@ -179,9 +179,12 @@ class Client:
         groups = (Group(Tag.OPERATION, head), *([Group(Tag.JOB, job)] if job else []))
         request = next(self._numbers)
         data = self._link.post(encode(Message(operation, groups, request, self._version)), document)
-        answer, _ = decode(data)
+        try:
+            answer, _ = decode(data)
+        except PrinterError as error:
+            raise LinkError(f"{self.uri} answers what is no IPP. {error}", handed_over=True) from error
         if answer.request != request:
-            raise PrinterError(f"{self.uri} answered another question than was asked.")
+            raise LinkError(f"{self.uri} answered another question than was asked.", handed_over=True)
         return answer
 
 

@@ -152,7 +152,11 @@ class IppQueue:
     def cancel(self, job: str, title: str) -> Fate:
         """Stop a job, found by its name if its number is not known, and wait a little until it has stopped."""
         try:
+            if not job:
+                self._wait(_LOST[0])  # what had been sent of it may still be on its way
             status = self._client.job(int(job)) if job else self._client.find(title)
+            if status is None and not job:
+                return Fate("failed", "it did not arrive")
             if status is None or status.state.over:
                 return self._judged(status)
             self._client.cancel(status.number)
