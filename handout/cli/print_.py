@@ -43,7 +43,7 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @click.option(
     "--flap",
     type=click.Choice(["left", "right", "leading", "trailing"]),
-    help="Where an envelope's flap is as it is fed, print side towards you.",
+    help="Where an envelope's flap is, print side towards you, the edge that goes in first upwards.",
 )
 @click.option("--nudge", metavar="X,Y", help="Move the writing to the right and down: 1.5mm,-0.5mm.")
 @click.option("--format", type=click.Choice(["pdf", "pwg", "urf", "png"]), help="Of what is sent; default: the best.")
@@ -63,12 +63,13 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
 
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.journal import Journal
+    from handout.printing.submit import resolve
     from handout.printing.table import read_addresses
     from handout.sinks import write_drawings
 
     if given["slips"]:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
-    profile = _profile(given)
+    profile = resolve(given["printer"], given["queue"])
     if profile.file and not profile.simulated and dry_run is None:
         raise InputError(
             f"{given['printer']} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
@@ -76,6 +77,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     addresses = read_addresses(table)
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")
     job = jobs.setup(given, page_name, "0mm", 1)
+    profile = _fed(profile, given)
     if prints:
         journal = _journal(table, addresses, given | {"page_name": page_name}, job.seed)
         job = replace(job, seed=journal.seed)
@@ -130,14 +132,12 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     return done.exit_code
 
 
-def _profile(given: Mapping[str, Any]) -> Printer:
-    """The printer that is asked for, with what the options say otherwise than its profile."""
+def _fed(profile: Printer, given: Mapping[str, Any]) -> Printer:
+    """The printer with what the options say otherwise than its profile."""
     import msgspec
 
-    from handout.printing.submit import resolve
     from handout.profiles import Length, Nudge
 
-    profile = resolve(given["printer"], given["queue"])
     changed: dict[str, Any] = {name: given[name] for name in ("feed", "flap", "format") if given[name]}
     if given["tray"]:
         changed["source"] = given["tray"]

@@ -197,7 +197,8 @@ class IppQueue:
         options = dict(ticket.options)
         kind = options.pop("media-type", ticket.type)
         sheet, format = ticket.sheet, MIME[self.format]
-        return Request(ticket.title, format, sheet.width, sheet.height, ticket.source, kind, options=options)
+        size = (sheet.width, sheet.height)
+        return Request(ticket.title, format, *size, ticket.source, ticket.media, kind, options=options)
 
 
 def _held(status: JobStatus) -> bool:

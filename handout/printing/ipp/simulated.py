@@ -269,6 +269,7 @@ class SimulatedPrinter:
                 attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
                 attribute("operations-supported", Tag.ENUM, *Operation),
                 attribute("document-format-supported", Tag.MIME_TYPE, *self.faults.formats),
+                attribute("media-col-supported", Tag.KEYWORD, "media-size", "media-source", "media-type"),
                 attribute("media-source-supported", Tag.KEYWORD, *_TRAYS),
                 attribute("media-type-supported", Tag.KEYWORD, *_TYPES),
                 attribute("print-scaling-supported", Tag.KEYWORD, "auto", "none"),
