@@ -58,9 +58,15 @@ class JobStatus:
 class Client:
     """One printer, asked and told."""
 
-    def __init__(self, link: Link, say: Say = lambda message: None, wait: Callable[[float], object] = time.sleep):
+    def __init__(
+        self,
+        link: Link,
+        say: Say = lambda message: None,
+        wait: Callable[[float], object] = time.sleep,
+        user: str = _USER,
+    ) -> None:
         """`say` is told when the printer has to be waited for; `wait` is called with the seconds."""
-        self._link, self._say, self._wait = link, say, wait
+        self._link, self._say, self._wait, self._user = link, say, wait, user
         self._numbers = itertools.count(1)
         self._version = (2, 0)
 
@@ -173,7 +179,7 @@ class Client:
             attribute("printer-uri", Tag.URI, self.uri),
             # RFC 8011 §4.1.5: the number of a job follows the printer's address at once
             *(one for one in about if one.name == "job-id"),
-            attribute("requesting-user-name", Tag.NAME, _USER),
+            attribute("requesting-user-name", Tag.NAME, self._user),
             *(one for one in about if one.name != "job-id"),
         )
         groups = (Group(Tag.OPERATION, head), *([Group(Tag.JOB, job)] if job else []))
