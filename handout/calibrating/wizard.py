@@ -1,9 +1,9 @@
 """A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: who calls shows and prompts.
 
     PRINT ─ print_chart → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_strip → VERIFY ─ take_strip → STORE
-                           ▲ └ refused: says what to do, keeps the pages that were good
+                          ▲ └ refused: says what to do, keeps the pages that were good
 
-A step that fails leaves everything as it was before it, so that it can be tried again; nothing is stored before the end.
+A step that fails leaves everything as it was, so that it can be tried again; nothing is stored before the end.
 """
 
 from __future__ import annotations
@@ -51,10 +51,11 @@ _TOLD = {
 class ScansRefused(InputError):
     """Scans of which no calibration may be made; `findings` say why."""
 
-    def __init__(self, findings: Sequence[Finding], kept: int) -> None:
+    def __init__(self, findings: Sequence[Finding], kept: int = 0, report_file: Path | None = None) -> None:
         said = " ".join(str(one) for one in findings if one.severity == "refuse")
         safe = f" The {kept} good scan{'s' if kept > 1 else ''} from before {'are' if kept > 1 else 'is'} kept."
-        super().__init__(said + (safe if kept else ""))
+        shown = f" Pictures of what was found are in {report_file}." if report_file is not None else ""
+        super().__init__(said + (safe if kept else "") + shown)
         self.findings = tuple(findings)
 
 
@@ -154,7 +155,7 @@ class Wizard:
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
-            raise ScansRefused(reading.findings, len(self.session.scans))
+            raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
         warned = tuple(one for one in reading.findings if one.severity == "warn")
         if missing:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -20,6 +21,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 _PATH = click.Path(path_type=Path)
 _METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
+
+_SIMULATED = {
+    "PRINT": "The simulated printer prints it.", "SCAN": "The simulated flatbed scans it.",
+    "BUILD": "The scan is good; the table is built of it.",
+    "STRIP": "The simulated printer prints it through the table.",
+    "VERIFY": "The simulated flatbed scans it.", "STORE": "The calibration is stored.",
+}  # fmt: skip
 
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
@@ -120,7 +128,7 @@ class _Run:
 
         now = self.made.step
         self.say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}")
-        self.say(self.made.told)
+        self.say(self.made.told if self.loop is None else _SIMULATED[now.name])
         steps: dict[Step, Callable[[], None]] = {
             Step.PRINT: self._print, Step.SCAN: self._scan, Step.BUILD: self._build, Step.STRIP: self._strip,
             Step.VERIFY: self._verify, Step.STORE: self._store,
@@ -176,7 +184,7 @@ class _Run:
             try:
                 return take()
             except HandoutError as error:
-                if self.loop is not None or not click.get_text_stream("stdin").isatty():
+                if self.loop is not None or not sys.stdin.isatty():
                     raise
                 self.say(str(error))
 
@@ -258,7 +266,7 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: boo
         for one in reading.findings:
             click.echo(f"{one.severity}: {one}", err=True)
     if not reading.usable:
-        raise ScansRefused(reading.findings, 0)
+        raise ScansRefused(reading.findings, report_file=report_)
     cgats.write(output, ti3(reading))
     findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
     result = {"patches": len(reading.device), "findings": findings, "files": [str(output)]}
