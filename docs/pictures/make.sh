@@ -32,13 +32,13 @@ from PIL import Image, ImageOps
 
 work, here = map(Path, sys.argv[1:])
 
-def sheet(pictures, columns, to):
+def sheet(pictures, columns, to, colours=64):
     pictures = [ImageOps.expand(Image.open(p).convert("RGB"), 1, (200, 200, 200)) for p in pictures]
     w, h = pictures[0].size
     page = Image.new("RGB", (columns * (w + 8) - 8, -(-len(pictures) // columns) * (h + 8) - 8), "white")
     for i, picture in enumerate(pictures):
         page.paste(picture, ((i % columns) * (w + 8), (i // columns) * (h + 8)))
-    page.quantize(64).save(to, optimize=True)
+    page.quantize(colours).save(to, optimize=True)
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
@@ -50,21 +50,21 @@ def printed_and_scanned(paper):
     from handout.profiles import find
 
     loop = simulated(find("sim", "printer"), paper)
-    loop.flatbed, loop.dpi = Flatbed(skew=0.0, slack=0.0, rotation=0.0, offset=(0.0, 0.0), shading=0.0), 150
+    loop.flatbed, loop.dpi = Flatbed(skew=0.0, slack=0.0, rotation=0.0, offset=(0.0, 0.0), shading=0.0), 300
     prints = [loop.scan(work / f"{paper}-{name}.pdf", work / f"{paper}-{name}.tif")[0] for name in ("none", "simulated")]
     bare = np.array(Image.open(prints[0]).convert("RGB"))
     bare[:] = np.median(bare, axis=(0, 1)).astype(np.uint8)
-    Image.fromarray(bare).save(work / f"{paper}-bare.png", dpi=(150, 150))
+    Image.fromarray(bare).save(work / f"{paper}-bare.png", dpi=(300, 300))
     subprocess.run(["handout", "print", "examples/envelope.csv", "--printer", "sim", "--hand", "house-quick", "--rows", "2", "--seed", "2",
-                    "--pen", "fountain", "--dpi", "150", "--paper", work / f"{paper}-bare.png", "--quiet", "--dry-run",
+                    "--pen", "fountain", "--dpi", "300", "--paper", work / f"{paper}-bare.png", "--quiet", "--dry-run",
                     work / f"{paper}-wanted.png"], check=True)
     for path, name in ((work / f"{paper}-wanted-002.png", "0"), (prints[0], "1"), (prints[1], "2")):
         w, h = (picture := Image.open(path).convert("RGB")).size
-        picture.crop((int(w * 0.42), int(h * 0.46), int(w * 0.80), int(h * 0.78))).save(work / f"calibrated-{name}-{paper}.png")
+        picture.crop((int(w * 0.515), int(h * 0.443), int(w * 0.70), int(h * 0.535))).save(work / f"calibrated-{name}-{paper}.png")
 
 for paper in ("cream", "white"):
     printed_and_scanned(paper)
-sheet([work / f"calibrated-{name}-{paper}.png" for paper in ("white", "cream") for name in "012"], 3, here / "calibrated.png")
+sheet([work / f"calibrated-{name}-{paper}.png" for paper in ("white", "cream") for name in "012"], 3, here / "calibrated.png", 256)
 sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 PY
