@@ -157,9 +157,9 @@ class Printer(_Table, frozen=True):
     margins: unprintable edge; sources: names of the trays; source: the tray to feed from (empty: the printer's own
     choice); options: further ``lp -o`` options or attributes of IPP, sent as they are; feed: the edge of the sheet
     that goes in first; turn: the way a page is turned to lie in that direction; flap: where the sheet's upper edge
-    (an envelope's flap) is as it is fed, which wins over `turn`; nudge: what the printer is out by; file: pages are
-    written to a file instead of being sent; simulated: jobs are written into a folder, as a queue would receive
-    them; envelope: what differs for envelopes.
+    (an envelope's flap) is as it is fed, leading edge up, which wins over `turn`; nudge: what the printer is out by;
+    file: pages are written to a file instead of being sent; simulated: jobs are written into a folder, as a queue would
+    receive them; envelope: what differs for envelopes.
     """
 
     kind: Literal["printer"]

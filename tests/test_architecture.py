@@ -24,7 +24,6 @@ MAY = {
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"motion", "sinks"},
     "score": {"scanning"},
-    "colour": set(),
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
     "cli": {

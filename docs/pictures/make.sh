@@ -16,23 +16,55 @@ handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3m
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
   --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
+export XDG_DATA_HOME="$work/data" XDG_STATE_HOME="$work/state"
+for paper in white cream; do
+  handout calibrate wizard --printer sim --paper "$paper" --quiet
+  for calibration in none "simulated/$paper"; do
+    handout print examples/envelope.csv --printer sim --hand house-quick --rows 2 --seed 2 --pen fountain --calibration "$calibration" \
+      --quiet --dry-run "$work/$paper-${calibration%/*}.pdf"
+  done
+done
 python - "$work" "$here" <<'PY'
+import subprocess
 import sys
 from pathlib import Path
 from PIL import Image, ImageOps
 
 work, here = map(Path, sys.argv[1:])
 
-def sheet(pictures, columns, to):
+def sheet(pictures, columns, to, colours=64):
     pictures = [ImageOps.expand(Image.open(p).convert("RGB"), 1, (200, 200, 200)) for p in pictures]
     w, h = pictures[0].size
     page = Image.new("RGB", (columns * (w + 8) - 8, -(-len(pictures) // columns) * (h + 8) - 8), "white")
     for i, picture in enumerate(pictures):
         page.paste(picture, ((i % columns) * (w + 8), (i // columns) * (h + 8)))
-    page.quantize(64).save(to, optimize=True)
+    page.quantize(colours).save(to, optimize=True)
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+def printed_and_scanned(paper):
+    """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
+    import numpy as np
+    from handout.calibrating.loop import simulated
+    from handout.printing.simulated import Flatbed
+    from handout.profiles import find
+
+    loop = simulated(find("sim", "printer"), paper)
+    loop.flatbed, loop.dpi = Flatbed(skew=0.0, slack=0.0, rotation=0.0, offset=(0.0, 0.0), shading=0.0), 300
+    prints = [loop.scan(work / f"{paper}-{name}.pdf", work / f"{paper}-{name}.tif")[0] for name in ("none", "simulated")]
+    bare = np.array(Image.open(prints[0]).convert("RGB"))
+    bare[:] = np.median(bare, axis=(0, 1)).astype(np.uint8)
+    Image.fromarray(bare).save(work / f"{paper}-bare.png", dpi=(300, 300))
+    subprocess.run(["handout", "print", "examples/envelope.csv", "--printer", "sim", "--hand", "house-quick", "--rows", "2", "--seed", "2",
+                    "--pen", "fountain", "--dpi", "300", "--paper", work / f"{paper}-bare.png", "--quiet", "--dry-run",
+                    work / f"{paper}-wanted.png"], check=True)
+    for path, name in ((work / f"{paper}-wanted-002.png", "0"), (prints[0], "1"), (prints[1], "2")):
+        w, h = (picture := Image.open(path).convert("RGB")).size
+        picture.crop((int(w * 0.515), int(h * 0.443), int(w * 0.70), int(h * 0.535))).save(work / f"calibrated-{name}-{paper}.png")
+
+for paper in ("cream", "white"):
+    printed_and_scanned(paper)
+sheet([work / f"calibrated-{name}-{paper}.png" for paper in ("white", "cream") for name in "012"], 3, here / "calibrated.png", 256)
 sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 PY

@@ -1,4 +1,4 @@
-"""From a printed chart to a stored calibration, and pages through it: what a user does about colour, without a terminal.
+"""From a printed chart to a stored calibration, and pages through it: what a user does about colour.
 
 Source: seed 000, §7.1.
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Drawing, Hand, readonly
@@ -35,12 +36,12 @@ class Inks:
         cover = self.rgba[:, 3:]
         return np.asarray(paper * (1 - cover) + cover * self.rgba[:, :3])
 
-    def take(self, rows: Array) -> Inks:
+    def take(self, rows: NDArray[np.intp]) -> Inks:
         """Some of them."""
         return Inks(self.rgba[rows])
 
 
-def of_raster(rgba: Array, most: int = _MOST) -> Inks:
+def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
     """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
     pixels = rgba.reshape(-1, 4)
     inked = np.flatnonzero(pixels[:, 3] > _LEAST)

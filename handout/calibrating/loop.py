@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.printing.simulated import Flatbed, Inkjet, Press, rip, stock
@@ -48,7 +50,7 @@ class Loop:
         return paths
 
 
-def write(picture: np.ndarray, dpi: float, path: Path) -> None:  # type: ignore[type-arg]
+def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> None:
     """A scan as a TIFF that says its resolution."""
     import tifffile
 

@@ -19,7 +19,7 @@ from handout.colour.table import ColourTable
 from handout.values import Array
 
 _TILE = 22  # pixels
-_SIDE, _SPAN = 420, 75.0  # pixels of the diagram; a* and b* that it reaches to
+_SIDE, _SPAN = 420, 60.0  # pixels of the diagram; a* and b* that it reaches to
 
 
 def sections(calibration: Calibration) -> list[tuple[str, str]]:

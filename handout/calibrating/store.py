@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import difflib
 import json
-import os
 import re
 import shutil
 import tempfile
@@ -124,7 +123,9 @@ class Calibration:
 
     def _keep(self, name: str, facts: Mapping[str, Any]) -> None:
         if self.folder is None:
-            raise InputError(f"{self.table_file} is a table by itself, to which nothing can be added: name the printer.")
+            raise InputError(
+                f"{self.table_file} is a table by itself, to which nothing can be added: name the printer."
+            )
         atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
 
 
@@ -134,7 +135,7 @@ def folder() -> Path:
 
 
 def key(name: str) -> str:
-    """What a printer or a paper is called in the store: a profile's name without ``printer-``, an address without signs.
+    """What a printer or a paper is called in the store: a profile's name without ``printer-``, only letters and digits.
 
     Raises
     ------
@@ -246,7 +247,8 @@ def wanted(printer: str, paper: str = "") -> Calibration:
     near = difflib.get_close_matches(which, there, 3, 0.3) or there
     have = f"there are calibrations for {', '.join(near)}" if near else "nothing is calibrated yet"
     raise InputError(
-        f"There is no calibration for {which}; {have}. Make one with: handout calibrate wizard --printer {key(printer)}."
+        f"There is no calibration for {which}; {have}. Make one with: handout calibrate wizard --printer "
+        f"{key(printer)}."
     )
 
 
@@ -268,7 +270,7 @@ def _folder(place: Path) -> Iterator[Path]:
         yield work
         if place.exists():
             shutil.rmtree(place)
-        os.chmod(work, 0o755)
+        work.chmod(0o755)
         work.rename(place)
     except BaseException:
         shutil.rmtree(work, ignore_errors=True)

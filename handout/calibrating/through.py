@@ -64,8 +64,8 @@ def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
         said.append(f"The calibration is of {found.printer}, and this is {store.key(printer)}: colours may be far off.")
     if paper and found.paper != store.key(paper):
         said.append(
-            f"The calibration was made on {found.paper}, and {store.key(paper)} is in the printer: colours are off by as "
-            f"much as these papers differ. Calibrate it: handout calibrate wizard --printer {found.printer} --paper "
+            f"The calibration was made on {found.paper}, and {store.key(paper)} is in the printer: colours are off by "
+            f"as much as these papers differ. Calibrate it: handout calibrate wizard --printer {found.printer} --paper "
             f"{store.key(paper)}"
         )
     if (days := found.age()) > _OLD:

@@ -204,8 +204,9 @@ def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str
     off = float(convert.delta_e(convert.lab(seen[bare].mean(axis=0)), convert.lab(table.paper)))
     if off <= _SAME_PAPER:
         return []
-    return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another paper, "
-        "or other settings of the scanner. Print the strip on the chart's paper and scan it like the chart.", source)]  # fmt: skip
+    return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another "
+        "paper, or other settings of the scanner. Print the strip on the chart's paper and scan it like the chart.",
+        source)]  # fmt: skip
 
 
 def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:

@@ -1,9 +1,9 @@
-"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: whoever asks shows and prompts.
+"""A calibration step by step: chart, scan, table, strip, its scan, store.  No terminal: who calls shows and prompts.
 
-    Step.PRINT ─ print_chart ─► SCAN ─ take_scans ─► BUILD ─ build ─► STRIP ─ print_strip ─► VERIFY ─ take_strip ─► STORE
-                                 ▲ └ refused: says what to do, keeps the pages that were good
+    PRINT ─ print_chart → SCAN ─ take_scans → BUILD ─ build → STRIP ─ print_strip → VERIFY ─ take_strip → STORE
+                          ▲ └ refused: says what to do, keeps the pages that were good
 
-A step that fails leaves everything as it was before it, so that it can be tried again; nothing is stored before the end.
+A step that fails leaves everything as it was, so that it can be tried again; nothing is stored before the end.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ _TOLD = {
         "off colour management, enhancements and 'fit to page'."
     ),
     Step.SCAN: (
-        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in colour "
-        "at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save TIFF or PNG."
+        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in "
+        "colour at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save "
+        "TIFF or PNG."
     ),
     Step.BUILD: "The scans are good; the table is built of them.",
     Step.STRIP: "The verification strip is printed through the new table: load the same paper.",
@@ -50,10 +51,11 @@ _TOLD = {
 class ScansRefused(InputError):
     """Scans of which no calibration may be made; `findings` say why."""
 
-    def __init__(self, findings: Sequence[Finding], kept: int) -> None:
+    def __init__(self, findings: Sequence[Finding], kept: int = 0, report_file: Path | None = None) -> None:
         said = " ".join(str(one) for one in findings if one.severity == "refuse")
         safe = f" The {kept} good scan{'s' if kept > 1 else ''} from before {'are' if kept > 1 else 'is'} kept."
-        super().__init__(said + (safe if kept else ""))
+        shown = f" Pictures of what was found are in {report_file}." if report_file is not None else ""
+        super().__init__(said + (safe if kept else "") + shown)
         self.findings = tuple(findings)
 
 
@@ -153,7 +155,7 @@ class Wizard:
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
-            raise ScansRefused(reading.findings, len(self.session.scans))
+            raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
         warned = tuple(one for one in reading.findings if one.severity == "warn")
         if missing:
@@ -190,7 +192,7 @@ class Wizard:
         return files
 
     def take_strip(self, scan: Path) -> Verification:
-        """Read the scan of the strip.
+        """Read the scan of the strip; what comes next is to store, unless the calibration makes nothing better.
 
         Raises
         ------
@@ -200,7 +202,8 @@ class Wizard:
             A file that cannot be read.
         """
         made = verification.verify(store.load(self.session.built), [scan])
-        self._at(Step.STORE)
+        if made.helps:
+            self._at(Step.STORE)
         return made
 
     def store(self) -> Calibration:

@@ -1,8 +1,8 @@
-"""`handout calibrate`: match a printer's colours to the ink, step by step; what is done afterwards is in `calibrated_`."""
+"""`handout calibrate`: match a printer's colours to the ink; what is done afterwards is in `calibrated_`."""
 
 from __future__ import annotations
 
-import tempfile
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,14 +14,20 @@ from handout.errors import HandoutError, InputError
 
 if TYPE_CHECKING:
     from handout.calibrating.loop import Loop
-    from handout.calibrating.session import Step
-    from handout.calibrating.verification import Verification
     from handout.calibrating.wizard import Wizard
     from handout.colour.reading import Finding
 
 F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
 _PATH = click.Path(path_type=Path)
 _METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
+
+_SIMULATED = {
+    "PRINT": "The simulated printer prints it.", "SCAN": "The simulated flatbed scans it.",
+    "BUILD": "The scan is good; the table is built of it.",
+    "STRIP": "The simulated printer prints it through the table.",
+    "VERIFY": "The simulated flatbed scans it.", "STORE": "The calibration is stored.",
+}  # fmt: skip
 
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
@@ -57,7 +63,9 @@ for _command in calibrated_.COMMANDS:
 @printer_option
 @paper_option
 @_chart_options
-@click.option("--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files.")
+@click.option(
+    "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
+)
 @click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
 @click.option("--hand", default="", help="Verify with the ink of this hand instead of usual inks.")
 @click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
@@ -120,9 +128,12 @@ class _Run:
 
         now = self.made.step
         self.say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}")
-        self.say(self.made.told)
-        {Step.PRINT: self._print, Step.SCAN: self._scan, Step.BUILD: self._build, Step.STRIP: self._strip,
-         Step.VERIFY: self._verify, Step.STORE: self._store}[now]()  # fmt: skip
+        self.say(self.made.told if self.loop is None else _SIMULATED[now.name])
+        steps: dict[Step, Callable[[], None]] = {
+            Step.PRINT: self._print, Step.SCAN: self._scan, Step.BUILD: self._build, Step.STRIP: self._strip,
+            Step.VERIFY: self._verify, Step.STORE: self._store,
+        }  # fmt: skip
+        steps[now]()
 
     def _print(self) -> None:
         self._printed(self.made.print_chart, "chart")
@@ -154,28 +165,33 @@ class _Run:
         self.say(f"The table misses its own patches by ΔE00 {made.misses:.2f} on the mean.")
 
     def _verify(self) -> None:
-        made: Verification = self._until_good(lambda: self.made.take_strip(self._scans("strip")[0]))
+        made = self._until_good(lambda: self.made.take_strip(self._scans("strip")[0]))
         for line in [*made.findings, *made.lines()]:
             self.say(line)
-        if not made.helps and not click.confirm("Store it all the same?", default=False, err=True):
+        if made.helps:
+            return
+        if click.confirm("Store it all the same?", default=False, err=True):
+            self._store()
+        else:
             self.made.back()
 
     def _store(self) -> None:
         self.stored = self.made.store()
 
-    def _until_good(self, take: Callable[[], Any]) -> Any:
+    def _until_good(self, take: Callable[[], T]) -> T:
         """What `take` gives; a person at a terminal may try again."""
         while True:
             try:
                 return take()
             except HandoutError as error:
-                if self.loop is not None or not click.get_text_stream("stdin").isatty():
+                if self.loop is not None or not sys.stdin.isatty():
                     raise
                 self.say(str(error))
 
     def _scans(self, name: str) -> list[Path]:
         """Scans of what was printed last."""
-        work = Path(tempfile.mkdtemp(prefix="handout-scan-"))
+        work = self.made.session.folder / "incoming"
+        work.mkdir(exist_ok=True)
         if self.loop is not None:
             return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif")
         if self.given["scanner"]:
@@ -216,8 +232,10 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     made = chart_pages_of(fitting_chart(profile, sheet, pages_), profile, f"{store.key(printer)}/{store.key(paper)}")
     files = [path for out in (output, dry_run) if out is not None for path in pages.write(made, out)]
     jobs = [] if files else list(pages.send(made, profile))
-    result = {"files": [str(path) for path in files], "jobs": jobs, "pages": len(made.pixels), "dpi": made.dpi}
-    said = f"Chart of {len(made.pixels)} page(s) at {made.dpi} dpi: {', '.join(result['files']) or f'{len(jobs)} jobs sent'}."
+    names = [str(path) for path in files]
+    result = {"files": names, "jobs": jobs, "pages": len(made.pixels), "dpi": made.dpi}
+    where = ", ".join(names) or f"{len(jobs)} jobs sent"
+    said = f"Chart of {len(made.pixels)} page(s) at {made.dpi} dpi: {where}."
     results.report(result, said, as_json=as_json, quiet=quiet)
     return 0
 
@@ -248,7 +266,7 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: boo
         for one in reading.findings:
             click.echo(f"{one.severity}: {one}", err=True)
     if not reading.usable:
-        raise ScansRefused(reading.findings, 0)
+        raise ScansRefused(reading.findings, report_file=report_)
     cgats.write(output, ti3(reading))
     findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
     result = {"patches": len(reading.device), "findings": findings, "files": [str(output)]}

@@ -52,7 +52,8 @@ def verify(printer: str, paper: str, hand: str, sheet: str, output: Path | None,
     else:
         files, jobs = [], list(pages.send(printed, profile))
     then = f"handout calibrate verify --printer {found.printer} --paper {found.paper} --scan SCAN"
-    said = f"Strip of {found.described()}: {', '.join(files) or 'sent to the printer'}. Scan it like the chart, then: {then}"
+    where = ", ".join(files) or "sent to the printer"
+    said = f"Strip of {found.described()}: {where}. Scan it like the chart, then: {then}"
     results.report({"files": files, "jobs": jobs, "calibration": found.name}, said, as_json=as_json, quiet=quiet)
     return 0
 

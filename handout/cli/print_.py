@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +44,7 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @click.option(
     "--flap",
     type=click.Choice(["left", "right", "leading", "trailing"]),
-    help="Where an envelope's flap is as it is fed, print side towards you.",
+    help="Where an envelope's flap is, print side towards you, the edge that goes in first upwards.",
 )
 @click.option("--nudge", metavar="X,Y", help="Move the writing to the right and down: 1.5mm,-0.5mm.")
 @click.option("--format", type=click.Choice(["pdf", "pwg", "urf", "png"]), help="Of what is sent; default: the best.")
@@ -66,22 +67,29 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
 
     from handout.printing import media
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
+    from handout.printing.journal import Journal
+    from handout.printing.submit import resolve
     from handout.printing.table import read_addresses
     from handout.sinks import write_drawings
 
     if given["slips"]:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
-    profile = _profile(given)
+    profile = resolve(given["printer"], given["queue"])
     if profile.file and not profile.simulated and dry_run is None:
         raise InputError(
             f"{given['printer']} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
     addresses = read_addresses(table)
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")
-    journal = _journal(table, addresses, given | {"page_name": page_name}, prints)
-    given["seed"] = journal.seed
     job = jobs.setup(given, page_name, "0mm", 1)
-    profile = media.printer_for(job.layout.page, profile)
+    profile = _fed(media.printer_for(job.layout.page, profile), given)
+    if prints:
+        journal = _journal(table, addresses, given | {"page_name": page_name}, job.seed)
+        job = replace(job, seed=journal.seed)
+    elif given["resume"] or given["afresh"]:
+        raise InputError("--resume and --afresh are for printing: leave them out of a --dry-run.")
+    else:
+        journal = Journal()
     look = options.look(given)
     say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
@@ -143,14 +151,12 @@ def _through(given: Mapping[str, Any], ink: Ink, say: Callable[[str], None]) -> 
     return through.Through(ink, found) if found is not None else None
 
 
-def _profile(given: Mapping[str, Any]) -> Printer:
-    """The printer that is asked for, with what the options say otherwise than its profile."""
-    from msgspec.structs import replace
+def _fed(profile: Printer, given: Mapping[str, Any]) -> Printer:
+    """The printer with what the options say otherwise than its profile."""
+    import msgspec
 
-    from handout.printing.submit import resolve
     from handout.profiles import Length, Nudge
 
-    profile = resolve(given["printer"], given["queue"])
     changed: dict[str, Any] = {name: given[name] for name in ("feed", "flap", "format") if given[name]}
     if given["tray"]:
         changed["source"] = given["tray"]
@@ -162,24 +168,19 @@ def _profile(given: Mapping[str, Any]) -> Printer:
         if max(abs(x), abs(y)) > _MOST_NUDGE:
             raise InputError(f"nudge: {given['nudge']} moves the writing by more than {_MOST_NUDGE:g} mm.")
         changed["nudge"] = Nudge(x=Length(x), y=Length(y))
-    return replace(profile, **changed)
+    return msgspec.structs.replace(profile, **changed)
 
 
-def _journal(table: Path, addresses: Sequence[Row], given: Mapping[str, Any], prints: bool) -> Journal:
-    """The journal of this batch: a new one, or the one that is gone on with; a preview keeps none."""
+def _journal(table: Path, addresses: Sequence[Row], given: Mapping[str, Any], seed: int) -> Journal:
+    """The journal of this batch: a new one, or the one that is gone on with, which has the seed of its beginning."""
     from handout.hand import library
     from handout.printing import journal
 
-    if not prints and (given["resume"] or given["afresh"]):
-        raise InputError("--resume and --afresh are for printing: leave them out of a --dry-run.")
     if given["resume"] and given["afresh"]:
         raise InputError("--resume goes on with a batch, --afresh prints all of it again: give one of them.")
-    if not prints:
-        return journal.Journal(seed=jobs.seed(given))
     told = {name: value for name, value in given.items() if name not in _NOT_OF_THE_BATCH}
-    library.find(given["hand"])
     what = journal.batch(table, addresses, library.path(given["hand"]), told)
-    return journal.resume(what) if given["resume"] else journal.begin(what, jobs.seed(given), afresh=given["afresh"])
+    return journal.resume(what) if given["resume"] else journal.begin(what, seed, afresh=given["afresh"])
 
 
 def _facts(done: Report) -> dict[str, Any]:
@@ -203,8 +204,6 @@ def _told(done: Report, to: str) -> str:
 
 def _with_options(layout: Layout, job: jobs.Setup) -> Layout:
     """The layout of an address with what the user asked for."""
-    from dataclasses import replace
-
     asked = job.layout
     return replace(
         layout, align=asked.align, jitter=asked.jitter, line_spacing=asked.line_spacing or layout.line_spacing

@@ -19,6 +19,7 @@ from handout.errors import InputError
 from handout.values import Array, readonly
 
 if TYPE_CHECKING:
+    from handout.colour.patches import Patches
     from handout.colour.reading import Reading
 
 DEVICE, XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
@@ -53,7 +54,7 @@ def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
     return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
 
 
-def ti3(reading: Reading, about: Mapping[str, str] | None = None) -> tuple[cgats.Table, ...]:
+def ti3(reading: Reading | Patches, about: Mapping[str, str] | None = None) -> tuple[cgats.Table, ...]:
     """What was read: a set for each colour.
 
     Parameters

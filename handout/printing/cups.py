@@ -7,10 +7,14 @@ import re
 import subprocess
 import time
 from collections.abc import Callable, Sequence
+from getpass import getuser
 from pathlib import Path
+from urllib.parse import quote
 
 from handout.errors import PrinterError
-from handout.printing.ipp import words
+from handout.printing.ipp.client import Client
+from handout.printing.ipp.fates import asked
+from handout.printing.ipp.link import Link, address
 from handout.printing.queue import Fate, Ticket
 
 WAY_OUT = "use --dry-run out.pdf to write a file instead"
@@ -18,8 +22,6 @@ NO_LP = f"The command lp is not installed (on Debian it is in the package cups-c
 _PATIENCE = 60.0
 # seconds between attempts at a queue that says it is busy
 _PAUSES = (1.0, 2.0, 4.0)
-# how the reasons of a job begin that CUPS will not print any more
-_GIVEN_UP = ("job-canceled", "aborted", "job-completed-with-errors", "document-format-error")
 _REQUEST = re.compile(r"request id is (\S+)")
 
 
@@ -59,11 +61,14 @@ class CupsQueue:
         return Fate("waiting")
 
     def fate(self, job: str, title: str) -> Fate:
-        """What ``lpstat`` says of a job; one whose name is not known cannot be asked about."""
-        done = _run(["lpstat", "-l", "-W", "all", "-o", self.name]) if job else None
-        if done is None or done.returncode != 0:
-            return Fate("unknown", "the queue cannot be asked about it")
-        return _fate(done.stdout, job)
+        """What the print system says of a job, in IPP: ``lpstat`` does not tell printed from cancelled."""
+        # CUPS tells of a job by its title to the person who sent it only
+        client = Client(Link(address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")), user=getuser())
+        number = job.rpartition("-")[2]
+        try:
+            return asked(client, number if number.isdigit() else "", title)
+        except PrinterError:
+            return Fate("unknown", "the print system cannot be asked about it")
 
     def cancel(self, job: str, title: str) -> Fate:
         """Nothing: a job is in flight only until CUPS has taken it."""
@@ -94,25 +99,6 @@ class CupsQueue:
         raise AssertionError("unreachable")
 
 
-def _fate(listed: str, job: str) -> Fate:
-    """What became of a job, from the long form of ``lpstat``: a line with its name, then lines that are indented."""
-    alerts: list[str] | None = None
-    for line in listed.splitlines():
-        if not line[:1].isspace():
-            if alerts is not None:
-                break
-            alerts = [] if line.split()[:1] == [job] else None
-        elif alerts is not None and line.strip().startswith("Alerts:"):
-            alerts = line.partition(":")[2].split()
-    if alerts is None:
-        return Fate("unknown", "the queue does not know the job any longer")
-    if "job-completed-successfully" in alerts:
-        return Fate("completed")
-    if any(alert.startswith(_GIVEN_UP) for alert in alerts):
-        return Fate("failed", words.reasons(alerts))
-    return Fate("waiting", words.reasons(alerts))
-
-
 def queues() -> list[str]:
     """The names of the print queues of this computer; none where there is no print system."""
     done = _run(["lpstat", "-e"])
@@ -125,6 +111,13 @@ def default() -> str:
     if done is None or done.returncode != 0 or ":" not in done.stdout:
         return ""
     return done.stdout.partition(":")[2].strip()
+
+
+def _server() -> str:
+    """Host and port of the print system; one that is reached through a socket in a folder listens on its port too."""
+    done = _run(["lpstat", "-H"])
+    said = done.stdout.strip() if done is not None and done.returncode == 0 else ""
+    return said if said and not said.startswith("/") else "localhost:631"
 
 
 def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:

@@ -90,7 +90,7 @@ class Journal:
     """
 
     run: str = ""
-    seed: int | None = None
+    seed: int = 0
     resumed: bool = False
     path: Path | None = None
     steps: dict[Piece, Step] = field(default_factory=dict)

@@ -92,5 +92,3 @@ def with_table(wizard, scan, built):
     shutil.copytree(built.folder, wizard.session.built)
     wizard.session.go(Step.STRIP)
     return wizard
-
-

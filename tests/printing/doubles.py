@@ -22,6 +22,7 @@ _LPSTAT = """#!/bin/sh
 case "$1" in
   -e) cat "$FAKE/queues";;
   -d) cat "$FAKE/default";;
+  -H) cat "$FAKE/server";;
 esac
 """
 

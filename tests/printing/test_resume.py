@@ -13,11 +13,14 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
+from handout.printing.cups import CupsQueue
 from handout.printing.folders import FolderQueue, SimulatedQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.link import Link, address
 from handout.printing.ipp.queue import IppQueue
+from handout.printing.ipp.request import Request
 from handout.printing.ipp.simulated import Faults, SimulatedPrinter
+from handout.printing.ipp.words import JobState
 from handout.printing.queue import Fate, FateUnknown
 from handout.profiles import Printer
 from handout.writing.layout import page
@@ -331,37 +334,35 @@ def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):
     assert resume(what, folder).steps[9, 1].state == "completed"
 
 
-@pytest.mark.parametrize(
-    ("alerts", "state"),
-    [
-        ("job-completed-successfully", "completed"),
-        ("job-canceled-by-user", "failed"),
-        ("aborted-by-system", "failed"),
-        ("job-printing", "waiting"),
-    ],
-)
-def test_cups_is_asked_what_became_of_a_job(print_system, monkeypatch, alerts, state):
-    from handout.printing.cups import CupsQueue
+@contextmanager
+def print_server(print_system, **faults):
+    """A server that stands for CUPS' own, where ``lpstat -H`` says it is, with the three jobs that ``lp`` gave it."""
+    with SimulatedPrinter(faults=Faults(**faults), path="/printers/envelopes") as server:
+        (print_system.folder / "server").write_text(server.uri.removeprefix("ipp://").split("/")[0])
+        client = Client(Link(address(server.uri), 5.0))
+        for number in (1, 2, 3):
+            client.print(Request(f"job {number}", "application/pdf", 110, 220), client.abilities(), b"%PDF")
+        yield server
 
-    listed = (
-        f"envelopes-6  ada  1024  Mon Mar  2 09:00:00 2026\n\tAlerts: job-stopped\n\tqueued for envelopes\n"
-        f"envelopes-7  ada  1024  Mon Mar  2 09:00:00 2026\n\tStatus: x\n\tAlerts: {alerts}\n\tqueued for envelopes\n"
-    )
-    script = print_system.folder / "bin" / "lpstat"
-    script.write_text(f"#!/bin/sh\ncat <<'END'\n{listed}END\n")
+
+def test_cups_is_asked_what_became_of_a_job(print_system):
     queue = CupsQueue("envelopes")
-    assert queue.fate("envelopes-7", "").state == state
-    assert queue.fate("envelopes-9", "") == Fate("unknown", "the queue does not know the job any longer")
-    assert queue.fate("", "t").state == "unknown"
+    with print_server(print_system, hold_at=3) as server:
+        server.jobs[1].state = JobState.CANCELED
+        threading.Event().wait(0.05)
+        fates = [queue.fate(f"envelopes-{n}", f"job {n}").state for n in (1, 2, 3, 4)]
+        assert fates == ["completed", "failed", "waiting", "unknown"]
+        assert queue.fate("envelopes-1", "job 9").state == "unknown"
+        assert queue.fate("", "job 1") == Fate("completed", job="1")
+    assert queue.fate("envelopes-1", "job 1") == Fate("unknown", "the print system cannot be asked about it")
 
 
 def test_jobs_that_cups_keeps_are_not_sent_again(what, tmp_path, print_system):
-    from handout.printing.cups import CupsQueue
-
     print_system.fail(3, "lp: Error - The printer is on fire.\n")
     with pytest.raises(PrintingStopped, match=r"Row 4: .* on fire"):
         run(begin(what, tmp_path), CupsQueue("envelopes"), 3)
-    listed = "\n".join(f"envelopes-{n}  ada  1024  now\n\tAlerts: job-queued" for n in (1, 2))
-    (print_system.folder / "bin" / "lpstat").write_text(f"#!/bin/sh\necho '{listed}'\n")
-    report = run(resume(what, tmp_path), CupsQueue("envelopes"), 3)
-    assert [job.row for job in report.jobs] == [4] and print_system.calls == 4
+    with print_server(print_system, hold_at=2) as server:
+        for piece, step in zip(server.jobs, resume(what, tmp_path).steps.values(), strict=True):
+            piece.name = step.title
+        report = run(resume(what, tmp_path), CupsQueue("envelopes"), 3)
+    assert [job.row for job in report.jobs] == [4] and print_system.calls == 4 and report.unknown == ()

@@ -13,7 +13,7 @@ from enum import IntEnum
 
 from handout.errors import PrinterError
 from handout.printing.ipp import words
-from handout.printing.ipp.link import Link
+from handout.printing.ipp.link import Link, LinkError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
 from handout.printing.ipp.request import Abilities, Request, job_attributes
 from handout.printing.ipp.words import JobState, Status
@@ -58,9 +58,15 @@ class JobStatus:
 class Client:
     """One printer, asked and told."""
 
-    def __init__(self, link: Link, say: Say = lambda message: None, wait: Callable[[float], object] = time.sleep):
+    def __init__(
+        self,
+        link: Link,
+        say: Say = lambda message: None,
+        wait: Callable[[float], object] = time.sleep,
+        user: str = _USER,
+    ) -> None:
         """`say` is told when the printer has to be waited for; `wait` is called with the seconds."""
-        self._link, self._say, self._wait = link, say, wait
+        self._link, self._say, self._wait, self._user = link, say, wait, user
         self._numbers = itertools.count(1)
         self._version = (2, 0)
 
@@ -105,7 +111,7 @@ class Client:
         answer = self._ask(Operation.PRINT_JOB, _about(request), job_attributes(request, abilities), document)
         number = answer.all("job-id", Tag.JOB)
         if not number or not isinstance(number[0].value, int):
-            raise PrinterError(f"{self.uri} took a page without giving its job a number.")
+            raise LinkError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
 
     def job(self, number: int) -> JobStatus | None:
@@ -173,15 +179,18 @@ class Client:
             attribute("printer-uri", Tag.URI, self.uri),
             # RFC 8011 §4.1.5: the number of a job follows the printer's address at once
             *(one for one in about if one.name == "job-id"),
-            attribute("requesting-user-name", Tag.NAME, _USER),
+            attribute("requesting-user-name", Tag.NAME, self._user),
             *(one for one in about if one.name != "job-id"),
         )
         groups = (Group(Tag.OPERATION, head), *([Group(Tag.JOB, job)] if job else []))
         request = next(self._numbers)
         data = self._link.post(encode(Message(operation, groups, request, self._version)), document)
-        answer, _ = decode(data)
+        try:
+            answer, _ = decode(data)
+        except PrinterError as error:
+            raise LinkError(f"{self.uri} answers what is no IPP. {error}", handed_over=True) from error
         if answer.request != request:
-            raise PrinterError(f"{self.uri} answered another question than was asked.")
+            raise LinkError(f"{self.uri} answered another question than was asked.", handed_over=True)
         return answer
 
 

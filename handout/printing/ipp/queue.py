@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from handout.errors import InputError, PrinterError
 from handout.printing.formats import MIME
 from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, JobStatus
+from handout.printing.ipp.fates import asked, judged
 from handout.printing.ipp.link import LinkError
 from handout.printing.ipp.request import Request
 from handout.printing.ipp.words import JobState
@@ -134,7 +134,7 @@ class IppQueue:
                 status, complaint = None, said
             else:
                 if status is None or status.state.over or _held(status):
-                    return self._judged(status)
+                    return judged(self._client, status)
             if complaint != said and complaint:
                 self._say(f"Job {job} waits: {complaint}.")
             said = complaint
@@ -142,58 +142,45 @@ class IppQueue:
             pause = min(pause * 1.5, _SLOWEST_POLL)
 
     def fate(self, job: str, title: str) -> Fate:
-        """Ask about an earlier job; its name has to agree, because a printer may number anew when it is switched on."""
-        if not job:
-            status = self._client.find(title)
-            return replace(self._judged(status), job=str(status.number) if status is not None else "")
-        status = self._client.job(int(job))
-        return self._judged(status if status is not None and status.name == title else None)
+        """Ask about an earlier job."""
+        return asked(self._client, job, title)
 
     def cancel(self, job: str, title: str) -> Fate:
         """Stop a job, found by its name if its number is not known, and wait a little until it has stopped."""
         try:
+            if not job:
+                self._wait(_LOST[0])  # what had been sent of it may still be on its way
             status = self._client.job(int(job)) if job else self._client.find(title)
+            if status is None and not job:
+                return Fate("failed", "it did not arrive")
             if status is None or status.state.over:
-                return self._judged(status)
+                return judged(self._client, status)
             self._client.cancel(status.number)
             waited = 0.0
             while waited < _CANCELLING and status is not None and not status.state.over:
                 self._wait(_POLL)
                 waited += _POLL
                 status = self._client.job(status.number)
-            return self._judged(status)
+            return judged(self._client, status)
         except PrinterError as error:
             return Fate("unknown", str(error).rstrip("."))
 
-    def _judged(self, status: JobStatus | None) -> Fate:
-        if status is None:
-            return Fate("unknown", "the printer does not know the job (any longer)")
-        why = words.reasons(status.reasons)
-        if status.state in (JobState.CANCELED, JobState.ABORTED):
-            now = words.reasons([reason for reason in self._client.abilities().reasons if words.stopping([reason])])
-            return Fate("failed", ", ".join(part for part in (why or "the printer gave it up", now) if part))
-        if status.state != JobState.COMPLETED:
-            held = status.state == JobState.HELD
-            return Fate("waiting", (f"it is held at the printer{': ' if why else ''}" if held else "") + why)
-        if "job-completed-with-errors" in status.reasons:
-            return Fate("unknown", "the printer says that it is done, but that there were errors")
-        if words.jammed(self._client.abilities().reasons):
-            return Fate("unknown", "the printer says that it is done, but also that the paper has jammed")
-        return Fate("completed")
-
     def _complaint(self, status: JobStatus | None) -> str:
         """What stands between a job and its end; empty while the printer is at work."""
-        if status is None or status.state in (JobState.PROCESSING, JobState.COMPLETED):
-            own = self._client.abilities().reasons if status is not None and not status.state.over else ()
-            return words.reasons([reason for reason in own if words.stopping([reason])])
-        return words.reasons([*status.reasons, *self._client.abilities().reasons])
+        if status is None or status.state.over:
+            return ""
+        own = words.reasons([reason for reason in self._client.abilities().reasons if words.stopping([reason])])
+        if own or status.state == JobState.PROCESSING:
+            return own
+        return words.reasons([reason for reason in status.reasons if reason != "printer-stopped"])
 
     def _request(self, ticket: Ticket) -> Request:
         # the kind of paper belongs to the sheet in IPP, and is an option beside it for a CUPS queue
         options = dict(ticket.options)
         kind = options.pop("media-type", ticket.type)
         sheet, format = ticket.sheet, MIME[self.format]
-        return Request(ticket.title, format, sheet.width, sheet.height, ticket.source, kind, options=options)
+        size = (sheet.width, sheet.height)
+        return Request(ticket.title, format, *size, ticket.source, ticket.media, kind, options=options)
 
 
 def _held(status: JobStatus) -> bool:

@@ -21,6 +21,7 @@ class Request:
     format : MIME type of the document.
     width, height : mm, of the sheet as it is fed: `width` lies across the feed.
     source : tray; empty for the printer's own choice.
+    media : name of the sheet, PWG 5101.1.
     type : kind of paper, taken where the printer has it.
     copies : how many; told always, because some printers make more than one of their own accord.
     options : further attributes by name, each a value that the printer's own list of them decides the type of.
@@ -31,6 +32,7 @@ class Request:
     width: float
     height: float
     source: str = ""
+    media: str = ""
     type: str = ""
     copies: int = 1
     options: Mapping[str, str] = field(default_factory=dict)
@@ -89,7 +91,7 @@ def job_attributes(request: Request, abilities: Abilities) -> tuple[Attribute, .
     ProfileError
         A tray or an option that the printer does not have.
     """
-    made = [attribute("media-col", Tag.COLLECTION, _media_col(request, abilities))]
+    made = [_sheet(request, abilities)]
     if "none" in abilities.texts("print-scaling-supported"):
         made.append(attribute("print-scaling", Tag.KEYWORD, "none"))
     if abilities.message.all("copies-supported", Tag.PRINTER):
@@ -98,6 +100,15 @@ def job_attributes(request: Request, abilities: Abilities) -> tuple[Attribute, .
         made.append(attribute("sides", Tag.KEYWORD, "one-sided"))
     options = {name: _option(name, value, abilities) for name, value in request.options.items()}
     return (*(one for one in made if one.name not in options), *options.values())
+
+
+def _sheet(request: Request, abilities: Abilities) -> Attribute:
+    """The sheet with its tray and kind; by its name alone for a printer so old that it knows nothing else."""
+    if abilities.texts("media-col-supported") or not abilities.texts("media-supported"):
+        return attribute("media-col", Tag.COLLECTION, _media_col(request, abilities))
+    if request.source:
+        raise ProfileError("The printer lets nobody choose a tray: leave the tray out.")
+    return attribute("media", Tag.KEYWORD, request.media)
 
 
 def _media_col(request: Request, abilities: Abilities) -> tuple[Attribute, ...]:

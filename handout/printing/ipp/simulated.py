@@ -23,7 +23,6 @@ from handout.printing.ipp.message import Attribute, Group, Message, Range, Resol
 from handout.printing.ipp.serving import handler
 from handout.printing.ipp.words import JobState, Status
 
-_PATH = "/ipp/print"
 _TRAYS, _TYPES = ("auto", "rear", "main"), ("stationery", "envelope")
 # mm, the shorter side first, and the custom sizes: least and greatest
 _SIZES = ((110, 220), (114, 162), (162, 229), (104.775, 241.3), (210, 297), (148, 210))
@@ -84,22 +83,24 @@ class SimulatedPrinter:
     jobs : everything that it was given, in order; printed : what came out of it.
     """
 
-    def __init__(self, folder: Path | None = None, faults: Faults | None = None, port: int = 0) -> None:
+    def __init__(
+        self, folder: Path | None = None, faults: Faults | None = None, port: int = 0, path: str = "/ipp/print"
+    ) -> None:
         """`folder` receives what is printed, called job-001.pdf and so on; without one it is in memory only."""
         self.faults = faults or Faults()
         self.jobs: list[SimulatedJob] = []
         self.printed: list[SimulatedJob] = []
         self.received = 0  # print requests that were not refused as busy, broken ones included
-        self._folder, self._stopped = folder, 0.0
+        self._folder, self._path, self._stopped = folder, path, 0.0
         self._reasons: tuple[str, ...] = ("none",)
         self._lock = threading.RLock()
-        self._server = ThreadingHTTPServer(("127.0.0.1", port), handler(self, _PATH))
+        self._server = ThreadingHTTPServer(("127.0.0.1", port), handler(self, path))
         self._server.daemon_threads = True
 
     @property
     def uri(self) -> str:
         """Where it is."""
-        return f"ipp://127.0.0.1:{self._server.server_port}{_PATH}"
+        return f"ipp://127.0.0.1:{self._server.server_port}{self._path}"
 
     def __enter__(self) -> SimulatedPrinter:
         threading.Thread(target=self._server.serve_forever, args=(0.02,), daemon=True).start()
@@ -269,6 +270,7 @@ class SimulatedPrinter:
                 attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
                 attribute("operations-supported", Tag.ENUM, *Operation),
                 attribute("document-format-supported", Tag.MIME_TYPE, *self.faults.formats),
+                attribute("media-col-supported", Tag.KEYWORD, "media-size", "media-source", "media-type"),
                 attribute("media-source-supported", Tag.KEYWORD, *_TRAYS),
                 attribute("media-type-supported", Tag.KEYWORD, *_TYPES),
                 attribute("print-scaling-supported", Tag.KEYWORD, "auto", "none"),
