@@ -50,12 +50,20 @@ class PdfWriter:
     def add(self, page: Page, raster: Raster | None) -> None:
         """Write one page of the size of `page`, with the ink of `raster` (None: a blank page) on it."""
         cropped = _cropped(raster) if raster is not None else None
-        content, resources = b"", "<< >>"
-        if raster is not None and cropped is not None:
-            pixels, x, y = cropped
-            image = self._image(pixels)
-            content = _placing(pixels, x, y, raster, page)
-            resources = f"<< /XObject << /Im {image} 0 R >> >>"
+        if raster is None or cropped is None:
+            self._page(page, b"", "<< >>")
+        else:
+            self._pictured(page, *cropped, raster.dpi)
+
+    def add_pixels(self, page: Page, pixels: NDArray[np.uint8], dpi: float) -> None:
+        """Write one page whose picture covers all of it: pixels (h, w, 3), device RGB, at `dpi`, just as they are."""
+        self._pictured(page, pixels, 0, 0, dpi)
+
+    def _pictured(self, page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> None:
+        image = self._image(pixels)
+        self._page(page, _placing(pixels, x, y, dpi, page), f"<< /XObject << /Im {image} 0 R >> >>")
+
+    def _page(self, page: Page, content: bytes, resources: str) -> None:
         body = self._take()
         self._object(body, b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content))
         number = self._take()
@@ -134,12 +142,12 @@ def _number(value: float) -> str:
     return f"{value:.7f}".rstrip("0").rstrip(".")
 
 
-def _placing(pixels: NDArray[np.uint8], x: int, y: int, raster: Raster, page: Page) -> bytes:
+def _placing(pixels: NDArray[np.uint8], x: int, y: int, dpi: float, page: Page) -> bytes:
     """The content stream that puts the picture, whose corner is pixel (x, y), on the grid of the printer's pixels.
 
     The grid is counted from the top left of the sheet, as printers count it; PDF counts from the bottom.
     """
-    pixel = 72 / raster.dpi
+    pixel = 72 / dpi
     height, width = pixels.shape[:2]
     bottom = page.height / _POINT - (y + height - _INSET) * pixel
     matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)

@@ -92,6 +92,8 @@ def _tiff(path: Path) -> Iterator[Scan]:
             read = [(page.asarray(), tifffile.PHOTOMETRIC(page.photometric).name, _tiff_dpi(page)) for page in whole]
             planes = [page.planarconfig == 2 for page in whole]
             jpeg = [page.compression in (6, 7) for page in whole]
+            if not whole:
+                raise ValueError("no pages")
     except Exception as error:  # what a damaged file raises there is not one kind
         raise InputError(
             f"Cannot read {path}: it is damaged or cut off, or packed in a way that cannot be read; save it as an "

@@ -47,23 +47,24 @@ def of_tones(seen: Seen) -> list[Finding]:
     white, black = seen.where(255, 255, 255), seen.where(0, 0, 0)
     if not (white.any() and black.any()):
         return []
+    high = float(seen.sampled.high[white].mean(axis=0).max())
+    low = float(seen.sampled.low[black].mean(axis=0).max())
+    if min(high, low) > _CLIPPED:
+        sentence = (
+            f"Light and dark tones both reach the ends of the scale ({high:.0%} and {low:.0%} of the pixels of white "
+            "and black patches): the scanner stretches contrast or colour by itself. Switch everything automatic "
+            "off, and scan the chart with the settings of the handwriting's scan."
+        )
+        return [Finding("automatic", "refuse", sentence, seen.source)]
     found = []
-    for code, name, share in (
-        ("clipped-whites", "lightest", float(seen.sampled.high[white].mean(axis=0).max())),
-        ("clipped-blacks", "darkest", float(seen.sampled.low[black].mean(axis=0).max())),
-    ):
+    for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
         if share > _CLIPPED:
             severity: Any = "refuse" if share > _LOST else "warn"
-            found.append(
-                Finding(
-                    code,
-                    severity,
-                    f"The {name} tones are cut off ({share:.0%} of the pixels of {name} "
-                    "patches are at the end of the scale): lower the scanner's contrast, switch off automatic exposure "
-                    "and scan the chart again.",
-                    seen.source,
-                )
+            sentence = (
+                f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
+                "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
+            found.append(Finding(code, severity, sentence, seen.source))
     return found + _of_gamma(seen, white, black) + _of_shading(seen)
 
 
@@ -141,8 +142,9 @@ def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.b
     far, bright = _far(seen, off)
     bad = inside & (far | (dusty & (odd > 2 * _ODD)))
     if bad.sum() > _MANY * len(inside):
+        cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): something "
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): {cause} "
             "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
         )
         return bad, [Finding("blemish", "refuse", sentence, seen.source, _names(seen, bad))]
