@@ -194,9 +194,7 @@ def test_clipped_blacks(good):
 
 
 def test_automatic_contrast(good):
-    values = good[0].astype(np.float64)
-    low, high = np.quantile(values, [0.03, 0.97])
-    stretched = np.rint(np.clip((values - low) / (high - low), 0, 1) * 255).astype(np.uint8)
+    stretched = np.rint(np.clip((good[0] / 255 - 0.047) / 0.886, 0, 1) * 255).astype(np.uint8)
     assert "by itself" in only(of(stretched), "automatic", "refuse").sentence
 
 
