@@ -21,8 +21,9 @@ _SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over th
 _STEP = 1.0 / 255
 _STRIPE = 1.2 / 255
 _ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
-_FAR = 12.0 / 255  # least distance of a spoilt patch from what its colour should be
+_FAR = 18.0 / 255  # least distance of a spoilt patch from what its colour should be; a real printer has 13
 _AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
+_EDGE_FAR, _REACH = 5.0 / 255, 4  # the same beside spoilt patches, and how many patches further
 _MANY = 0.05
 
 
@@ -154,13 +155,26 @@ def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.b
 def _far(seen: Seen, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
     inside = seen.sampled.inside
-    sigma = 1.4826 * np.median(np.abs(off[inside]), axis=0)
-    alone = (np.abs(off) > np.maximum(8 * sigma, _FAR)).any(axis=1)
+    usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
+    alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
     around = _around(seen, off)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
     together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
-    again = _again(seen)
-    return (alone | together | again) & inside, off.mean(axis=1) > 0
+    bad = (alone | together | _again(seen)) & inside
+    # what lies on one patch reaches into the next: beside bad ones less is enough
+    doubtful = (np.abs(off) > np.maximum(4 * usual, _EDGE_FAR)).any(axis=1) & inside
+    for _ in range(_REACH):
+        bad = bad | (doubtful & _beside(seen, bad))
+    return bad, off.mean(axis=1) > 0
+
+
+def _beside(seen: Seen, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Patches (n,) that touch one of the mask, at a side or a corner."""
+    grid = np.zeros((seen.page.rows + 2, seen.page.columns + 2), dtype=bool)
+    column, row = seen.page.cells.T
+    grid[row + 1, column + 1] = mask
+    near: NDArray[np.bool_] = np.any([grid[row + j, column + i] for j in range(3) for i in range(3)], axis=0)
+    return near
 
 
 def _around(seen: Seen, off: Array) -> Array:
