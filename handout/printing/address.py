@@ -18,6 +18,7 @@ _GREETINGS = {
     *("dear", "sehr", "liebe", "lieber", "hallo", "cher", "chère", "estimado", "estimada", "querido", "querida"),
     *("caro", "cara", "gentile", "beste", "geachte"),
 }
+_NOTHING = "there is no street, place or address in it"
 _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 
@@ -138,8 +139,10 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
         found = who + where
         warnings += _check(fields, country)
     else:
-        return (), warnings, "there is no street, place or address in it" if fields else "it is empty"
-    if named and (not found or found[-1].casefold() != named.casefold()):
+        return (), warnings, _NOTHING if fields else "it is empty"
+    if not found:
+        return (), [], _NOTHING
+    if named and found[-1].casefold() != named.casefold():
         found.append(countries.last_line(named))
     elif named:
         found[-1] = countries.last_line(named)

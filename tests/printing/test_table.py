@@ -148,6 +148,11 @@ def test_sloppy_quotes_are_accepted(tmp_path):
     assert row.lines == ("Ada Lovelace", "1 Lane, rear", "Ely")
 
 
+def test_an_address_of_commas_is_none(tmp_path):
+    (row,) = read_addresses(table(tmp_path, "Address\n,\n"))
+    assert not row.lines and row.problem == "there is no street, place or address in it"
+
+
 @settings(max_examples=150)
 @given(
     st.binary(max_size=80), st.sampled_from([b"", b"name,street,city\n", b"\xff\xfe", b"Adresse;PLZ\n", b"Address\n"])
