@@ -94,7 +94,7 @@ def wizard(**given: Any) -> int:
     say = results.talk(given["quiet"])
     loop = simulated(profile, given["paper"], given["faults"]) if profile.simulated else None
     made = Wizard(
-        profile, given["printer"], given["paper"], sheet=given["sheet"], chart_pages=given["pages_"],
+        profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
         scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
         afresh=given["afresh"],
     )  # fmt: skip
@@ -223,19 +223,20 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     handout calibrate chart --printer epson --dry-run chart.png
     """
     from handout.calibrating import pages, store
-    from handout.calibrating.wizard import chart_pages_of, fitting_chart
+    from handout.calibrating.wizard import chart_pages, write_chart_file
+    from handout.printing.charts import chart_for
     from handout.printing.submit import resolve
 
     profile = resolve(printer)
     if profile.file and output is None and dry_run is None:
         raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
-    made = chart_pages_of(fitting_chart(profile, sheet, pages_), profile, f"{store.key(printer)}/{store.key(paper)}")
-    files = [path for out in (output, dry_run) if out is not None for path in pages.write(made, out)]
-    jobs = [] if files else list(pages.send(made, profile))
-    names = [str(path) for path in files]
-    result = {"files": names, "jobs": jobs, "pages": len(made.pixels), "dpi": made.dpi}
-    where = ", ".join(names) or f"{len(jobs)} jobs sent"
-    said = f"Chart of {len(made.pixels)} page(s) at {made.dpi} dpi: {where}."
+    made, name = chart_for(profile, sheet, pages_), f"{store.key(printer)}/{store.key(paper)}"
+    outs = [out for out in (output, dry_run) if out is not None]
+    files = [str(path) for out in outs for path in write_chart_file(made, profile, name, out)]
+    jobs = [] if files else list(pages.send(chart_pages(made, profile, name), profile))
+    result = {"files": files, "jobs": jobs, "pages": len(made.pages), "dpi": profile.dpi}
+    where = ", ".join(files) or f"{len(jobs)} jobs sent"
+    said = f"Chart of {len(made.pages)} page(s) for {profile.dpi} dpi: {where}."
     results.report(result, said, as_json=as_json, quiet=quiet)
     return 0
 

@@ -19,7 +19,7 @@ from handout.errors import InputError
 DPI = (300.0, 2400.0)
 _INCH = 25.4
 _TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
-_LINES = (3.4, 5.8)  # mm under the top of the title: where lines of words begin
+_LINES = (3.2, 5.4)  # mm under the top of the title: where lines of words begin
 
 
 def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str = "") -> NDArray[np.uint8]:

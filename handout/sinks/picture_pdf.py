@@ -53,13 +53,13 @@ class PdfWriter:
         if raster is None or found is None:
             self._page(page, b"", "<< >>")
         else:
-            self._picture(page, *found, raster.dpi)
+            self._pictured(page, *found, raster.dpi)
 
     def add_pixels(self, page: Page, pixels: NDArray[np.uint8], dpi: float) -> None:
-        """Write one page all of which is `pixels`, (h, w, 3) uint8 device RGB, from its top left corner."""
-        self._picture(page, np.ascontiguousarray(pixels), 0, 0, dpi)
+        """Write one page whose picture covers all of it: pixels (h, w, 3), device RGB, at `dpi`, just as they are."""
+        self._pictured(page, pixels, 0, 0, dpi)
 
-    def _picture(self, page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> None:
+    def _pictured(self, page: Page, pixels: NDArray[np.uint8], x: int, y: int, dpi: float) -> None:
         image = self._image(pixels)
         self._page(page, _placing(pixels, x, y, dpi, page), f"<< /XObject << /Im {image} 0 R >> >>")
 

@@ -193,6 +193,11 @@ def test_clipped_blacks(good):
     only(of(np.clip(good[0].astype(np.int16) - 22, 0, 255).astype(np.uint8)), "clipped-blacks", "refuse")
 
 
+def test_automatic_contrast(good):
+    stretched = np.rint(np.clip((good[0] / 255 - 0.047) / 0.886, 0, 1) * 255).astype(np.uint8)
+    assert "by itself" in only(of(stretched), "automatic", "refuse").sentence
+
+
 @pytest.mark.parametrize("gamma", [0.33, 2.4])
 def test_automatic_gamma(good, gamma):
     # deep, so that the tones are whole: only their place is wrong

@@ -89,28 +89,49 @@ def _tiff(path: Path) -> Iterator[Scan]:
         with _unlogged(), tifffile.TiffFile(path) as file:
             pages = [page for page in file.pages if isinstance(page, tifffile.TiffPage)]
             whole = [page for page in pages if not page.is_reduced]
-            read = [(page.asarray(), tifffile.PHOTOMETRIC(page.photometric).name, _tiff_dpi(page)) for page in whole]
-            planes = [page.planarconfig == 2 for page in whole]
+            read = [(_tiff_page(page, path), page.photometric, _tiff_dpi(page)) for page in whole]
             jpeg = [page.compression in (6, 7) for page in whole]
+            if not whole:
+                raise ValueError("no pages")
     except Exception as error:  # what a damaged file raises there is not one kind
         raise InputError(
             f"Cannot read {path}: it is damaged or cut off, or packed in a way that cannot be read; save it as an "
             "uncompressed TIFF, or as PNG."
         ) from error
-    for i, (values, kind, dpi) in enumerate(read):
+    for i, (values, photometric, dpi) in enumerate(read):
         source = f"{path}:{i + 1}" if len(read) > 1 else str(path)
+        kind = tifffile.PHOTOMETRIC(photometric).name
         if kind not in ("RGB", "YCBCR", "MINISBLACK", "MINISWHITE"):
             raise _not_rgb({"SEPARATED": "CMYK", "PALETTE": "P"}.get(kind, kind), source)
-        upright = np.moveaxis(values, 0, -1) if planes[i] and values.ndim == 3 else values
         if kind == "MINISWHITE":
-            upright = ~upright
+            values = ~values
         found = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
-        yield _scan(upright, dpi, source, found, jpeg[i])
+        yield _scan(values, dpi, source, found, jpeg[i])
 
 
 _JPEG_INSIDE = (
     "The TIFF is packed as JPEG, which smears colours into each other: let the scanner save it without compression."
 )
+
+
+def _tiff_page(page: Any, path: Path) -> NDArray[Any]:
+    """Pixels (h, w) or (h, w, channels)."""
+    import cv2
+
+    try:
+        values = np.asarray(page.asarray())
+    except ValueError:
+        # packed in a way that tifffile needs another package for, as LZW is: OpenCV reads these, 16 bits too
+        done, found = cv2.imreadmulti(str(path), start=page.index, count=1, flags=cv2.IMREAD_UNCHANGED)
+        if not done or not found:
+            raise
+        return _as_rgb(np.asarray(found[0]))
+    return np.moveaxis(values, 0, -1) if page.planarconfig == 2 and values.ndim == 3 else values
+
+
+def _as_rgb(values: NDArray[Any]) -> NDArray[Any]:
+    """Channels in the order of OpenCV, blue first, in that of everyone else."""
+    return values if values.ndim == 2 else values[:, :, [2, 1, 0, 3][: values.shape[2]]]
 
 
 def _tiff_dpi(page: Any) -> tuple[float, float] | None:
@@ -166,9 +187,7 @@ def _deep_png(path: Path) -> NDArray[Any]:
     values = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if values is None:
         raise InputError(f"Cannot read {path}: it is damaged or cut off; scan the chart again.")
-    if values.ndim == 3:
-        values = values[:, :, [2, 1, 0, 3][: values.shape[2]]]
-    return np.asarray(values)
+    return _as_rgb(np.asarray(values))
 
 
 def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, found: list[Finding], jpeg: bool) -> Scan:

@@ -16,8 +16,9 @@ from handout.colour.reading.sampling import Sampled
 LEAST_PIXELS = 10.0  # a patch's side
 _TRUE = 0.01  # share by which scanners and printers may be off
 _PLAUSIBLE = (0.75, 1.35)  # of the printed size against the true one; outside, the file's dpi is of something else
-_WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 2.5  # mm
+_WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 3.5  # mm
 _GREY = 1.5 / 255
+_LOOKED = 2400  # pixels a side, in which blocks are looked for
 _BLOCKY = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
 _HOLES = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
 
@@ -183,7 +184,9 @@ def of_pixels(scan: Scan, sampled: Sampled) -> list[Finding]:
 
 def blockiness(pixels: NDArray[np.uint8]) -> float:
     """How much more neighbours differ at the edges of 8 × 8 blocks than elsewhere; about 1 if nothing was a JPEG."""
-    grey = pixels[:, :, 1].astype(np.int16)
+    # the middle of a large picture tells as much as all of it; it begins where a block does
+    top, left = (max(0, size - _LOOKED) // 16 * 8 for size in pixels.shape[:2])
+    grey = pixels[top : top + _LOOKED, left : left + _LOOKED, 1].astype(np.int16)
     worst = 1.0
     for axis in (0, 1):
         # large steps are edges of patches, which fall anywhere

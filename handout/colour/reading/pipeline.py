@@ -130,8 +130,8 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
         return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
-    if len(device) > 200:
-        findings += printer_checks.of_printer(device, scanned, "")
+    if len(device) > 200 and not any(one.code == "grey" for one in findings):
+        findings += printer_checks.of_printer(device, scanned, deviation)
     findings += _of_paper(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 

@@ -21,8 +21,9 @@ _SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over th
 _STEP = 1.0 / 255
 _STRIPE = 1.2 / 255
 _ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
-_FAR = 12.0 / 255  # least distance of a spoilt patch from what its colour should be
+_FAR = 18.0 / 255  # least distance of a spoilt patch from what its colour should be; a real printer has 13
 _AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
+_EDGE_FAR, _REACH = 5.0 / 255, 4  # the same beside spoilt patches, and how many patches further
 _MANY = 0.05
 
 
@@ -47,23 +48,24 @@ def of_tones(seen: Seen) -> list[Finding]:
     white, black = seen.where(255, 255, 255), seen.where(0, 0, 0)
     if not (white.any() and black.any()):
         return []
+    high = float(seen.sampled.high[white].mean(axis=0).max())
+    low = float(seen.sampled.low[black].mean(axis=0).max())
+    if min(high, low) > _CLIPPED:
+        sentence = (
+            f"Light and dark tones both reach the ends of the scale ({high:.0%} and {low:.0%} of the pixels of white "
+            "and black patches): the scanner stretches contrast or colour by itself. Switch everything automatic "
+            "off, and scan the chart with the settings of the handwriting's scan."
+        )
+        return [Finding("automatic", "refuse", sentence, seen.source)]
     found = []
-    for code, name, share in (
-        ("clipped-whites", "lightest", float(seen.sampled.high[white].mean(axis=0).max())),
-        ("clipped-blacks", "darkest", float(seen.sampled.low[black].mean(axis=0).max())),
-    ):
+    for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
         if share > _CLIPPED:
             severity: Any = "refuse" if share > _LOST else "warn"
-            found.append(
-                Finding(
-                    code,
-                    severity,
-                    f"The {name} tones are cut off ({share:.0%} of the pixels of {name} "
-                    "patches are at the end of the scale): lower the scanner's contrast, switch off automatic exposure "
-                    "and scan the chart again.",
-                    seen.source,
-                )
+            sentence = (
+                f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
+                "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
+            found.append(Finding(code, severity, sentence, seen.source))
     return found + _of_gamma(seen, white, black) + _of_shading(seen)
 
 
@@ -141,8 +143,9 @@ def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.b
     far, bright = _far(seen, off)
     bad = inside & (far | (dusty & (odd > 2 * _ODD)))
     if bad.sum() > _MANY * len(inside):
+        cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): something "
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): {cause} "
             "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
         )
         return bad, [Finding("blemish", "refuse", sentence, seen.source, _names(seen, bad))]
@@ -152,13 +155,26 @@ def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.b
 def _far(seen: Seen, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
     inside = seen.sampled.inside
-    sigma = 1.4826 * np.median(np.abs(off[inside]), axis=0)
-    alone = (np.abs(off) > np.maximum(8 * sigma, _FAR)).any(axis=1)
+    usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
+    alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
     around = _around(seen, off)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
     together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
-    again = _again(seen)
-    return (alone | together | again) & inside, off.mean(axis=1) > 0
+    bad = (alone | together | _again(seen)) & inside
+    # what lies on one patch reaches into the next: beside bad ones less is enough
+    doubtful = (np.abs(off) > np.maximum(4 * usual, _EDGE_FAR)).any(axis=1) & inside
+    for _ in range(_REACH):
+        bad = bad | (doubtful & _beside(seen, bad))
+    return bad, off.mean(axis=1) > 0
+
+
+def _beside(seen: Seen, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Patches (n,) that touch one of the mask, at a side or a corner."""
+    grid = np.zeros((seen.page.rows + 2, seen.page.columns + 2), dtype=bool)
+    column, row = seen.page.cells.T
+    grid[row + 1, column + 1] = mask
+    near: NDArray[np.bool_] = np.any([grid[row + j, column + i] for j in range(3) for i in range(3)], axis=0)
+    return near
 
 
 def _around(seen: Seen, off: Array) -> Array:

@@ -13,15 +13,16 @@ _RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V85
 _STEP = 1.0 / 255
 _INK = 0.12  # least that a full ink darkens its own channel
 _RAMP, _RUN = 3.0 / 255, 40  # least error of a ramp that falls, and longest run of greys that look alike
+_CHANCE = 6.0  # standard errors of a grey that are no fault
 _MANY = 0.05  # of the colours
 _ALIKE, _UNLIKE = 0.5 / 255, 20.0 / 255  # scans that are the same, of colours that are not
 
 
-def of_printer(device: Array, scanned: Array, source: str) -> list[Finding]:
-    """Findings about the printer, from all colours: device (n, 3) and what was read of them (n, 3)."""
+def of_printer(device: Array, scanned: Array, deviation: Array, source: str = "") -> list[Finding]:
+    """Findings about the printer, from all colours: device (n, 3), what was read (n, 3) and its standard error (n,)."""
     return [
         *_of_rank(device, scanned, source),
-        *_of_ramps(device, scanned, source),
+        *_of_ramps(device, scanned, deviation, source),
         *_of_twins(device, scanned, source),
     ]
 
@@ -58,7 +59,7 @@ def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
     ]
 
 
-def _of_ramps(device: Array, scanned: Array, source: str) -> list[Finding]:
+def _of_ramps(device: Array, scanned: Array, deviation: Array, source: str) -> list[Finding]:
     found = []
     for channel, ink in enumerate(("cyan", "magenta", "yellow")):
         others = [k for k in range(3) if k != channel]
@@ -80,8 +81,10 @@ def _of_ramps(device: Array, scanned: Array, source: str) -> list[Finding]:
     grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
     if len(grey) < 32:
         return found
-    fall = np.maximum.accumulate(grey) - grey
-    if float(fall.max()) > _RAMP and float(np.quantile(fall, 0.9)) > _RAMP / 3:
+    # the greatest of many errors, and both of the greys have one
+    chance = _CHANCE * deviation[neutral][order]
+    fall = np.maximum(np.maximum.accumulate(grey) - grey - chance, 0.0)
+    if float(fall.max()) > _RAMP:
         found.append(
             Finding(
                 "ramp",

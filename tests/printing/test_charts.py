@@ -1,0 +1,76 @@
+"""The chart as a PDF: its pixels reach the printer unchanged."""
+
+import io
+import zlib
+
+import numpy as np
+import pikepdf
+import pytest
+
+from handout import profiles
+from handout.colour import cgats
+from handout.colour.chart import chart
+from handout.colour.drawing import render
+from handout.errors import DoesNotFit, InputError
+from handout.printing.charts import chart_for, write_chart
+from handout.profiles import Length, Margins, Printer
+
+
+def test_one_picture_a_page_pixel_for_pixel(tmp_path):
+    made = chart("letter", pages=2)
+    paths = write_chart(made, tmp_path / "chart.pdf", 360.0, ("Printer X, plain paper", "2026-11-22"))
+    assert [path.name for path in paths] == ["chart.pdf", "chart.ti1", "chart.ti2"]
+    with pikepdf.open(paths[0]) as document:
+        assert len(document.pages) == 2
+        for page, drawn in zip(document.pages, made.pages, strict=True):
+            (image,) = page.Resources.XObject.values()
+            assert str(image.ColorSpace) == "/DeviceRGB"
+            assert [float(v) for v in page.MediaBox] == pytest.approx([0, 0, 612, 792], abs=1e-4)
+            wanted = render(drawn, 360.0, ("Printer X, plain paper", "2026-11-22"))
+            assert (int(image.Height), int(image.Width)) == wanted.shape[:2]
+            data = np.frombuffer(zlib.decompress(io.BytesIO(image.read_raw_bytes()).read()), dtype=np.uint8)
+            assert np.array_equal(data.reshape(wanted.shape), wanted)
+
+
+def test_tables_beside_it(tmp_path):
+    made = chart("A4")
+    _, first, second = write_chart(made, tmp_path / "c.pdf", 150.0)
+    (ti1,), (ti2,) = cgats.read(first), cgats.read(second)
+    assert (ti1.kind, len(ti1.rows), ti1.get("COLOR_REP")) == ("CTI1", 760, "iRGB")
+    assert (ti2.kind, len(ti2.rows)) == ("CTI2", 935)
+    sent = ti2.numbers("RGB_R", "RGB_G", "RGB_B")
+    assert np.array_equal(sent / 100, made.pages[0].device) or np.allclose(sent / 100, made.pages[0].device, atol=1e-15)
+    assert ti2.rows[0][ti2.fields.index("SAMPLE_LOC")] == made.pages[0].names[0]
+
+
+def test_the_same_chart_gives_the_same_bytes(tmp_path):
+    for name in ("a.pdf", "b.pdf"):
+        write_chart(chart("A4"), tmp_path / name, 300.0)
+    assert (tmp_path / "a.pdf").read_bytes() == (tmp_path / "b.pdf").read_bytes()
+
+
+def test_every_printer_gets_a_chart_within_its_margins():
+    for name in profiles.names("printer"):
+        printer = profiles.find(name, "printer")
+        for paper in ("A4", "letter"):
+            left, top, right, bottom = (made := chart_for(printer, paper)).pages[0].bounds
+            assert left >= printer.margins.left and top >= printer.margins.top
+            assert made.paper.width - right >= printer.margins.right
+            assert made.paper.height - bottom >= printer.margins.bottom
+
+
+def test_margins_decide_how_many_pages():
+    def printer(mm):
+        return Printer(kind="printer", title="X", dpi=600, margins=Margins(bottom=Length(mm)))
+
+    assert [len(chart_for(printer(mm)).pages) for mm in (5, 19.9, 25)] == [1, 1, 2]
+    with pytest.raises(DoesNotFit, match=r"bottom of A4 .* cannot print on 60.0 mm"):
+        chart_for(printer(60))
+    with pytest.raises(DoesNotFit, match="or the chart in 2 pages"):
+        chart_for(printer(25), pages=1)
+
+
+def test_only_pdf(tmp_path):
+    with pytest.raises(InputError, match=r"use chart\.pdf"):
+        write_chart(chart("A4"), tmp_path / "chart.png", 300.0)
+    assert list(tmp_path.iterdir()) == []
