@@ -138,7 +138,13 @@ def test_an_empty_tray_is_told_and_waited_for(page):
     with SimulatedPrinter(faults=Faults(empty_at=1)) as printer:
         queue, said, _ = connected(printer)
         job = queue.send(page, DL)
-        threading.Timer(0.15, printer.clear).start()
+
+        def fill():
+            while not said:
+                threading.Event().wait(0.005)
+            printer.clear()
+
+        threading.Thread(target=fill, daemon=True).start()
         assert queue.follow(job) == Fate("completed")
         assert said == ["Job 1 waits: the tray is empty."]
         assert [kept.document for kept in printer.printed] == [DOCUMENT]

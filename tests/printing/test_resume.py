@@ -2,6 +2,7 @@
 
 import json
 import threading
+import time
 from contextlib import contextmanager
 
 import msgspec
@@ -232,8 +233,8 @@ def test_what_the_printer_still_has_is_waited_for_and_not_sent_again(what, tmp_p
     with SimulatedPrinter(faults=Faults(hold_at=2)) as printer:
         with pytest.raises(PrintingStopped, match="Row 3: job 2 is not printed yet: it is held"):
             run(begin(what, tmp_path), queue_of(printer), 3)
-        printer.faults = Faults()
-        printer.jobs[1].state = printer.jobs[0].state.PROCESSING
+        printer.faults = Faults(printing=0.3)
+        printer.jobs[1].state, printer.jobs[1].since = JobState.PROCESSING, time.monotonic()
         report = run(resume(what, tmp_path), queue_of(printer), 3)
         assert printed(printer) == [2, 3, 4] and report.rows == (3, 4) and len(printer.jobs) == 3
 
