@@ -51,7 +51,7 @@ def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
 
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
     wizard = Wizard(profile, "sim", "white", page_count=2)
-    (document,) = wizard.print_chart()
+    document, *_ = wizard.print_chart()
     printer = loop.simulated(profile, "white")
     printer.dpi = DPI
     first, second = printer.scan(document, tmp_path / "chart.tif")
