@@ -15,7 +15,7 @@ from pathlib import Path
 
 import handout
 from handout import atomic
-from handout.calibrating import pages, reporting, store, verification
+from handout.calibrating import inks, pages, reporting, store, verification
 from handout.calibrating.pages import Printed
 from handout.calibrating.session import Session, Step, opened
 from handout.calibrating.store import Calibration
@@ -80,6 +80,7 @@ class Wizard:
         sheet: str = "A4",
         page_count: int | None = None,
         scanner: str = "",
+        hand: str = "",
         afresh: bool = False,
     ) -> None:
         """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
@@ -95,14 +96,18 @@ class Wizard:
             1 or 2; otherwise what the printer's margins ask for.
         scanner : str
             What the scanner is called.
+        hand : str
+            Whose ink verifies the calibration; the paper of a scanned one tells whether the chart was scanned alike.
 
         Raises
         ------
         InputError
-            Another sheet, or a chart that does not fit the printer's margins.
+            No such hand, another sheet, or a chart that does not fit the printer's margins.
         """
         fitting = charts.chart_for(profile, sheet, page_count)
         self.profile = profile
+        self.hand = hand
+        self._paper = None if not hand or (found := inks.paper_of(hand)) is None else found.tolist()
         self._done = False
         self.session: Session = opened(printer, paper, fitting.paper.name, len(fitting.pages), scanner, afresh)
         state = self.session.state
@@ -154,7 +159,7 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        reading = read([*self.session.scans, *scans], self.chart)
+        reading = self._read(scans)
         self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
@@ -181,16 +186,16 @@ class Wizard:
         self._at(Step.STRIP)
         return made
 
-    def print_strip(self, out: Path | None = None, hand: str = "", queue: Queue | None = None) -> tuple[Path, ...]:
-        """Print the verification strip, of a hand's own ink if one is named, or write it to `out`.
+    def print_strip(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
+        """Print the verification strip, or write it to `out`.
 
         Raises
         ------
         InputError, PrinterError
-            No such hand; it cannot be written, or the printer does not take it.
+            The printer reaches next to nothing of the ink; it cannot be written, or the printer does not take it.
         """
         built = store.load(self.session.built)
-        strip = verification.prepare(built, hand, self.session.state.sheet)
+        strip = verification.prepare(built, self.hand, self.session.state.sheet)
         made = verification.pages(strip, built, self.profile)
         if (path := out or self._unprinted("strip", queue)) is not None:
             files = pages.write(made, path)
@@ -226,7 +231,7 @@ class Wizard:
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
         built = store.load(self.session.built)
-        self._report(read(self.session.scans, self.chart), built)
+        self._report(self._read(), built)
         built.keep_report(self.session.report)
         kept = store.add(built)
         self.session.close()
@@ -236,6 +241,10 @@ class Wizard:
     def back(self) -> None:
         """Return to the scan of the chart, without the scans that were taken."""
         self.session.forget()
+
+    def _read(self, scans: Sequence[Path] = ()) -> Reading:
+        """All scans so far and some more."""
+        return read([*self.session.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: Reading, built: Calibration | None = None) -> None:
         more = reporting.sections(built) if built is not None else []

@@ -67,7 +67,7 @@ for _command in calibrated_.COMMANDS:
     "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
 )
 @click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
-@click.option("--hand", default="", help="Verify with the ink of this hand instead of usual inks.")
+@click.option("--hand", default="", help="Verify with the ink of this hand; compare the scan with its pages.")
 @click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
 @method_option
 @click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
@@ -96,7 +96,7 @@ def wizard(**given: Any) -> int:
     made = Wizard(
         profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
         scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
-        afresh=given["afresh"],
+        hand=given["hand"], afresh=given["afresh"],
     )  # fmt: skip
     if made.resumed:
         say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
@@ -142,7 +142,7 @@ class _Run:
         if self.given["no_verify"]:
             self._store()
             return
-        self._printed(lambda out: self.made.print_strip(out, self.given["hand"]), "strip")
+        self._printed(self.made.print_strip, "strip")
 
     def _printed(self, send: Callable[[Path | None], Sequence[Path]], name: str) -> None:
         folder = self.given["output"]
@@ -245,14 +245,16 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
 @click.argument("scans", nargs=-1, required=True, type=_PATH)
 @click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
 @click.option("--report", "report_", type=_PATH, help="A page with pictures of what was read, .html.")
+@click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
 @results.output_options
-def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: bool, quiet: bool) -> int:
+def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, as_json: bool, quiet: bool) -> int:
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
 
     \b
     handout calibrate read scan.tif -o patches.ti3 --report report.html
     """
     from handout import atomic
+    from handout.calibrating import inks
     from handout.calibrating.wizard import ScansRefused
     from handout.colour import cgats
     from handout.colour.chart_tables import ti3
@@ -260,7 +262,8 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: boo
     from handout.colour.report import write_report
 
     atomic.check_writable(output)
-    reading = read_chart(scans)
+    paper = inks.paper_of(hand) if hand else None
+    reading = read_chart(scans, paper=None if paper is None else paper.tolist())
     if report_ is not None:
         write_report(report_, reading)
     if not quiet:

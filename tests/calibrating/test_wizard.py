@@ -162,6 +162,16 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
     assert store.every() == []
 
 
+def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
+    from handout.calibrating import inks
+
+    monkeypatch.setattr(inks, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
+    wizard = Wizard(profile, "sim", "white", hand="me")
+    wizard.session.go(Step.SCAN)
+    (found,) = wizard.take_scans([scan]).findings
+    assert found.code == "settings-differ" and "lighter in red" in found.sentence
+
+
 def test_another_chart_is_named(profile, scan):
     wizard = Wizard(profile, "sim", "white", sheet="letter")
     wizard.session.go(Step.SCAN)
