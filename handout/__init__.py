@@ -16,6 +16,7 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Layout": "handout.writing.layout",
+    "apply": "handout.colour.applying",
     "compose": "handout.writing.compose",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",

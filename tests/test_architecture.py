@@ -90,7 +90,15 @@ def test_the_rule_can_fail():
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["write", "--help"], ["plot", "--help"], ["hand", "read", "--help"]]
+    "arguments",
+    [
+        ["--help"],
+        ["--version"],
+        ["write", "--help"],
+        ["plot", "--help"],
+        ["calibrate", "wizard", "--help"],
+        ["hand", "read", "--help"],
+    ],
 )
 def test_help_is_light(arguments):
     code = (

@@ -89,6 +89,22 @@ def of_hand(name: str, seed: int = 0) -> Inks:
     return of_raster(pens.ink(drawing, _DPI, pen("ballpoint"), pens.noise({"seed": seed})).rgba)
 
 
+def paper_of(name: str) -> Array | None:
+    """(3,) scanned RGB in 0–1 of the paper that a scanned hand was written on; None for a drawn hand.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name)
+    if not isinstance(hand, ScannedHand):
+        return None
+    return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
+
+
 def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     from handout.writing.compose import compose
     from handout.writing.layout import Layout, page

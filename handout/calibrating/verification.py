@@ -25,6 +25,7 @@ from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
 from handout.colour.reading.registration import place
 from handout.colour.reading.sampling import sample
 from handout.errors import InputError
+from handout.printing.charts import fine_enough
 from handout.profiles import Printer
 from handout.values import Array
 
@@ -127,8 +128,9 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
 def pages(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
     """The strip as the printer's own pixels."""
     lines = (f"{calibration.name}   calibration of {calibration.made:%Y-%m-%d %H:%M}",)
-    pixels = render(strip.page, profile.dpi, lines, "Verification strip: scan it like the chart, on the same paper")
-    return Printed(strip.page.paper, [pixels], profile.dpi, {"verification": calibration.name})
+    dpi = round(fine_enough(profile.dpi))
+    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
+    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
 
 
 def last_strip(calibration: Calibration) -> Strip:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import handout
 from handout import atomic
-from handout.calibrating import pages, reporting, store, verification
+from handout.calibrating import inks, pages, reporting, store, verification
 from handout.calibrating.pages import Printed
 from handout.calibrating.session import Session, Step, opened
 from handout.calibrating.store import Calibration
@@ -27,6 +27,7 @@ from handout.colour.drawing import render
 from handout.colour.reading import Finding, Reading, read
 from handout.colour.report import report
 from handout.errors import InputError
+from handout.printing import charts
 from handout.printing.queue import Queue
 from handout.profiles import Printer
 
@@ -77,8 +78,9 @@ class Wizard:
         paper: str = store.PLAIN,
         *,
         sheet: str = "A4",
-        chart_pages: int | None = None,
+        page_count: int | None = None,
         scanner: str = "",
+        hand: str = "",
         afresh: bool = False,
     ) -> None:
         """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
@@ -90,18 +92,22 @@ class Wizard:
             What they are called in the store.
         sheet : str
             "A4" or "letter".
-        chart_pages : int, optional
+        page_count : int, optional
             1 or 2; otherwise what the printer's margins ask for.
         scanner : str
             What the scanner is called.
+        hand : str
+            Whose ink verifies the calibration; the paper of a scanned one tells whether the chart was scanned alike.
 
         Raises
         ------
         InputError
-            Another sheet, or a chart that does not fit the printer's margins.
+            No such hand, another sheet, or a chart that does not fit the printer's margins.
         """
-        fitting = fitting_chart(profile, sheet, chart_pages)
+        fitting = charts.chart_for(profile, sheet, page_count)
         self.profile = profile
+        self.hand = hand
+        self._paper = None if not hand or (found := inks.paper_of(hand)) is None else found.tolist()
         self._done = False
         self.session: Session = opened(printer, paper, fitting.paper.name, len(fitting.pages), scanner, afresh)
         state = self.session.state
@@ -135,8 +141,11 @@ class Wizard:
         InputError, PrinterError
             It cannot be written, or the printer does not take it.
         """
-        made = chart_pages_of(self.chart, self.profile, self.name)
-        files = self._sent(made, out, queue, "chart")
+        if (path := out or self._unprinted("chart", queue)) is not None:
+            files = write_chart_file(self.chart, self.profile, self.name, path)
+        else:
+            pages.send(chart_pages(self.chart, self.profile, self.name), self.profile, queue)
+            files = ()
         self._at(Step.SCAN)
         return files
 
@@ -150,7 +159,7 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        reading = read([*self.session.scans, *scans], self.chart)
+        reading = self._read(scans)
         self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
@@ -177,17 +186,22 @@ class Wizard:
         self._at(Step.STRIP)
         return made
 
-    def print_strip(self, out: Path | None = None, hand: str = "", queue: Queue | None = None) -> tuple[Path, ...]:
-        """Print the verification strip, of a hand's own ink if one is named, or write it to `out`.
+    def print_strip(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
+        """Print the verification strip, or write it to `out`.
 
         Raises
         ------
         InputError, PrinterError
-            No such hand; it cannot be written, or the printer does not take it.
+            The printer reaches next to nothing of the ink; it cannot be written, or the printer does not take it.
         """
         built = store.load(self.session.built)
-        strip = verification.prepare(built, hand, self.session.state.sheet)
-        files = self._sent(verification.pages(strip, built, self.profile), out, queue, "strip")
+        strip = verification.prepare(built, self.hand, self.session.state.sheet)
+        made = verification.pages(strip, built, self.profile)
+        if (path := out or self._unprinted("strip", queue)) is not None:
+            files = pages.write(made, path)
+        else:
+            pages.send(made, self.profile, queue)
+            files = ()
         self._at(Step.VERIFY)
         return files
 
@@ -217,7 +231,7 @@ class Wizard:
         if self.step not in (Step.STRIP, Step.VERIFY, Step.STORE):
             raise InputError(f"Nothing can be stored yet: what comes next is to {self.step}.")
         built = store.load(self.session.built)
-        self._report(read(self.session.scans, self.chart), built)
+        self._report(self._read(), built)
         built.keep_report(self.session.report)
         kept = store.add(built)
         self.session.close()
@@ -227,6 +241,10 @@ class Wizard:
     def back(self) -> None:
         """Return to the scan of the chart, without the scans that were taken."""
         self.session.forget()
+
+    def _read(self, scans: Sequence[Path] = ()) -> Reading:
+        """All scans so far and some more."""
+        return read([*self.session.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: Reading, built: Calibration | None = None) -> None:
         more = reporting.sections(built) if built is not None else []
@@ -239,27 +257,36 @@ class Wizard:
         cgats.write(self.session.patches, ti3(reading, {name: value for name, value in said.items() if value}))
         self._at(Step.BUILD)
 
-    def _sent(self, made: Printed, out: Path | None, queue: Queue | None, name: str) -> tuple[Path, ...]:
-        if out is not None:
-            return pages.write(made, out)
-        if queue is None and self.profile.simulated:
-            self.session.go(self.step)
-            return pages.write(made, self.session.folder / f"{name}.pdf")
-        pages.send(made, self.profile, queue)
-        return ()
+    def _unprinted(self, name: str, queue: Queue | None) -> Path | None:
+        """Where a page goes that the simulated printer prints; None for other printers."""
+        if queue is not None or not self.profile.simulated:
+            return None
+        self.session.go(self.step)
+        return self.session.folder / f"{name}.pdf"
 
     def _at(self, step: Step) -> None:
         self.session.go(step)
 
 
-def fitting_chart(profile: Printer, sheet: str = "A4", count: int | None = None) -> Chart:
-    """The chart for a printer's margins; raises InputError, DoesNotFit."""
-    edge = profile.margins
-    return chart(sheet, pages=count, margins=(edge.top, edge.right, edge.bottom, edge.left))
-
-
-def chart_pages_of(made: Chart, profile: Printer, name: str) -> Printed:
+def chart_pages(made: Chart, profile: Printer, name: str) -> Printed:
     """The pages of a chart as the printer's own pixels."""
-    lines = (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)
-    pixels = [render(page, profile.dpi, lines) for page in made.pages]
-    return Printed(made.paper, pixels, profile.dpi, {"chart": made.version, "printer": name})
+    dpi = round(charts.fine_enough(profile.dpi))
+    pixels = [render(page, dpi, _words(name)) for page in made.pages]
+    return Printed(made.paper, pixels, dpi, {"chart": made.version, "printer": name})
+
+
+def write_chart_file(made: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
+    """Write a chart as .pdf, with its tables beside it, or as .png.
+
+    Raises
+    ------
+    InputError
+        Another ending, or a file that cannot be written.
+    """
+    if path.suffix.lower() == ".png":
+        return pages.write(chart_pages(made, profile, name), path)
+    return charts.write_chart(made, path, profile.dpi, _words(name))
+
+
+def _words(name: str) -> tuple[str, ...]:
+    return (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)

@@ -67,7 +67,7 @@ for _command in calibrated_.COMMANDS:
     "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
 )
 @click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
-@click.option("--hand", default="", help="Verify with the ink of this hand instead of usual inks.")
+@click.option("--hand", default="", help="Verify with the ink of this hand; compare the scan with its pages.")
 @click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
 @method_option
 @click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
@@ -94,9 +94,9 @@ def wizard(**given: Any) -> int:
     say = results.talk(given["quiet"])
     loop = simulated(profile, given["paper"], given["faults"]) if profile.simulated else None
     made = Wizard(
-        profile, given["printer"], given["paper"], sheet=given["sheet"], chart_pages=given["pages_"],
+        profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
         scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
-        afresh=given["afresh"],
+        hand=given["hand"], afresh=given["afresh"],
     )  # fmt: skip
     if made.resumed:
         say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
@@ -142,7 +142,7 @@ class _Run:
         if self.given["no_verify"]:
             self._store()
             return
-        self._printed(lambda out: self.made.print_strip(out, self.given["hand"]), "strip")
+        self._printed(self.made.print_strip, "strip")
 
     def _printed(self, send: Callable[[Path | None], Sequence[Path]], name: str) -> None:
         folder = self.given["output"]
@@ -223,19 +223,20 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     handout calibrate chart --printer epson --dry-run chart.png
     """
     from handout.calibrating import pages, store
-    from handout.calibrating.wizard import chart_pages_of, fitting_chart
+    from handout.calibrating.wizard import chart_pages, write_chart_file
+    from handout.printing.charts import chart_for
     from handout.printing.submit import resolve
 
     profile = resolve(printer)
     if profile.file and output is None and dry_run is None:
         raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
-    made = chart_pages_of(fitting_chart(profile, sheet, pages_), profile, f"{store.key(printer)}/{store.key(paper)}")
-    files = [path for out in (output, dry_run) if out is not None for path in pages.write(made, out)]
-    jobs = [] if files else list(pages.send(made, profile))
-    names = [str(path) for path in files]
-    result = {"files": names, "jobs": jobs, "pages": len(made.pixels), "dpi": made.dpi}
-    where = ", ".join(names) or f"{len(jobs)} jobs sent"
-    said = f"Chart of {len(made.pixels)} page(s) at {made.dpi} dpi: {where}."
+    made, name = chart_for(profile, sheet, pages_), f"{store.key(printer)}/{store.key(paper)}"
+    outs = [out for out in (output, dry_run) if out is not None]
+    files = [str(path) for out in outs for path in write_chart_file(made, profile, name, out)]
+    jobs = [] if files else list(pages.send(chart_pages(made, profile, name), profile))
+    result = {"files": files, "jobs": jobs, "pages": len(made.pages), "dpi": profile.dpi}
+    where = ", ".join(files) or f"{len(jobs)} jobs sent"
+    said = f"Chart of {len(made.pages)} page(s) for {profile.dpi} dpi: {where}."
     results.report(result, said, as_json=as_json, quiet=quiet)
     return 0
 
@@ -244,14 +245,16 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
 @click.argument("scans", nargs=-1, required=True, type=_PATH)
 @click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
 @click.option("--report", "report_", type=_PATH, help="A page with pictures of what was read, .html.")
+@click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
 @results.output_options
-def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: bool, quiet: bool) -> int:
+def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, as_json: bool, quiet: bool) -> int:
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
 
     \b
     handout calibrate read scan.tif -o patches.ti3 --report report.html
     """
     from handout import atomic
+    from handout.calibrating import inks
     from handout.calibrating.wizard import ScansRefused
     from handout.colour import cgats
     from handout.colour.chart_tables import ti3
@@ -259,7 +262,8 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, as_json: boo
     from handout.colour.report import write_report
 
     atomic.check_writable(output)
-    reading = read_chart(scans)
+    paper = inks.paper_of(hand) if hand else None
+    reading = read_chart(scans, paper=None if paper is None else paper.tolist())
     if report_ is not None:
         write_report(report_, reading)
     if not quiet:

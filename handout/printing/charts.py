@@ -27,6 +27,11 @@ def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> 
     return chart(paper, pages=pages, margins=(edges.top, edges.right, edges.bottom, edges.left))
 
 
+def fine_enough(dpi: float) -> float:
+    """The printer's resolution, or the multiple of it from 300 dpi on that a chart is drawn at."""
+    return dpi * -(-_LEAST_DPI // dpi)
+
+
 def write_chart(made: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
     """Write the chart as PDF, one DeviceRGB picture a page at the printer's resolution, with .ti1 and .ti2 beside it.
 
@@ -56,7 +61,7 @@ def write_chart(made: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()
     paths = (path, path.with_suffix(".ti1"), path.with_suffix(".ti2"))
     for one in paths:
         atomic.check_writable(one)
-    fine = dpi * -(-_LEAST_DPI // dpi)
+    fine = fine_enough(dpi)
     about = {"chart": made.version, "paper": made.paper.name, "dpi": fine}
     with picture_pdf.document(path, about) as document:
         for page in made.pages:

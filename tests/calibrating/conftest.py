@@ -9,7 +9,7 @@ import pytest
 from handout import profiles
 from handout.calibrating import loop, store
 from handout.calibrating.session import Step
-from handout.calibrating.wizard import Wizard, chart_pages_of
+from handout.calibrating.wizard import Wizard, chart_pages
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
 from handout.colour.reading import read
@@ -34,7 +34,7 @@ def profile():
 @pytest.fixture(scope="session")
 def chart_pixels(profile):
     """The one page of the chart as it is sent."""
-    return chart_pages_of(chart("A4"), profile, "simulated/white").pixels[0]
+    return chart_pages(chart("A4"), profile, "simulated/white").pixels[0]
 
 
 @pytest.fixture(scope="session")

@@ -79,6 +79,12 @@ def test_the_ink_of_a_hand(stored):
     assert 0 <= made.out <= 1
 
 
+def test_the_paper_of_a_hand():
+    paper = inks.paper_of("house-joined-ballpoint")
+    assert paper.shape == (3,) and 0.8 < paper.min() <= paper.max() <= 1
+    assert inks.paper_of("house-print") is None
+
+
 def test_ink_on_paper():
     some = inks.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
     assert np.allclose(some.on(np.array([0.8, 0.9, 1.0])), [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])

@@ -50,8 +50,8 @@ def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
 
 
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
-    wizard = Wizard(profile, "sim", "white", chart_pages=2)
-    (document,) = wizard.print_chart()
+    wizard = Wizard(profile, "sim", "white", page_count=2)
+    document, *_ = wizard.print_chart()
     printer = loop.simulated(profile, "white")
     printer.dpi = DPI
     first, second = printer.scan(document, tmp_path / "chart.tif")
@@ -160,6 +160,16 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
         found = error.findings
     assert code in {one.code for one in found}
     assert store.every() == []
+
+
+def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
+    from handout.calibrating import inks
+
+    monkeypatch.setattr(inks, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
+    wizard = Wizard(profile, "sim", "white", hand="me")
+    wizard.session.go(Step.SCAN)
+    (found,) = wizard.take_scans([scan]).findings
+    assert found.code == "settings-differ" and "lighter in red" in found.sentence
 
 
 def test_another_chart_is_named(profile, scan):
