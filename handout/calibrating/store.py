@@ -219,7 +219,8 @@ def load(place: Path) -> Calibration:
 def every() -> list[Calibration]:
     """All stored calibrations, the newest first; folders that are none are passed over."""
     found = []
-    for path in folder().glob("*/*/*/" + _ABOUT):
+    # a name with a dot in front is a folder that was never finished
+    for path in folder().glob("*/*/[!.]*/" + _ABOUT):
         with contextlib.suppress(InputError):
             found.append(load(path.parent))
     return sorted(found, key=lambda one: (one.made, str(one.folder)), reverse=True)

@@ -20,7 +20,7 @@ from handout.colour import convert
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.drawing import render
 from handout.colour.reading import Finding, Scan, open_scans
-from handout.colour.reading.findings import refused
+from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
 from handout.colour.reading.registration import place
 from handout.colour.reading.sampling import sample
@@ -177,7 +177,13 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     def page_of(number: int) -> ChartPage | None:
         return strip.page if FIRST_MARK <= number < FIRST_MARK + MARKS else None
 
-    placement = place(scan, page_of=page_of)
+    try:
+        placement = place(scan, page_of=page_of)
+    except Refused as error:
+        if error.finding.code != "another-chart":
+            raise
+        raise refused("another-chart", "This is no scan of a verification strip, but of another page with marks: scan "
+            "the strip.", scan.source) from error  # fmt: skip
     sampled = sample(scan.pixels, placement)
     findings = [
         *scan.findings, *of_place(placement, scan.source), *of_marks(placement, scan, sampled),

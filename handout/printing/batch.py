@@ -25,7 +25,7 @@ from handout.writing.layout import Layout
 # what the command says once before it prints on a printer that no chart has been measured on
 UNCALIBRATED = (
     "The colours are not calibrated for this printer and paper: the ink will look as the printer makes it, "
-    "which may be lighter, darker or of another hue than the hand's own."
+    "which may be lighter, darker or of another hue than the hand's own; handout calibrate wizard makes it match."
 )
 __all__ = ["UNCALIBRATED", "Failed", "Job", "PrintingStopped", "Report", "print_rows"]
 _MOST_COPIES = 100

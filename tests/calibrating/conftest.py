@@ -15,7 +15,7 @@ from handout.colour.patches import Patches
 from handout.colour.reading import read
 from handout.printing.simulated import Flatbed, Inkjet
 
-DPI = 100
+DPI = 80
 
 
 @pytest.fixture(autouse=True)

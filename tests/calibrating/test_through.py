@@ -103,6 +103,7 @@ def test_none_and_what_is_not_there(stored):
 
 
 def test_folders_that_are_no_calibration_are_passed_over(stored):
+    shutil.copytree(stored.folder, stored.folder.parent / ".new-left")
     other = stored.folder.parent / "2020-01-01T000000"
     other.mkdir()
     (other / "about.json").write_text("{")

@@ -53,7 +53,7 @@ def test_nothing_was_printed(stored):
 
 
 def test_a_chart_is_no_strip(made, stored, scan):
-    with pytest.raises(Refused):
+    with pytest.raises(Refused, match="no scan of a verification strip"):
         verification.verify(stored, [scan])
     assert stored.verification() is None
 
