@@ -138,18 +138,18 @@ def inverted(device: Array, scan: Array) -> None:
 
 
 def profiled(device: Array, scan: Array) -> None:
-    """Both ways through profiles of ArgyllCMS, of the same patches kept out."""
-    fold = folds(device)
-    seen, sent = np.empty_like(scan), {inverse: np.empty_like(device) for inverse in argyll.INVERSES}
+    """Both ways through profiles of ArgyllCMS, of the same patches kept out but for white, which colprof asks for."""
+    fold, white = folds(device), (device == 1).all(axis=1)
+    seen, sent = scan.copy(), {inverse: device.copy() for inverse in argyll.INVERSES}
     for number in range(FOLDS):
-        known = fold != number
+        known = (fold != number) | white
         with argyll.profiled(Patches(device[known], scan[known], np.full(int(known.sum()), np.nan))) as profile:
             seen[~known] = argyll.seen(profile, device[~known])
             for inverse, found in sent.items():
                 found[~known] = argyll.sent(profile, scan[~known], inverse)
-    print(f"  device → scanned, colprof -qm         {off(seen, scan)}")
+    print(f"  device → scanned, colprof -qm         {off(seen[~white], scan[~white])}")
     for inverse, found in sent.items():
-        away = 255 * np.linalg.norm(np.clip(found, 0, 1) - device, axis=1)
+        away = 255 * np.linalg.norm((np.clip(found, 0, 1) - device)[~white], axis=1)
         name = f"colprof {inverse}"
         print(f"  scanned → device, {name:<20} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
 
