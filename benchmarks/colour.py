@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import argyll
 from handout.colour import applying, convert
 from handout.colour.models import METHODS, fit, preparing, splines
 from handout.colour.patches import Patches
@@ -32,6 +33,10 @@ def main() -> None:
     """Print all comparisons."""
     for name, printer in (("inkjet", Inkjet().scan_patches), ("press", Measured().scan_patches)):
         accuracy(name, printer)
+    if argyll.found():
+        by_profile(Inkjet().scan_patches)
+    else:
+        print("ArgyllCMS (colprof, xicclu) is not on PATH: no comparison with its profiles")
     if os.environ.get("HANDOUT_DATA"):
         cross_validation(Path(os.environ["HANDOUT_DATA"]) / "colour" / "canon_pro1000")
     else:
@@ -62,11 +67,16 @@ def off(one: Array, other: Array) -> str:
     return f"{away.mean():6.2f} /{np.percentile(away, 95):6.2f}"
 
 
-def accuracy(name: str, printer: Printer) -> None:
-    """1000 printable colours kept out of the chart, and 300 greys, through the table of each method."""
+def wanted(printer: Printer) -> tuple[Array, Array]:
+    """(1000, 3) printable colours and (300, 3) greys as they are scanned, none of them of the chart."""
     rng = np.random.default_rng(0)
     colours = printer(rng.random((1000, 3)))
-    greys = printer(np.repeat(rng.random((300, 1)), 3, axis=1))
+    return colours, printer(np.repeat(rng.random((300, 1)), 3, axis=1))
+
+
+def accuracy(name: str, printer: Printer) -> None:
+    """1000 printable colours kept out of the chart, and 300 greys, through the table of each method."""
+    colours, greys = wanted(printer)
     print(f"{name}: ΔE00 mean / p95 of colours; greys; seconds to fit, to build (of the processor)")
     print(f"  {'uncorrected':<15}       {off(printer(colours), colours)}; {off(printer(greys), greys)}")
     for noise in NOISES:
@@ -82,6 +92,17 @@ def accuracy(name: str, printer: Printer) -> None:
                 f"{off(printer(table(greys)), greys)}; {middle - begin:.1f}, {end - middle:.1f}",
                 flush=True,
             )
+
+
+def by_profile(printer: Printer) -> None:
+    """The colours and greys of `accuracy` through a profile of ArgyllCMS."""
+    colours, greys = wanted(printer)
+    print("inkjet, ArgyllCMS colprof -qm: ΔE00 mean / p95 of colours; greys")
+    for noise in NOISES:
+        with argyll.profiled(scanned(printer, noise, np.random.default_rng(1))) as profile:
+            for inverse in argyll.INVERSES:
+                made, grey = (printer(argyll.sent(profile, these, inverse)) for these in (colours, greys))
+                print(f"  {inverse:<15}{noise:>5} {off(made, colours)}; {off(grey, greys)}", flush=True)
 
 
 def cross_validation(folder: Path) -> None:
@@ -100,6 +121,8 @@ def cross_validation(folder: Path) -> None:
             away = convert.delta_e(looks(found), looks(y))
             print(f"  {name}, {method:<18} {away.mean():.3f} / {np.percentile(away, 95):.3f}")
     inverted(device, scan)
+    if argyll.found():
+        profiled(device, scan)
 
 
 def inverted(device: Array, scan: Array) -> None:
@@ -112,6 +135,23 @@ def inverted(device: Array, scan: Array) -> None:
             model = fit(Patches(device[known], scan[known], np.full(int(known.sum()), np.nan)), method)
             away[~known] = 255 * np.linalg.norm(np.clip(model.invert(scan[~known]), 0, 1) - device[~known], axis=1)
         print(f"  scanned → device, {method:<15} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
+
+
+def profiled(device: Array, scan: Array) -> None:
+    """Both ways through profiles of ArgyllCMS, of the same patches kept out but for white, which colprof asks for."""
+    fold, white = folds(device), (device == 1).all(axis=1)
+    seen, sent = scan.copy(), {inverse: device.copy() for inverse in argyll.INVERSES}
+    for number in range(FOLDS):
+        known = (fold != number) | white
+        with argyll.profiled(Patches(device[known], scan[known], np.full(int(known.sum()), np.nan))) as profile:
+            seen[~known] = argyll.seen(profile, device[~known])
+            for inverse, found in sent.items():
+                found[~known] = argyll.sent(profile, scan[~known], inverse)
+    print(f"  device → scanned, colprof -qm         {off(seen[~white], scan[~white])}")
+    for inverse, found in sent.items():
+        away = 255 * np.linalg.norm((np.clip(found, 0, 1) - device)[~white], axis=1)
+        name = f"colprof {inverse}"
+        print(f"  scanned → device, {name:<20} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
 
 
 def folds(x: Array) -> NDArray[np.intp]:

@@ -18,7 +18,7 @@ from handout.errors import InputError
 from handout.values import Array
 
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"|([^\s"]+)')
-_BARE = re.compile(r"[^\s\"#]+\Z")
+_NUMBER = re.compile(r"([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan)\Z", re.ASCII)
 _ENDS = {"BEGIN_DATA": "END_DATA", "BEGIN_DATA_FORMAT": "END_DATA_FORMAT"}
 # fields and keywords of the standard, which need no declaration; others are declared by KEYWORD
 _STANDARD = {
@@ -282,7 +282,9 @@ def _text(one: Table) -> str:
     lines = [one.kind, "", *(f"{name} {_quoted(value)}" for name, value in one.keywords)]
     lines += ["", f"NUMBER_OF_FIELDS {len(one.fields)}", "BEGIN_DATA_FORMAT", " ".join(one.fields), "END_DATA_FORMAT"]
     lines += ["", f"NUMBER_OF_SETS {len(one.rows)}", "BEGIN_DATA"]
-    lines += [" ".join(map(_value, row)) for row in one.rows]
+    # ArgyllCMS takes the quotation marks of a column for its type: words have them throughout, numbers never
+    columns = [list(map(_quoted if _worded(column) else str, column)) for column in zip(*one.rows, strict=True)]
+    lines += [" ".join(row) for row in zip(*columns, strict=True)]
     return "\n".join([*lines, "END_DATA", ""])
 
 
@@ -290,5 +292,5 @@ def _quoted(value: str) -> str:
     return '"' + value.replace('"', '""') + '"'
 
 
-def _value(value: str) -> str:
-    return value if _BARE.match(value) and value not in _ENDS.values() else _quoted(value)
+def _worded(column: Sequence[str]) -> bool:
+    return not all(_NUMBER.match(value) for value in column)

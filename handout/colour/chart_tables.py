@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 DEVICE, XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 SCANNED, ERROR = ("SCAN_R", "SCAN_G", "SCAN_B"), "SCAN_SE"
+# device colours of which further tables of a .ti1 tell what is expected: ArgyllCMS' printtarg refuses one without
+_CORNERS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, 0]], float)
+_EXTREMES = {"DENSITY_EXTREME_VALUES": _CORNERS, "DEVICE_COMBINATION_VALUES": np.vstack([_CORNERS, [[0.5] * 3]])}
 _DESCRIPTOR = "Argyll Calibration Target chart information"
+_ORIGINATOR = f"handout {handout.__version__}"
 # linear sRGB to XYZ under D50: IEC 61966-2-1 with Bradford adaptation
 _TO_XYZ = np.array([
     [0.4360747, 0.3850649, 0.1430804], [0.2225045, 0.7168786, 0.0606169], [0.0139322, 0.0971045, 0.7141733],
@@ -33,9 +37,13 @@ _TO_XYZ = np.array([
 
 def ti1(chart: Chart) -> tuple[cgats.Table, ...]:
     """The different colours of a chart, with what is to be expected of them on a printer that prints sRGB."""
-    device = chart.colours
-    columns = {"SAMPLE_ID": _ids(len(device)), **_columns(DEVICE, device * 100), **_columns(XYZ, srgb_to_xyz(device))}
-    return (cgats.table("CTI1", _about("1", "iRGB", _expected()), columns),)
+    columns = {"SAMPLE_ID": _ids(len(chart.colours)), **_foretold(chart.colours)}
+    said = {"DESCRIPTOR": f"{_DESCRIPTOR} 1", "ORIGINATOR": _ORIGINATOR}
+    further = [
+        cgats.table("CTI1", said | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_foretold(device)})
+        for name, device in _EXTREMES.items()
+    ]
+    return (cgats.table("CTI1", _about("1", "iRGB", _expected()), columns), *further)
 
 
 def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
@@ -47,8 +55,7 @@ def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
     columns = {
         "SAMPLE_ID": _ids(len(device)),
         "SAMPLE_LOC": names,
-        **_columns(DEVICE, device * 100),
-        **_columns(XYZ, srgb_to_xyz(device)),
+        **_foretold(device),
     }
     about = _expected() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
     return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
@@ -59,7 +66,7 @@ def ti3(reading: Reading | Patches, about: Mapping[str, str] | None = None) -> t
 
     Parameters
     ----------
-    reading : Reading
+    reading : Reading or Patches
     about : mapping, optional
         Further keywords: printer, paper, scanner.
     """
@@ -104,7 +111,7 @@ def srgb_to_xyz(rgb: Array) -> Array:
 def _about(number: str, representation: str, more: Mapping[str, str]) -> dict[str, str]:
     return {
         "DESCRIPTOR": f"{_DESCRIPTOR} {number}",
-        "ORIGINATOR": f"handout {handout.__version__}",
+        "ORIGINATOR": _ORIGINATOR,
         "COLOR_REP": representation,
         **more,
     }
@@ -115,8 +122,12 @@ def _expected() -> dict[str, str]:
     return {"APPROX_WHITE_POINT": " ".join(f"{v:.6f}" for v in white)}
 
 
-def _ids(count: int) -> list[str]:
-    return [str(i + 1) for i in range(count)]
+def _foretold(device: Array) -> dict[str, list[str]]:
+    return {**_columns(DEVICE, device * 100), **_columns(XYZ, srgb_to_xyz(device))}
+
+
+def _ids(count: int, first: int = 1) -> list[str]:
+    return [str(first + i) for i in range(count)]
 
 
 def _columns(names: tuple[str, ...], values: Array) -> dict[str, list[str]]:
