@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
@@ -12,11 +12,7 @@ from handout.cli import calibrated_, results
 from handout.cli.calibrating_ import Run
 from handout.errors import InputError
 
-if TYPE_CHECKING:
-    pass
-
 F = TypeVar("F", bound=Callable[..., Any])
-T = TypeVar("T")
 _PATH = click.Path(path_type=Path)
 _METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
 
