@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.calibrating import strip as strips
-from handout.calibrating.store import Calibration
+from handout.calibrating.calibration import Calibration
 from handout.calibrating.strip import Strip
 from handout.calibrating.verification import table_lines
 from handout.colour import convert, gamut

@@ -13,120 +13,23 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import platformdirs
 
 from handout import atomic, profiles
+from handout.calibrating.calibration import ABOUT, PATCHES, TABLE, Calibration, now, read_json
 from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.colour.models import Model
     from handout.colour.patches import Patches
-    from handout.colour.table import ColourTable
 
 PLAIN = "plain"
-_ABOUT, _TABLE, _PATCHES = "about.json", "table.npz", "patches.ti3"
-_STRIP, _VERIFIED, _REPORT = "strip.json", "verification.json", "report.html"
 _FACTS = ("printer", "paper", "made", "scanner", "method", "version")
 _MOST_NAME = 60
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """What is known of one printer and paper as one scanner sees them.
-
-    folder : where it is kept; None for a table that came as a file of its own.
-    table_file : of the colour table.
-    printer, paper, scanner, method : as they were named.
-    made : when the table was built.
-    misses : ΔE00 by which the model misses its own patches, on the mean; None where that is not known.
-    """
-
-    folder: Path | None
-    table_file: Path
-    printer: str
-    paper: str
-    made: datetime
-    scanner: str = ""
-    method: str = ""
-    misses: float | None = None
-
-    @property
-    def name(self) -> str:
-        """``printer/paper``."""
-        return f"{self.printer}/{self.paper}"
-
-    @property
-    def patches_file(self) -> Path | None:
-        """The CGATS table of the chart's patches."""
-        return None if self.folder is None else self.folder / _PATCHES
-
-    def age(self, now: datetime | None = None) -> int:
-        """Days since it was made."""
-        return max(0, ((now or _now()) - self.made).days)
-
-    def table(self) -> ColourTable:
-        """Its colour table; raises InputError."""
-        from handout.colour.table import load
-
-        return load(self.table_file)
-
-    def described(self, now: datetime | None = None) -> str:
-        """Name, date and age, as they are said in a message."""
-        days = self.age(now)
-        old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
-        return f"calibration {self.name} of {self.made:%Y-%m-%d} ({old})"
-
-    def facts(self) -> dict[str, Any]:
-        """What ``--json`` prints of it."""
-        return {
-            "printer": self.printer, "paper": self.paper, "made": self.made.isoformat(timespec="seconds"),
-            "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
-            "folder": str(self.folder or self.table_file), "verification": self.verification(),
-        }  # fmt: skip
-
-    def strip(self) -> dict[str, Any] | None:
-        """The strip that was made last for it, as `strip.Strip.facts` gives it."""
-        return self._kept(_STRIP)
-
-    def verification(self) -> dict[str, Any] | None:
-        """What its strip showed, as `verification.Verification.facts` gives it."""
-        return self._kept(_VERIFIED)
-
-    def keep_strip(self, facts: Mapping[str, Any]) -> None:
-        """Remember a strip that is being printed."""
-        self._keep(_STRIP, facts)
-
-    def keep_verification(self, facts: Mapping[str, Any]) -> None:
-        """Remember what a strip showed."""
-        self._keep(_VERIFIED, facts)
-
-    def keep_report(self, path: Path) -> None:
-        """Take a report along."""
-        assert self.folder is not None
-        atomic.write(self.folder / _REPORT, path.read_bytes())
-
-    @property
-    def report(self) -> Path | None:
-        """The report on its chart and strip, if there is one."""
-        path = None if self.folder is None else self.folder / _REPORT
-        return path if path is not None and path.is_file() else None
-
-    def _kept(self, name: str) -> dict[str, Any] | None:
-        if self.folder is None or not (self.folder / name).is_file():
-            return None
-        return _json(self.folder / name)
-
-    def _keep(self, name: str, facts: Mapping[str, Any]) -> None:
-        if self.folder is None:
-            raise InputError(
-                f"{self.table_file} is a table by itself, to which nothing can be added: name the printer."
-            )
-        atomic.write(self.folder / name, json.dumps(dict(facts), indent=1).encode())
 
 
 def folder() -> Path:
@@ -165,15 +68,15 @@ def build(
 
     model = fit(patches, method)
     about = {
-        "printer": key(printer), "paper": key(paper), "made": _now().isoformat(timespec="seconds"),
+        "printer": key(printer), "paper": key(paper), "made": now().isoformat(timespec="seconds"),
         "scanner": scanner,
     }  # fmt: skip
     made = table.build(model, about)
     with _folder(place) as work:
-        table.save(made, work / _TABLE)
-        _write_patches(patches, about, work / _PATCHES)
+        table.save(made, work / TABLE)
+        _write_patches(patches, about, work / PATCHES)
         said = {name: made.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
-        atomic.write(work / _ABOUT, json.dumps(said, indent=1).encode())
+        atomic.write(work / ABOUT, json.dumps(said, indent=1).encode())
     return load(place)
 
 
@@ -189,7 +92,7 @@ def add(calibration: Calibration) -> Calibration:
 
 def build_stored(patches: Patches, printer: str, paper: str, scanner: str = "", method: str = "forward") -> Calibration:
     """`build` among the user's own calibrations."""
-    return build(_place(key(printer), key(paper), _now()), patches, printer, paper, scanner, method)
+    return build(_place(key(printer), key(paper), now()), patches, printer, paper, scanner, method)
 
 
 def load(place: Path) -> Calibration:
@@ -201,7 +104,7 @@ def load(place: Path) -> Calibration:
         It is none.
     """
     if place.is_dir():
-        about, table_file, home = _json(place / _ABOUT), place / _TABLE, place
+        about, table_file, home = read_json(place / ABOUT), place / TABLE, place
     else:
         from handout.colour.table import load as load_table
 
@@ -220,7 +123,7 @@ def every() -> list[Calibration]:
     """All stored calibrations, the newest first; folders that are none are passed over."""
     found = []
     # a name with a dot in front is a folder that was never finished
-    for path in folder().glob("*/*/[!.]*/" + _ABOUT):
+    for path in folder().glob("*/*/[!.]*/" + ABOUT):
         with contextlib.suppress(InputError):
             found.append(load(path.parent))
     return sorted(found, key=lambda one: (one.made, str(one.folder)), reverse=True)
@@ -303,17 +206,3 @@ def read_patches(path: Path) -> Patches:
 
 def _mean(model: Model) -> float:
     return round(float(model.misses.mean()), 3)
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read as part of a calibration: make a new one.") from error
-    if not isinstance(found, dict):
-        raise InputError(f"{path} cannot be read as part of a calibration: make a new one.")
-    return found
-
-
-def _now() -> datetime:
-    return datetime.now().astimezone()

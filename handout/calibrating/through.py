@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from handout.calibrating import inks, store
-from handout.calibrating.store import Calibration
+from handout.calibrating.calibration import Calibration
 from handout.colour import gamut
 from handout.colour.applying import apply
 from handout.errors import InputError

@@ -12,9 +12,9 @@ import numpy as np
 
 from handout.calibrating import inks
 from handout.calibrating import strip as strips
+from handout.calibrating.calibration import Calibration
 from handout.calibrating.inks import Inks
 from handout.calibrating.pages import Printed
-from handout.calibrating.store import Calibration
 from handout.calibrating.strip import FIRST_MARK, Strip
 from handout.colour import convert
 from handout.colour.chart import MARKS, ChartPage

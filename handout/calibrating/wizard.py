@@ -16,9 +16,9 @@ from pathlib import Path
 import handout
 from handout import atomic
 from handout.calibrating import inks, pages, reporting, store, verification
+from handout.calibrating.calibration import Calibration
 from handout.calibrating.pages import Printed
 from handout.calibrating.session import Session, Step, opened
-from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
 from handout.colour.chart import Chart, chart
