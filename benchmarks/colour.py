@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 
 from benchmarks import argyll
 from handout.colour import applying, convert
+from handout.colour.chart import chart as calibration_chart
+from handout.colour.drawing import render
 from handout.colour.models import METHODS, fit, preparing, splines
 from handout.colour.patches import Patches
+from handout.colour.reading import read
+from handout.colour.reading.opening import Scan
 from handout.colour.table import ColourTable, build
-from handout.printing.simulated import Inkjet, Measured
+from handout.printing.simulated import Flatbed, Inkjet, Measured
 from handout.values import Array, Raster
 
 Printer = Callable[[Array], Array]
@@ -33,6 +37,7 @@ def main() -> None:
     """Print all comparisons."""
     for name, printer in (("inkjet", Inkjet().scan_patches), ("press", Measured().scan_patches)):
         accuracy(name, printer)
+    whole_way()
     if argyll.found():
         by_profile(Inkjet().scan_patches)
     else:
@@ -72,6 +77,33 @@ def wanted(printer: Printer) -> tuple[Array, Array]:
     rng = np.random.default_rng(0)
     colours = printer(rng.random((1000, 3)))
     return colours, printer(np.repeat(rng.random((300, 1)), 3, axis=1))
+
+
+def whole_way() -> None:
+    """The chart printed by the simulated inkjet, scanned by the simulated flatbed and read; colours as above."""
+    inkjet = Inkjet()
+    sheet = inkjet.printed(render(calibration_chart("A4").pages[0], 300), 300, None, np.random.default_rng(3))
+    rng = np.random.default_rng(0)
+    colours = inkjet.scan_patches(rng.random((1000, 3)))
+    greys = inkjet.scan_patches(np.repeat(rng.random((300, 1)), 3, axis=1))
+    print("chart printed, scanned and read: ΔE00 mean / p95 of colours; greys; seconds to read, to fit and build")
+    for name, flatbed, dpi in (
+        ("300 dpi, 8 bit", Flatbed(), 300),
+        ("300 dpi, 16 bit", Flatbed(bits=16), 300),
+        ("150 dpi, JPEG 80", Flatbed(jpeg=80), 150),
+        ("200 dpi, uneven, flare", Flatbed(shading=0.05, flare=0.02), 200),
+    ):
+        picture = flatbed.scan(sheet, dpi, np.random.default_rng(5))
+        begin = time.process_time()
+        reading = read([Scan(picture, (dpi, dpi), name)])
+        middle = time.process_time()
+        table = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
+        end = time.process_time()
+        print(
+            f"  {name:<24} {off(inkjet.scan_patches(table(colours)), colours)}; "
+            f"{off(inkjet.scan_patches(table(greys)), greys)}; {middle - begin:.1f}, {end - middle:.1f}",
+            flush=True,
+        )
 
 
 def accuracy(name: str, printer: Printer) -> None:

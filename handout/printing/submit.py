@@ -23,8 +23,6 @@ from handout.profiles import Length, Margins, Printer
 from handout.values import Page
 
 _FOLDER = "file:"
-# sizes that are sold as sheets; what else is addressed is an envelope
-_SHEETS = ("a3", "a4", "a5", "a6", "letter", "legal")
 
 
 def ticket(profile: Printer, page: Page, title: str, name: str = "") -> Ticket:
@@ -40,7 +38,7 @@ def ticket(profile: Printer, page: Page, title: str, name: str = "") -> Ticket:
             f"{profile.title}: source = {profile.source!r} is none of its sources: {', '.join(profile.sources)}."
         )
     sheet = Feeding.of(page, profile).sheet
-    kind = "" if page.name.lower() in _SHEETS else "envelope"
+    kind = "envelope" if media.is_envelope(page) else ""
     return Ticket(title, media.name(sheet), profile.source, profile.options, sheet, kind, name)
 
 

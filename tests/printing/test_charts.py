@@ -35,7 +35,8 @@ def test_one_picture_a_page_pixel_for_pixel(tmp_path):
 def test_tables_beside_it(tmp_path):
     made = chart("A4")
     _, first, second = write_chart(made, tmp_path / "c.pdf", 150.0)
-    (ti1,), (ti2,) = cgats.read(first), cgats.read(second)
+    (ti1, extremes, combinations), (ti2,) = cgats.read(first), cgats.read(second)
+    assert (len(extremes.rows), len(combinations.rows)) == (8, 9)
     assert (ti1.kind, len(ti1.rows), ti1.get("COLOR_REP")) == ("CTI1", 760, "iRGB")
     assert (ti2.kind, len(ti2.rows)) == ("CTI2", 935)
     sent = ti2.numbers("RGB_R", "RGB_G", "RGB_B")
