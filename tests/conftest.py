@@ -3,6 +3,11 @@
 from types import SimpleNamespace
 
 import pytest
+from hypothesis import settings
+
+# the first example pays for imports, and other work may hold the machine: times are measured in benchmarks, not here
+settings.register_profile("handout", deadline=None)
+settings.load_profile("handout")
 
 WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"
 

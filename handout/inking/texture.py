@@ -1,7 +1,7 @@
 """Scanned ink on a page: every glyph's own ink where the glyph is written.
 
 Ink is averaged and laid on in device RGB, not in linear light: the matte was found there, as what makes the scan again
-when the ink is laid on its paper, so that laid on otherwise its soft edges come out paler than on the author's page.
+when the ink is laid on its paper.
 
 Source: seed 000, §6.5.
 """

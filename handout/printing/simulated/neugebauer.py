@@ -10,7 +10,6 @@ import numpy as np
 
 from handout.values import Array
 
-INKS = ("cyan", "magenta", "yellow", "black")
 # (16, 4) which inks lie in an overlap; the first is bare paper
 OVERLAPS = np.array([[number >> ink & 1 for ink in range(4)] for number in range(16)], dtype=bool)
 GREATEST_GAIN = 0.25  # beyond it more ink would cover less
