@@ -115,7 +115,7 @@ class Plotter(_Table, frozen=True):
 
     kind: Literal["plotter"]
     title: str
-    dialect: Literal["grbl"]
+    dialect: Literal["grbl", "marlin", "ebb", "hpgl"]
     bed: Bed
     limits: Limits
     pen: Pen

@@ -13,6 +13,14 @@ class Move(NamedTuple):
     feed: float
 
 
+class Timed(NamedTuple):
+    """A straight move to x, y (mm, machine coordinates) in exactly that many seconds, for machines that keep time."""
+
+    x: float
+    y: float
+    seconds: float
+
+
 class Pen(NamedTuple):
     """The pen is lowered or lifted, and waited for."""
 
@@ -25,4 +33,4 @@ class Pause(NamedTuple):
     seconds: float
 
 
-Block = Move | Pen | Pause
+Block = Move | Timed | Pen | Pause

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from handout.plotting.blocks import Block, Pause, Pen
+from handout.plotting.blocks import Block, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -167,6 +167,7 @@ def lines(blocks: Iterable[Block], profile: Plotter) -> Iterator[tuple[int, byte
         elif isinstance(block, Pause):
             yield index, pause(block.seconds)
         else:
+            assert isinstance(block, Move)  # timed moves are for machines that keep time
             words = [("G1", motion), (f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y)]
             words.append((f"F{_number(block.feed, 1)}", feed))
             yield index, ("".join(word for word, before in words if word != before) + "\n").encode()

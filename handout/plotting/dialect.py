@@ -1,0 +1,97 @@
+"""What every dialect of plotters has in common: a program of commands, and a controller that takes it.
+
+A dialect is a package in `dialects` with the same four parts in each:
+
+- `words`: blocks → commands, bytes → replies; pure.
+- `controller`: the conversation over one port, with the dialect's own flow control; a `Controller`.
+- the module of the package itself: a `Dialect`, that is `program`, `file`, `connect`.
+- in `simulated`, a firmware of its own that shares no code with the three above.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, Protocol, cast
+
+from handout.plotting.blocks import Block
+from handout.plotting.planned import Plan
+from handout.plotting.ports import Port
+from handout.profiles import Plotter
+
+Log = Callable[[str], None]
+
+
+class Command(NamedTuple):
+    """One instruction of a program.
+
+    data : as it is sent, with its terminator, but without what one transmission adds (line numbers, checksums).
+    done : how many blocks of the plan have been done when this command has been executed.
+    """
+
+    data: bytes
+    done: int
+
+
+class Controller(Protocol):
+    """A machine that is connected and ready; counts are of the commands given to `send`, in order.
+
+    All methods raise PortError when the connection breaks, DeviceSilent when nothing answers (or something was lost on
+    the way), DeviceAlarm when the machine refuses or stops.
+
+    profile : with the machine's own limits.
+    sent : commands written to the port, whole or in part.
+    taken : commands it has acknowledged.
+    executed : commands that have certainly been executed; never more than were.
+    queued : moves it has in hand, as last heard; None as long as it has not said.
+    """
+
+    profile: Plotter
+    sent: int
+    taken: int
+    executed: int
+    queued: int | None
+
+    def send(self, data: bytes) -> None:
+        """Write a command as soon as the machine has room for it, hearing what it says meanwhile."""
+
+    def wait(self) -> None:
+        """Hear what it says next, asking if it says nothing; returns when something was heard."""
+
+    def finish(self) -> None:
+        """Wait until everything that was sent has been executed."""
+
+    def position(self) -> tuple[float, float] | None:
+        """Where it stands (machine coordinates, mm); None if it cannot tell, or no longer knows."""
+
+    def halt(self) -> None:
+        """Stop as soon as the protocol allows (what waits in its queue is dropped), and lift the pen.
+
+        Never raises: what could not be done is told to the log.
+        """
+
+    def home(self) -> None:
+        """Find its zero by its switches."""
+
+
+class Dialect(Protocol):
+    """One language that plotters speak."""
+
+    suffixes: tuple[str, ...]
+
+    def program(self, blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
+        """All commands of a plan in order, what comes before its first block and after its last included; pure."""
+
+    def file(self, plan: Plan, profile: Plotter) -> bytes:
+        """A plan as a file that other programs can send to the machine."""
+
+    def connect(self, port: Port, profile: Plotter, log: Log) -> Controller:
+        """Wake a controller, find out who it is and what its limits are; it does not move (but see `home`).
+
+        log : told in plain words what the user should know, such as limits that differ from the profile's.
+        """
+
+
+def dialect(name: str) -> Dialect:
+    """The dialect of a profile: "grbl", "marlin", "ebb" or "hpgl"."""
+    return cast(Dialect, importlib.import_module(f"handout.plotting.dialects.{name}"))
