@@ -6,12 +6,16 @@ them), and a refinement of targets, bends and overlaps by Gauss–Newton steps o
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import brentq
 
 from handout.motion import lognormal
 from handout.motion.lognormal import MOST_BENT, REACH, Complex, Pulses
 from handout.motion.reconstruction import key_points
+from handout.motion.reconstruction.key_points import Index
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.trace import arc_length, extent, resampled
 from handout.values import Array
@@ -53,16 +57,23 @@ def from_shape(xy: Array) -> LognormalPlan:
     return _refined(even, _led_through(even, guess))
 
 
-def first_guess(even: Array) -> LognormalPlan:
-    """Targets at the key points of an evenly sampled trace (n, 2); bends and overlaps from the trace between them."""
+def first_guess(
+    even: Array, *, index: Index | None = None, bend: Callable[[Array], float] | None = None
+) -> LognormalPlan:
+    """Targets at the key points of an evenly sampled trace (n, 2); bends and overlaps from the trace between them.
+
+    index : (m,) key points to take instead of those of `key_points.find`.
+    bend : half the turning of a piece of the trace, rad, instead of what `key_points` and its length allow.
+    """
     found = key_points.find(even)
-    index = found.index
-    theta = np.array([_half_turning(even[a : b + 1]) for a, b in zip(index[:-1], index[1:], strict=True)])
+    index, bend = found.index if index is None else index, bend or _half_turning
+    theta = np.array([bend(even[a : b + 1]) for a, b in itertools.pairwise(index.tolist())])
     dt = np.concatenate([[0.0], _overlaps(found.turning, index[1:-1])])
-    return _plan(even[index], dt, theta)
+    return plan_of(even[index], dt, theta)
 
 
-def _plan(targets: Array, dt: Array, theta: Array) -> LognormalPlan:
+def plan_of(targets: Array, dt: Array, theta: Array) -> LognormalPlan:
+    """A plan of strokes of one duration and asymmetry; targets (m, 2) mm, dt and theta (m − 1,)."""
     k = len(theta)
     duration = np.full(k, DURATION)
     onset = lognormal.onsets(dt, duration)
@@ -83,7 +94,7 @@ def _half_turning(piece: Array) -> float:
     return float(np.copysign(min(abs(half), most, MOST_BENT), half))
 
 
-def _overlaps(turning: Array, corners: Array) -> Array:
+def _overlaps(turning: Array, corners: Index) -> Array:
     """(k,) dt of the strokes that begin at the corners: late where the turning is sharp, early where it is spread.
 
     Source: seed 002, §3.2 (a mixture of Gaussians fitted to the turning, in one dimension).
@@ -126,7 +137,7 @@ def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> Lognormal
         weight = np.sqrt(_RIDGE * _COMPARED)
         rows = np.concatenate([matrix, weight * np.eye(len(z))])
         z = np.linalg.lstsq(rows, np.concatenate([wanted, weight * guess]), rcond=None)[0]
-    return _with(plan, z, plan.theta, plan.dt)
+    return plan_of(np.column_stack([z.real, z.imag]), plan.dt, plan.theta)
 
 
 def _linear(done: Complex) -> Complex:
@@ -136,10 +147,6 @@ def _linear(done: Complex) -> Complex:
     matrix[:, 1:] += done.T
     matrix[:, :-1] -= done.T
     return matrix
-
-
-def _with(plan: LognormalPlan, z: Complex, theta: Array, dt: Array) -> LognormalPlan:
-    return _plan(np.column_stack([z.real, z.imag]), dt, theta)
 
 
 def _refined(even: Array, plan: LognormalPlan) -> LognormalPlan:

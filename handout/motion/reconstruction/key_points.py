@@ -32,14 +32,19 @@ class KeyPoints:
     turning: Array
 
 
-def find(xy: Array) -> KeyPoints:
-    """Key points of an evenly sampled trace (n, 2), about `SAMPLES` samples in its extent."""
+def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
+    """Key points of an evenly sampled trace (n, 2), about `SAMPLES` samples in its extent.
+
+    cusps : also at cusps, and where a segment nearly closes on itself.
+    """
     turning = _smoothed_turning(xy)
     edge = WINDOW // 4
     peaks, _ = find_peaks(turning, prominence=_PROMINENCE, distance=_APART)
     peaks = peaks[(peaks > edge) & (peaks < len(xy) - edge)]
-    cusps = [cusp for cusp in _cusps(xy) if not (np.abs(peaks - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
-    index = np.unique(np.concatenate([[0], peaks, cusps, [len(xy) - 1]])).astype(np.intp)
+    if not cusps:
+        return KeyPoints(np.concatenate([[0], peaks, [len(xy) - 1]]).astype(np.intp), turning)
+    more = [cusp for cusp in _cusps(xy) if not (np.abs(peaks - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
+    index = np.unique(np.concatenate([[0], peaks, more, [len(xy) - 1]])).astype(np.intp)
     return KeyPoints(_cut_where_bent(xy, index), turning)
 
 

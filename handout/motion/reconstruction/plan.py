@@ -53,7 +53,7 @@ class LognormalPlan:
 
     @property
     def dt(self) -> Array:
-        """(m − 1,) float: onset after that of the stroke before, as a share of the duration of that; 0 for the first."""
+        """(m − 1,) float: onset after that of the stroke before, as a share of the duration of that; first 0."""
         later = np.diff(self.onset) / self.duration[:-1]
         return np.concatenate([np.zeros(min(1, self.strokes)), later])
 

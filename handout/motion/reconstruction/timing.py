@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
@@ -27,6 +28,10 @@ _PLACES = 0.3  # weight of places against velocities
 _RIDGE = 1e-4
 _MOST = 12  # strokes, or twice the peaks of speed where these are more
 _ROUNDS = 25
+_GAIN = 0.05  # dB that another stroke must bring
+# Strokes that are fitted together; of longer movements so many at a time, which move on by so many, s around them
+_TOGETHER, _WINDOW, _HOP, _MARGIN = 14, 10, 6, 0.06
+_SWEEPS, _MORE, _LEAST = 2, 3, 20
 _LOW, _HIGH = np.log([0.03, 0.02]), np.log([0.8, 1.2])  # sigma, and the time from t0 to the median, s
 _TURN = 2.4
 _PRIOR = 1e-2
@@ -76,17 +81,49 @@ def from_recording(t: Array, xy: Array) -> LognormalPlan:
     t : (n,) float, s, increasing; xy : (n, 2) float, mm.
     """
     recording = prepared(np.asarray(t, dtype=np.float64), np.asarray(xy, dtype=np.float64))
-    x = _fitted(recording, _first(recording))
-    most = max(_MOST, 2 * len(x))
-    explained = quality(recording, x)
-    while explained < ENOUGH and len(x) < most:
-        more = _fitted(recording, np.concatenate([x, _missing(recording, x)]))
-        better = quality(recording, more)
-        if better < explained + 0.05:
-            break
-        x, explained = more, better
+    x = _first(recording)
+    x = _explained(recording, x, max(_MOST, 2 * len(x))) if len(x) <= _TOGETHER else _by_windows(recording, x)
     origin, chords = _chords(recording, x)
     return from_pulses(_pulses(x), origin, chords, float(recording.t[0]), float(recording.t[-1]))
+
+
+def _explained(recording: Recording, x: Array, most: int) -> Array:
+    """The rows fitted, and more of them until enough is explained or there are `most`."""
+    x = _fitted(recording, x)
+    had = quality(recording, x)
+    while had < ENOUGH and len(x) < most:
+        more = _fitted(recording, np.concatenate([x, _missing(recording, x)]))
+        better = quality(recording, more)
+        if better < had + _GAIN:
+            break
+        x, had = more, better
+    return x
+
+
+def _by_windows(recording: Recording, x: Array) -> Array:
+    """A long movement, a few strokes at a time, the others held as they are; every stroke has two turns."""
+    for _ in range(_SWEEPS):
+        done, x = -np.inf, x[np.argsort(x[:, 2], kind="stable")]
+        while (ahead := np.flatnonzero(x[:, 2] > done)).size:
+            chosen = np.zeros(len(x), dtype=bool)
+            chosen[ahead[:_WINDOW]] = True
+            done = float(x[ahead[min(_HOP, len(ahead)) - 1], 2])
+            x = np.concatenate([x[~chosen], _in_window(recording, x, chosen)])
+            x = x[np.argsort(x[:, 2], kind="stable")]
+    return x
+
+
+def _in_window(recording: Recording, x: Array, chosen: NDArray[np.bool_]) -> Array:
+    """The chosen strokes fitted to what the others leave of the movement around them."""
+    t = recording.t
+    a, b = np.searchsorted(t, [x[chosen, 2].min() - _MARGIN, x[chosen, 2].max() + _MARGIN])
+    near = slice(min(int(a), len(t) - _LEAST), max(int(b), _LEAST))
+    _, chords = _chords(recording, x)
+    moving, gone = _moving(_pulses(x[~chosen]), t[near])
+    left = Recording(
+        t[near], recording.place[near] - chords[~chosen] @ gone, recording.velocity[near] - chords[~chosen] @ moving
+    )
+    return _explained(left, x[chosen], int(chosen.sum()) + _MORE)
 
 
 def quality(recording: Recording, x: Array) -> float:
@@ -166,7 +203,7 @@ def _system(recording: Recording, x: Array) -> tuple[Complex, Complex, tuple[flo
 def _chords(recording: Recording, x: Array) -> tuple[complex, Complex]:
     matrix, wanted, _ = _system(recording, x)
     found = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
-    return complex(found[0] + recording.place[0]), found[1:]
+    return complex(found[0] + recording.place[0]), np.asarray(found[1:], dtype=np.complex128)
 
 
 def _fitted(recording: Recording, x: Array) -> Array:
