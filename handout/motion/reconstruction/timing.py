@@ -22,6 +22,7 @@ from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
 from handout.values import Array
 
 ENOUGH = 25.0  # dB, of velocities
+SHORTEST = 0.02  # s: a movement that is shorter cannot be explained
 _STEP = 0.005  # s between samples that are compared
 _SMOOTH = 0.010  # s: a hand does nothing faster than some 13 Hz, a tablet does
 _PLACES = 0.3  # weight of places against velocities

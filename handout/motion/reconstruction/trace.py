@@ -27,8 +27,8 @@ def extent(xy: Array) -> float:
     return float(np.ptp(xy, axis=0).max())
 
 
-def snr(wanted: Array, had: Array) -> float:
-    """Signal to noise, dB: spread of the wanted values (n, 2) about their mean against the difference (n, 2)."""
+def snr(wanted: Array, had: Array, *, about_mean: bool = True) -> float:
+    """Signal to noise, dB: the wanted values (n, 2), about their mean or 0, against the difference (n, 2)."""
     noise = float(((wanted - had) ** 2).sum())
-    signal = float(((wanted - wanted.mean(axis=0)) ** 2).sum())
-    return float(10 * np.log10(signal / max(noise, 1e-12 * max(signal, 1e-300))))
+    signal = float(((wanted - (wanted.mean(axis=0) if about_mean else 0.0)) ** 2).sum())
+    return float(10 * np.log10(max(signal, 1e-300) / max(noise, 1e-12 * signal, 1e-300)))
