@@ -66,9 +66,7 @@ def _fragments(points: Array) -> list[int]:
         near = min(near, len(free))
         gap, other = cKDTree(places[free]).query(places[free], near)
         a, b = np.repeat(free, near), free[other.ravel()]
-        tied = sum(
-            _tie(int(a[i]), int(b[i]), link, root) for i in np.argsort(gap.ravel(), kind="stable").tolist()
-        )
+        tied = sum(_tie(int(a[i]), int(b[i]), link, root) for i in np.argsort(gap.ravel(), kind="stable").tolist())
         # where many ends lie in one place, neighbours may all belong to one's own fragment
         near = _NEAR if tied else 4 * near
         free = np.flatnonzero(link < 0)
