@@ -37,6 +37,8 @@ def from_svc(data: bytes) -> Drawing:
         raise InputError("This is not SVC: a sample is not seven numbers.") from error
     if len(rows) and table.shape[1] != _COLUMNS:
         raise InputError(f"This is not SVC: its samples have {table.shape[1]} columns, not {_COLUMNS}.")
+    if not np.isfinite(table).all():
+        raise InputError("This SVC has a value that is not a finite number.")
     said = int(lines[0])
     if len(rows) < said:
         raise InputError(f"This SVC is cut off: it has {len(rows)} of {said} samples.")
