@@ -45,6 +45,7 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     rotation: list[float] | None = None
     width: list[float] | None = None
     word: int = -1
+    nib: float = 0.0
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
@@ -83,7 +84,7 @@ def from_json(data: bytes) -> Drawing:
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, **lists)
+    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, nib=stroke.nib, **lists)
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:
@@ -91,6 +92,7 @@ def _read(stroke: _Stroke, number: int) -> Stroke:
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     try:
-        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), word=stroke.word, **channels)
+        xy = np.column_stack([stroke.x, stroke.y])
+        return Stroke(np.array(stroke.t), xy, word=stroke.word, nib=stroke.nib, **channels)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error
