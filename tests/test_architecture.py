@@ -22,6 +22,7 @@ GROUND = {
     "markers",
     "markup",
     "pathdata",
+    "tables",
 }
 MAY = {
     "scanning": set(),
@@ -112,6 +113,8 @@ def test_the_rule_can_fail():
         ["plot", "--help"],
         ["calibrate", "wizard", "--help"],
         ["hand", "read", "--help"],
+        ["restyle", "--help"],
+        ["asemic", "--help"],
     ],
 )
 def test_help_is_light(arguments):

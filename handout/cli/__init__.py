@@ -20,6 +20,8 @@ _VERBS = {
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
+    "restyle": "Draw a drawing in another handstyle.",
+    "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",
 }

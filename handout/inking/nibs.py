@@ -12,7 +12,8 @@ from handout.values import Array, Drawing, Stroke
 
 THICKNESS = 0.09  # of the edge, in its lengths: the width of a line drawn along it
 _APART = 0.3  # of the thickness: distance of the points that stand for an edge
-_MOST = 400  # of them
+_THINNEST = 1.5  # pixels of the thickness
+_MOST = 400  # points
 
 
 def edge(stroke: Stroke) -> Array:
@@ -33,7 +34,7 @@ def _points(stroke: Stroke, scale: float) -> Iterator[Stroke]:
     if not stroke.nib > 0:
         yield stroke
         return
-    thick = max(THICKNESS * stroke.nib, 1.0 / scale)
+    thick = max(THICKNESS * stroke.nib, _THINNEST / scale)
     count = min(max(math.ceil(stroke.nib / (_APART * thick)), 2), _MOST)
     reach = edge(stroke)
     for share in np.linspace(-1, 1, count):

@@ -13,7 +13,7 @@ from handout.inking.curves import Curve
 from handout.values import Array, Stroke
 
 _VARIES = 0.08  # of the width: what varies less is an even line
-_FLAT = 0.015  # mm between a curve and its chords
+_FLAT = 0.03  # mm between a curve and its chords
 _MOST = 24  # chords of one Bézier
 _ROUND = 16  # corners of a disc
 _THINNEST = 0.02  # mm
@@ -27,10 +27,10 @@ def needed(stroke: Stroke) -> bool:
 
 
 def reach(stroke: Stroke) -> float:
-    """mm: width of an even line that covers all of the mark."""
+    """mm: width of an even line that covers all of the mark, and whose own edges stay clear of it."""
     assert stroke.width is not None or stroke.nib > 0
     widest = 0.0 if stroke.width is None else float(stroke.width.max())
-    return 1.05 * max(widest, stroke.nib, _THINNEST)
+    return 1.3 * max(widest, stroke.nib, _THINNEST)
 
 
 def pieces(stroke: Stroke, curve: Curve) -> list[Array]:

@@ -5,31 +5,35 @@ Source: seed 003, §4.1 (targets are removed where their angle exceeds a thresho
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.values import Array
 
 
-def joined(first: Array, second: Array, turn: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Targets of two strokes as one sequence; near the join, those on a nearly straight way are left out.
+def joined(parts: Sequence[Array], turn: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Targets of strokes as one sequence; near a join, those on a nearly straight way are left out.
 
     Parameters
     ----------
-    first, second : (m, 2), (k, 2) float
-    turn : rad: a target goes where the angle that it forms with the one before and the one after is larger.
+    parts : of (m, 2) float arrays
+    turn : rad: a target beside a join goes where the angle that it forms with its neighbours is larger.
 
     Returns
     -------
     points : (n, 2) float
-    kept : (m + k,) bool: which of the targets these are.
+    kept : bool, for each of the targets of all parts: which of them these are.
     """
-    points = np.concatenate([first, second])
+    points = np.concatenate(parts)
     kept = np.ones(len(points), dtype=bool)
-    for at in (len(first) - 1, len(first)):
-        if 0 < at < len(points) - 1:
-            before = points[: at][kept[:at]][-1]
-            if angle(before, points[at], points[at + 1]) > turn:
+    for join in np.cumsum([len(part) for part in parts])[:-1].tolist():
+        for at in (join - 1, join):
+            before = at - 1
+            while before >= 0 and not kept[before]:
+                before -= 1
+            if before >= 0 and at < len(points) - 1 and angle(points[before], points[at], points[at + 1]) > turn:
                 kept[at] = False
     return points[kept], kept
 

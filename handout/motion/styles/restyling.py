@@ -6,7 +6,8 @@ Source: seed 003, §4.1 (stylisations of an input trace).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from collections.abc import Sequence as Sequences
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,11 +18,12 @@ from handout.motion.guides import Guide
 from handout.motion.styles import breaking, brush, ligatures, targets
 from handout.motion.styles.movement import around, move, vector
 from handout.motion.styles.style import Style
-from handout.values import Array, Drawing, Stroke
+from handout.values import Array, Drawing, Indices, Stroke
 
 _LIFT = 1.2  # intervals from the end of one stroke to the start of the next, and as many more for each
 _AIR = 0.6  # root of its distance in heights
 _FLICKED = 0.3  # of the distance of its ends that a stroke is lengthened by at most
+_ARM = 5  # samples of a path that are a stroke's tip
 _EDGE = 1.0  # strength of the guide along the strokes of a broken path
 
 
@@ -61,13 +63,15 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     if not drawing.strokes:
         raise InputError("There is no stroke to restyle.")
     tall = targets.letter_height(drawing) if height is None else height
-    sequences = [_sequence(stroke, style, tall) for stroke in drawing.strokes]
+    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
+    sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
     made = drawn(_joined(sequences, style, tall), style, tall, rng)
-    return replace(drawing, strokes=made, about={**drawing.about, "style": style.name}, ink=None, inked=None)
+    about = {**drawing.about, "style": style.name}
+    return Drawing(_on_page(made, drawing), drawing.page, about)
 
 
 def drawn(
-    sequences: Iterator[Sequence] | list[Sequence], style: Style, height: float, rng: np.random.Generator
+    sequences: Iterable[Sequence], style: Style, height: float, rng: np.random.Generator
 ) -> tuple[Stroke, ...]:
     """Timed strokes of target sequences in a style."""
     clock, before, strokes = 0.0, None, []
@@ -97,43 +101,105 @@ def drawn(
     return tuple(strokes)
 
 
-def _sequence(stroke: Stroke, style: Style, height: float) -> Sequence:
+def _middles(strokes: Sequences[Stroke]) -> Array:
+    """(n, 2) mm: what each stroke is stretched and leant about.
+
+    The middle of the drawing across, and that of the stroke's word down, or of its row where there are no words; so
+    a page keeps its margin.
+    """
+    across = 0.5 * (min(s.xy[:, 0].min() for s in strokes) + max(s.xy[:, 0].max() for s in strokes))
+    top, foot = (np.array([side(s.xy[:, 1]) for s in strokes]) for side in (np.min, np.max))
+    group = np.array([s.word for s in strokes])
+    loose = np.flatnonzero(group < 0)
+    order = loose[np.argsort(top[loose])]
+    # strokes without a word are in one row with those above whose heights they share
+    row, lowest = -1, -np.inf
+    for at in order.tolist():
+        row, lowest = (row - 1, foot[at]) if top[at] > lowest else (row, max(lowest, foot[at]))
+        group[at] = row
+    middles = {one: 0.5 * (top[group == one].min() + foot[group == one].max()) for one in np.unique(group).tolist()}
+    return np.array([(across, middles[one]) for one in group.tolist()])
+
+
+def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
+    """The strokes, drawn smaller about the middle of the page where they leave it and those before did not."""
+    page = np.array([before.page.width, before.page.height])
+    was = np.concatenate([stroke.xy for stroke in before.strokes])
+    now = np.concatenate([stroke.xy + side for stroke in strokes for side in _sides(stroke)])
+    if (was < 0).any() or (was > page).any() or not ((now < 0).any() or (now > page).any()):
+        return strokes
+    share = float((0.5 * page / np.maximum(np.abs(now - 0.5 * page).max(axis=0), 1e-9)).min())
+    return scaled(strokes, share, 0.5 * (1 - share) * page)
+
+
+def scaled(strokes: Sequences[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
+    """The strokes, widths and nibs included, times `scale` and then moved by `away` (2,), mm."""
+    return tuple(
+        replace(
+            stroke,
+            xy=scale * stroke.xy + away,
+            width=None if stroke.width is None else scale * stroke.width,
+            nib=scale * stroke.nib,
+        )
+        for stroke in strokes
+    )
+
+
+def _sides(stroke: Stroke) -> tuple[float, float]:
+    reach = max(stroke.nib, 0.0 if stroke.width is None else float(stroke.width.max())) / 2
+    return -reach, reach
+
+
+def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Sequence:
     """A stroke's targets in the form that the style gives it."""
-    shape = np.array([[style.form.stretch, -math.tan(style.form.shear)], [0.0, 1.0]])
     motif = targets.find(stroke.xy, height)
+    form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
+    # found upright, since the extremes of a leaning curve are not where its strokes turn
+    motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
     about = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
-    # stretched and sheared about its own place on its line, so that a page stays as it is laid out
     if len(motif.points) == 1:
         return Sequence(motif.points, motif.corner, **about)
     if style.breaking.directions:
-        return Sequence(*_broken(motif, shape, style, height), **about)
-    points = _flicked(motif, style.flick.entry * height, style.flick.exit * height)
-    return Sequence(points @ shape.T, motif.corner, motif.ring, **about)
+        path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
+        return Sequence(*broken(path, bends, style, height, footed=not motif.ring), **about)
+    if motif.ring:
+        return Sequence(motif.points, motif.corner, True, **about)
+    arm = min(_ARM, len(motif.path) - 1)
+    tips = motif.path[0] - motif.path[arm], motif.path[-1] - motif.path[-1 - arm]
+    return Sequence(flicked(motif.points, tips, style, height), motif.corner, **about)
 
 
-def _flicked(motif: targets.Motif, entry: float, leaving: float) -> Array:
-    """The targets, the first and the last moved outwards along the path's direction there, except on rings."""
-    points = motif.points.copy()
-    if not motif.ring and len(motif.path) > 6:
-        for at, inner, reach in ((0, 5, entry), (-1, -6, leaving)):
-            way = motif.path[at] - motif.path[inner]
-            reach = min(reach, _FLICKED * float(np.linalg.norm(points[-1] - points[0])))
-            points[at] += reach * way / (float(np.linalg.norm(way)) or 1.0)
-    return points
+def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:
+    """Targets, the first and the last moved outwards in the directions of a stroke's tips, as far as the style says."""
+    moved = points.copy()
+    longest = _FLICKED * float(np.linalg.norm(points[-1] - points[0]))
+    for at, way, reach in ((0, tips[0], style.flick.entry), (-1, tips[1], style.flick.exit)):
+        size = float(np.linalg.norm(way))
+        if size > 0:
+            moved[at] += min(reach * height, longest) / size * way
+    return moved
 
 
-def _broken(motif: targets.Motif, shape: Array, style: Style, height: float) -> tuple[Array, NDArray[np.bool_]]:
+def broken(
+    path: Array, bends: Indices, style: Style, height: float, *, footed: bool = True
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Points and corners of a path (n, 2), mm, with its own corners at the samples `bends`, broken as the style does.
+
+    footed : whether uprights at its ends get feet.
+    """
     rule = style.breaking
     directions = np.array([vector(angle) for angle in rule.directions])
-    path, bends = motif.path, motif.bends
-    if motif.ring:  # begun at the top, where the scripts have a corner
-        top = int(path[:, 1].argmin())
-        path = np.concatenate([path[top:-1], path[: top + 1]])
-        bends = np.sort((bends - top) % (len(path) - 1))
-    corners = breaking.broken(path @ shape.T, bends, directions, rule.least * height)
-    if rule.foot > 0 and not motif.ring:
+    corners = breaking.broken(path, bends, directions, rule.least * height)
+    if rule.foot > 0 and footed:
         corners = breaking.footed(corners, rule.foot * height, vector(rule.step))
     return corners, np.ones(len(corners), dtype=bool)
+
+
+def _begun_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
+    """The path of a ring from its top, where the broken scripts have a corner, and its corners."""
+    top = int(ring.path[:, 1].argmin())
+    path = np.concatenate([ring.path[top:-1], ring.path[: top + 1]])
+    return path, np.sort((ring.bends - top) % (len(path) - 1))
 
 
 def _along(points: Array) -> Guide:
@@ -144,21 +210,25 @@ def _along(points: Array) -> Guide:
     return Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
 
 
-def _joined(sequences: list[Sequence], style: Style, height: float) -> Iterator[Sequence]:
+def _joined(sequences: Sequences[Sequence], style: Style, height: float) -> Iterator[Sequence]:
     """Neighbours near each other as one sequence, where the style joins."""
-    current: Sequence | None = None
+    reach = style.ligature.reach * height
+    group: list[Sequence] = []
     for one in sequences:
-        if current is not None and _joins(current, one, style.ligature.reach * height):
-            current, one = _opened(current), _opened(one)
-            points, kept = ligatures.joined(current.points, one.points, style.ligature.turn)
-            corner = np.concatenate([current.corner, one.corner])[kept]
-            current = replace(current, points=points, corner=corner)
-            continue
-        if current is not None:
-            yield current
-        current = one
-    if current is not None:
-        yield current
+        if group and not _joins(group[-1], one, reach):
+            yield _as_one(group, style.ligature.turn)
+            group = []
+        group.append(one)
+    if group:
+        yield _as_one(group, style.ligature.turn)
+
+
+def _as_one(group: Sequences[Sequence], turn: float) -> Sequence:
+    if len(group) == 1:
+        return group[0]
+    opened = [_opened(one) for one in group]
+    points, kept = ligatures.joined([one.points for one in opened], turn)
+    return replace(opened[0], points=points, corner=np.concatenate([one.corner for one in opened])[kept])
 
 
 def _opened(one: Sequence) -> Sequence:
@@ -170,6 +240,8 @@ def _opened(one: Sequence) -> Sequence:
 
 
 def _joins(a: Sequence, b: Sequence, reach: float) -> bool:
-    if (a.word, a.layer, a.colour) != (b.word, b.layer, b.colour) or min(len(a.points), len(b.points)) < 2:
+    if not reach > 0 or (a.word, a.layer, a.colour) != (b.word, b.layer, b.colour):
         return False
-    return float(np.linalg.norm(b.points[0] - a.points[-1])) <= reach
+    if min(len(a.points), len(b.points)) < 2:
+        return False
+    return float(np.linalg.norm(b.points[0] - a.points[0 if a.ring else -1])) <= reach

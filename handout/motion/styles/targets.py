@@ -8,6 +8,7 @@ Source: seed 003, §4 (targets at curvature extrema); specification D13 (extreme
 
 from __future__ import annotations
 
+from bisect import bisect
 from dataclasses import dataclass
 
 import numpy as np
@@ -181,11 +182,12 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
 def _apart(found: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
     """Targets that keep their distance; ends win over corners, and corners over extremes."""
     rank = np.where(np.isin(found, ends), 2, np.where(np.isin(found, corners), 1, 0))
-    kept: list[int] = []
+    kept: list[int] = sorted(ends.tolist())
     for at in found[np.lexsort((found, -rank))].tolist():
-        if all(abs(at - other) >= least for other in kept):
-            kept.append(at)
-    return np.array(sorted({*kept, *ends.tolist()}), dtype=np.intp)
+        place = bisect(kept, at)
+        if all(abs(at - other) >= least for other in kept[max(place - 1, 0) : place + 1]):
+            kept.insert(place, at)
+    return np.array(kept, dtype=np.intp)
 
 
 def _filled(kept: Indices, most: float) -> Indices:
