@@ -15,7 +15,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 @cache
 def folder(name: str) -> Path:
-    """The shipped data folder `name` (``"devices"``, ``"calibration"`` or ``"styles"``): in the wheel, else in the checkout."""
+    """The shipped data folder `name`, such as ``"devices"``: in the wheel, else in the checkout."""
     inside = _PACKAGE / "_shipped" / name
     return inside if inside.is_dir() else _PACKAGE.parent / name
 

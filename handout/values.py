@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+NIB_THICKNESS = 0.09  # of a flat nib, in lengths of its edge: the width of a line drawn along it
 _COLOUR = re.compile("#[0-9a-f]{6}")
 
 

@@ -43,14 +43,15 @@ def command(source: Path, output: tuple[Path, ...], **given: Any) -> None:
         raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
     made = replace(made, about={**made.about, "seed": seed})
     files = write_drawings([made], output, **look)
+    left_out = [str(one) for one in drawing.about.get("left_out", [])]
     facts = {
         "style": style.name,
         "seed": seed,
         "strokes_before": len(drawing.strokes),
         "strokes": len(made.strokes),
         "duration_s": round(made.duration, 2),
-        "left_out": list(drawing.about.get("left_out", [])),
+        "left_out": left_out,
         "files": [str(path) for path in files],
     }
-    left = f" Left out: {', '.join(facts['left_out'])}." if facts["left_out"] else ""
+    left = f" Left out: {', '.join(left_out)}." if left_out else ""
     results.report(facts, styling.said(facts) + left, as_json=given["as_json"], quiet=given["quiet"])

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from handout.values import Array, Drawing, Stroke
+from handout.values import NIB_THICKNESS, Array, Drawing, Stroke
 
-THICKNESS = 0.09  # of the edge, in its lengths: the width of a line drawn along it
 _APART = 0.3  # of the thickness: distance of the points that stand for an edge
 _THINNEST = 1.5  # pixels of the thickness
 _MOST = 400  # points
@@ -19,7 +18,7 @@ _MOST = 400  # points
 def edge(stroke: Stroke) -> Array:
     """(n, 2) float, mm: from the middle of a flat nib to the end of its edge, at each sample."""
     assert stroke.rotation is not None
-    half = 0.5 * (1 - THICKNESS) * stroke.nib
+    half = 0.5 * (1 - NIB_THICKNESS) * stroke.nib
     return half * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
 
 
@@ -34,7 +33,7 @@ def _points(stroke: Stroke, scale: float) -> Iterator[Stroke]:
     if not stroke.nib > 0:
         yield stroke
         return
-    thick = max(THICKNESS * stroke.nib, _THINNEST / scale)
+    thick = max(NIB_THICKNESS * stroke.nib, _THINNEST / scale)
     count = min(max(math.ceil(stroke.nib / (_APART * thick)), 2), _MOST)
     reach = edge(stroke)
     for share in np.linspace(-1, 1, count):

@@ -5,12 +5,14 @@ The mark is the union of its pieces, none of which has a hole.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from handout.inking import nibs
 from handout.inking.curves import Curve
-from handout.values import Array, Stroke
+from handout.values import NIB_THICKNESS, Array, Stroke
 
 _VARIES = 0.08  # of the width: what varies less is an even line
 _FLAT = 0.03  # mm between a curve and its chords
@@ -78,10 +80,10 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     if len(t) == 1:
         t, edges, place = np.repeat(t, 2), np.repeat(edges, 2, axis=0), np.repeat(place, 2, axis=0)
     along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), 1e-12)
-    thick = along[:, ::-1] * [-0.5, 0.5] * max(nibs.THICKNESS * stroke.nib, _THINNEST)
+    thick = along[:, ::-1] * [-0.5, 0.5] * max(NIB_THICKNESS * stroke.nib, _THINNEST)
     corners = np.stack([place + a * edges + b * thick for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))], axis=1)
     found = []
-    for before, after in zip(corners[:-1], corners[1:], strict=True):
+    for before, after in pairwise(corners):
         both = np.concatenate([before, after])
         found.append(_turned(both[ConvexHull(both).vertices]))
     return found

@@ -10,6 +10,7 @@
                   "pressure": […],                                 0–1; this and the following only if known
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
+                  "nib": 2.0,                                      mm, length of a flat nib's edge; absent if round
                   "word": 3}, …]}                                  index of the word, absent if unknown
 
 Numbers are written with as many digits as it takes to read back the same double.
@@ -45,7 +46,7 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     rotation: list[float] | None = None
     width: list[float] | None = None
     word: int = -1
-    nib: float = 0.0
+    nib: float | None = None
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
@@ -84,7 +85,9 @@ def from_json(data: bytes) -> Drawing:
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, nib=stroke.nib, **lists)
+    return _Stroke(
+        stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, nib=stroke.nib or None, **lists
+    )
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:
@@ -93,6 +96,6 @@ def _read(stroke: _Stroke, number: int) -> Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     try:
         xy = np.column_stack([stroke.x, stroke.y])
-        return Stroke(np.array(stroke.t), xy, word=stroke.word, nib=stroke.nib, **channels)
+        return Stroke(np.array(stroke.t), xy, word=stroke.word, nib=stroke.nib or 0.0, **channels)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -6,6 +6,7 @@ Source: seed 003, §4.2 and fig. 11.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ def _styled(points: Array, style: Style) -> Sequence:
         tips = points[0] - points[1], points[-1] - points[-2]
         return Sequence(flicked(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
     share = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None]
-    ways = [a + share * (b - a) for a, b in zip(points[:-1], points[1:], strict=True)]
+    ways = [a + share * (b - a) for a, b in pairwise(points)]
     path = np.concatenate([*ways, points[-1:]])
     corners = np.arange(len(ways)) * 12
     return Sequence(*broken(path, corners[1:], style, _HEIGHT), word=0)

@@ -6,6 +6,8 @@ a few strokes; each is then a line amid its part of the path, and the corners ar
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from handout.values import Array, Indices
@@ -30,7 +32,7 @@ def broken(path: Array, bends: Indices, directions: Array, least: float) -> Arra
     either = np.concatenate([directions, -directions])
     cuts = np.unique([0, *bends.tolist(), len(path) - 1])
     corners = [path[:1]]
-    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+    for low, high in pairwise(cuts.tolist()):
         corners.append(path[low] + np.cumsum(_legs(path[low : high + 1], either, least), axis=0))
     found = np.concatenate(corners)
     away = np.linalg.norm(np.diff(found, axis=0), axis=1) > 0.3 * least
@@ -44,13 +46,13 @@ def _legs(piece: Array, either: Array, least: float) -> Array:
     step = np.diff(piece, axis=0)
     length = float(np.linalg.norm(step, axis=1).sum())
     if length < least or (size > _STRAIGHT * length and abs(whole[1]) < _LEVEL * size):
-        return whole[None]
+        return np.asarray(whole[None])
     run = _directions(step @ either.T * (1 + _UPRIGHT * np.abs(either[:, 1]) ** 4), least)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1, [len(run)]])
     legs = _crossed(piece, starts, either[run[starts[:-1]]])
     if legs is not None:
         return legs
-    return _two(whole, either) if size > least else whole[None]
+    return _two(whole, either) if size > least else np.asarray(whole[None])
 
 
 def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
@@ -61,7 +63,7 @@ def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
     if len(along) < 2:
         return None
     normal = along[:, ::-1] * [-1.0, 1.0]
-    amid = np.array([piece[a : b + 1].mean(axis=0) for a, b in zip(starts[:-1], starts[1:], strict=True)])
+    amid = np.array([piece[a : b + 1].mean(axis=0) for a, b in pairwise(starts.tolist())])
     amid[0], amid[-1] = piece[0], piece[-1]
     place = np.einsum("ij,ij->i", normal, amid)
     corners = [piece[0]]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from handout.motion.styles.style import Style
-from handout.values import Array
+from handout.values import NIB_THICKNESS, Array
 
 _EVEN = 2.0  # samples over which a width is smoothed: a pen does not swell at once
 _REST = 0.65  # of its usual speed: slower makes no wider mark
@@ -32,7 +32,7 @@ def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = 
         width = gaussian_filter1d(width, _EVEN, mode="nearest")
     elif brush.kind == "nib":
         along = _directions(xy)
-        width = np.hypot(full * np.abs(np.sin(along + brush.angle)), thin)
+        width = full * np.hypot(np.sin(along + brush.angle), NIB_THICKNESS)
     elif brush.kind == "pointed":
         pull = np.clip(velocity[:, 1] / np.maximum(speed, 1e-9 * speed.max()), 0.0, 1.0)
         ease = np.minimum(1.0, speed / (0.3 * speed.max()))

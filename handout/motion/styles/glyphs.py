@@ -39,7 +39,8 @@ def scattered(count: int, rng: np.random.Generator) -> Array:
     share = 2 * np.pi / count
     angle = share * (np.arange(count) + (1 - _LEAST_TURN) * rng.uniform(-0.5, 0.5, count)) + rng.uniform(0, 2 * np.pi)
     radius = 0.5 * np.sqrt(rng.uniform(0.25, 1.0, count))
-    return radius[:, None] * np.column_stack([0.75 * np.cos(angle), np.sin(angle)])
+    places: Array = radius[:, None] * np.column_stack([0.75 * np.cos(angle), np.sin(angle)])
+    return places
 
 
 def fitness(orders: Indices, places: Array) -> Array:

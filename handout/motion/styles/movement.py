@@ -107,9 +107,7 @@ def _clock(samples: int, style: Style) -> Array:
     return np.asarray(np.arange(samples, dtype=np.float64) * (style.movement.interval / STEPS))
 
 
-def covariances(
-    corner: NDArray[np.bool_], style: Style, rng: np.random.Generator, ends: float = _ENDS
-) -> Array:
+def covariances(corner: NDArray[np.bool_], style: Style, rng: np.random.Generator, ends: float = _ENDS) -> Array:
     """(m, 2, 2): semi-tied covariances, of one oblique shape; sizes vary, and differ at corners and by `ends`."""
     shape = style.covariance
     basis = np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
@@ -124,4 +122,3 @@ def _guide(style: Style) -> Guide | None:
     if guide.mode == "none" or guide.strength == 0:
         return None
     return Guide(vector(guide.direction), guide.strength, guide.mode)
-

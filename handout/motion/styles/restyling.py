@@ -66,13 +66,11 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
     made = drawn(_joined(sequences, style, tall), style, tall, rng)
-    about = {**drawing.about, "style": style.name}
+    about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
     return Drawing(_on_page(made, drawing), drawing.page, about)
 
 
-def drawn(
-    sequences: Iterable[Sequence], style: Style, height: float, rng: np.random.Generator
-) -> tuple[Stroke, ...]:
+def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.random.Generator) -> tuple[Stroke, ...]:
     """Timed strokes of target sequences in a style."""
     clock, before, strokes = 0.0, None, []
     for one in sequences:
@@ -156,17 +154,18 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Seq
     form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     # found upright, since the extremes of a leaning curve are not where its strokes turn
     motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
-    about = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
+    one = Sequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
     if len(motif.points) == 1:
-        return Sequence(motif.points, motif.corner, **about)
+        return one
     if style.breaking.directions:
         path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
-        return Sequence(*broken(path, bends, style, height, footed=not motif.ring), **about)
+        points, corner = broken(path, bends, style, height, footed=not motif.ring)
+        return replace(one, points=points, corner=corner, ring=False)
     if motif.ring:
-        return Sequence(motif.points, motif.corner, True, **about)
+        return one
     arm = min(_ARM, len(motif.path) - 1)
     tips = motif.path[0] - motif.path[arm], motif.path[-1] - motif.path[-1 - arm]
-    return Sequence(flicked(motif.points, tips, style, height), motif.corner, **about)
+    return replace(one, points=flicked(motif.points, tips, style, height))
 
 
 def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:

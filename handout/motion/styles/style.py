@@ -101,8 +101,9 @@ class Brush(Table, frozen=True):
     """The pen's mark.
 
     kind: "round", an even line; "speed", wider where it is slower; "nib", the edge of a flat nib at `angle`;
-    "pointed", which swells in strokes downwards; width: of the widest mark; thin: share of it of the thinnest;
-    pace: for "speed", how gently it follows, in usual speeds of a stroke: 0.3 a lot, 3 hardly; taper: length over which the ends thin out.
+    "pointed", which swells in strokes downwards; width: of the widest mark; thin: share of it of the thinnest, for
+    "speed" and "pointed"; pace: for "speed", how gently it follows, in usual speeds of a stroke: 0.3 a lot, 3 hardly;
+    taper: length over which the ends thin out.
     """
 
     kind: Literal["round", "speed", "nib", "pointed"] = "round"

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ _CORNER = np.radians(60)  # turning within the arms that makes one
 _SOON = 0.09  # heights between targets that are one
 _LONG = 0.62  # heights between targets that have another between them
 _ROUND = 1.6  # times as far apart are the targets of a ring, whose curve needs no others
+_FLATTEST = 0.1  # of its longer side: the least height of a letter that a stroke is taken for
 _SMALL = 0.4  # of the height: the smallest letter that is told from a part of one
 _DOT = 0.06  # heights: a path of no more extent is a dot
 _NEAR = 0.2  # heights between the end of a ring and its beginning
@@ -73,7 +75,7 @@ def _size(xy: Array) -> float:
     sides = np.ptp(xy, axis=0)
     size = float(sides.max())
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) > 1.8 * size:
-        return min(size, 1.6 * float(sides.min()))
+        return min(size, max(1.6 * float(sides.min()), _FLATTEST * size))
     return size
 
 
@@ -140,18 +142,15 @@ def _corners(path: Array) -> Indices:
     chord = (path[_ARM:] - path[:-_ARM]) @ np.array([1.0, 1j])
     turn = np.abs(np.angle(chord[_ARM:] * np.conj(chord[:-_ARM])))
     peak = np.flatnonzero(turn > _CORNER)
-    found: list[int] = []
-    for group in np.split(peak, np.flatnonzero(np.diff(peak) > 1) + 1):
-        if len(group):
-            found.append(int(group[turn[group].argmax()]) + _ARM)
-    return np.array(found, dtype=np.intp)
+    groups = np.split(peak, np.flatnonzero(np.diff(peak) > 1) + 1) if len(peak) else []
+    return np.array([int(group[turn[group].argmax()]) + _ARM for group in groups], dtype=np.intp)
 
 
 def _extremes(path: Array) -> Indices:
     """Samples where the direction crosses the upright or the level, between corners."""
     found: list[int] = []
     bounds = [0, *_corners(path).tolist(), len(path) - 1]
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+    for low, high in pairwise(bounds):
         piece = path[low : high + 1]
         if len(piece) < 5:
             continue
@@ -192,9 +191,7 @@ def _apart(found: Indices, corners: Indices, ends: Indices, least: float) -> Ind
 
 def _filled(kept: Indices, most: float) -> Indices:
     """Long ways between targets get further ones, evenly."""
-    parts = [
-        np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in zip(kept[:-1], kept[1:], strict=True)
-    ]
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(kept.tolist())]
     return np.unique(np.rint(np.concatenate([*parts, kept[-1:]])).astype(np.intp))
 
 
