@@ -9,44 +9,20 @@ from __future__ import annotations
 import difflib
 import tomllib
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
-from handout import shipped, units
-from handout.errors import InputError, ProfileError
+from handout import shipped, tables
+from handout.errors import ProfileError
+from handout.tables import Acceleration as Acceleration
+from handout.tables import Length as Length
+from handout.tables import Speed as Speed
+from handout.tables import Table
+from handout.tables import Time as Time
 
 
-class Length(float):
-    """mm, written in the file as ``"297mm"``."""
-
-
-class Time(float):
-    """s, written as ``"150ms"``."""
-
-
-class Speed(float):
-    """mm/s, written as ``"60mm/s"``."""
-
-
-class Acceleration(float):
-    """mm/s², written as ``"800mm/s2"``."""
-
-
-# kind of quantity, and a unit to show in an error message
-_KINDS: dict[type, tuple[str, str]] = {
-    Length: ("length", "mm"),
-    Time: ("time", "ms"),
-    Speed: ("speed", "mm/s"),
-    Acceleration: ("acceleration", "mm/s2"),
-}
-
-
-class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A table of a profile; subclasses name the bounds of their numbers in `_bounds`."""
-
-
-class Bed(_Table, frozen=True):
+class Bed(Table, frozen=True):
     """Where the pen can go.
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
@@ -61,7 +37,7 @@ class Bed(_Table, frozen=True):
     zero: Literal["kept", "here"] = "kept"
 
 
-class Limits(_Table, frozen=True):
+class Limits(Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
     travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
@@ -74,7 +50,7 @@ class Limits(_Table, frozen=True):
     steps_per_mm: float = 80.0
 
 
-class Pen(_Table, frozen=True):
+class Pen(Table, frozen=True):
     """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
 
     up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long to wait for the pen
@@ -91,7 +67,7 @@ class Pen(_Table, frozen=True):
     width: Length = Length(0.4)
 
 
-class Port(_Table, frozen=True):
+class Port(Table, frozen=True):
     """How the machine is reached, and what its controller can take.
 
     baud: bits a second; buffer: bytes it receives before it reads them; queue: moves it looks ahead; line_time: how
@@ -106,7 +82,7 @@ class Port(_Table, frozen=True):
     start_up: Time = Time(2.0)
 
 
-class Plotter(_Table, frozen=True):
+class Plotter(Table, frozen=True):
     """A pen plotter.
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
@@ -126,7 +102,7 @@ class Plotter(_Table, frozen=True):
     name: str = ""
 
 
-class Margins(_Table, frozen=True):
+class Margins(Table, frozen=True):
     """What the printer cannot print on, from each edge of the sheet as it is fed."""
 
     top: Length = Length(0.0)
@@ -135,21 +111,21 @@ class Margins(_Table, frozen=True):
     left: Length = Length(0.0)
 
 
-class Nudge(_Table, frozen=True):
+class Nudge(Table, frozen=True):
     """How far the writing is moved on the sheet as it is read: x to the right, y down."""
 
     x: Length = Length(0.0)
     y: Length = Length(0.0)
 
 
-class Envelope(_Table, frozen=True):
+class Envelope(Table, frozen=True):
     """What differs when a printer is fed with envelopes: its margins, and the tray they lie in."""
 
     margins: Margins | None = None
     source: str = ""
 
 
-class Printer(_Table, frozen=True):
+class Printer(Table, frozen=True):
     """An inkjet or a file that stands for one.
 
     queue: name of the CUPS queue, or the printer's address, ``ipp://…`` (empty: `--queue` or the system's default);
@@ -199,25 +175,6 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 }  # fmt: skip
 
 
-def _quantity(kind: type, value: Any) -> Any:
-    name, unit = _KINDS[kind]
-    if not isinstance(value, str):
-        raise ValueError(f'needs a {name} with its unit in quotes, such as "12{unit}"')
-    try:
-        return kind(units.parse(value, name))
-    except InputError as error:  # msgspec adds the path of the key to a ValueError only
-        raise ValueError(str(error).removeprefix("value: ").rstrip(".")) from error
-
-
-def _check_bounds(profile: Profile, path: Path) -> None:
-    for key, (least, greatest) in _BOUNDS.items():
-        value: Any = profile
-        for name in key.split("."):
-            value = getattr(value, name, None)
-        if value is not None and not least <= value <= greatest:
-            raise ProfileError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
-
-
 def read(path: Path) -> Profile:
     """Read and check a machine's TOML file.
 
@@ -238,10 +195,10 @@ def read(path: Path) -> Profile:
     if "name" in table:
         raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
     try:
-        profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
-    except msgspec.ValidationError as error:
-        raise ProfileError(f"{path}: {_hint(str(error), kinds[kind])}") from error
-    _check_bounds(profile, path)
+        profile: Profile = tables.converted(table, kinds[kind])
+        tables.check_bounds(profile, _BOUNDS)
+    except ValueError as error:
+        raise ProfileError(f"{path}: {error}") from error
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
@@ -263,22 +220,6 @@ def _check_pen(pen: Pen, path: Path) -> None:
         )
     if pen.up == pen.down:
         raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
-
-
-def _hint(message: str, kind: type) -> str:
-    """The validation message in plain words: which key, what is wrong with it, and the nearest known key to a slip."""
-    said, _, place = message.partition(" - at `$")
-    table = place.strip(".`")
-    quoted = said.split("`")[1] if "`" in said else ""
-    key = f"{table}.{quoted}" if table else quoted
-    if "unknown field" in said:
-        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
-        known = {f.name for t in tables for f in msgspec.structs.fields(t)}
-        near = difflib.get_close_matches(quoted, known, 1)
-        return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
-    if "missing required field" in said:
-        return f"{key} is missing."
-    return f"{table}: {said[0].lower()}{said[1:]}." if table else f"{said}."
 
 
 def names(kind: str | None = None) -> list[str]:

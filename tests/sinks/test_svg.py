@@ -146,9 +146,9 @@ def test_dots_are_visible() -> None:
     assert b'stroke-linecap="round"' in svg
 
 
-def test_width_is_the_strokes_mean_or_the_pens() -> None:
+def test_an_even_width_is_the_strokes_or_the_pens() -> None:
     stroke = loops(1).strokes[0]
-    own = replace(stroke, width=np.linspace(0.6, 0.8, len(stroke.t)))
+    own = replace(stroke, width=np.linspace(0.69, 0.71, len(stroke.t)))
     svg = to_svg(Drawing((stroke, replace(own, t=own.t + 9)), CARD), pen_width=0.35)
     assert [p.get("stroke-width") for p in paths(svg)] == [None, ".7"]
     ink = ElementTree.fromstring(svg).find(f"{SVG}g[@id='ink']")
