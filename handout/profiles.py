@@ -146,7 +146,7 @@ class Printer(Table, frozen=True):
     margins: Margins = Margins()
     sources: tuple[str, ...] = ()
     source: str = ""
-    options: dict[str, str] = {}
+    options: dict[str, str] = msgspec.field(default_factory=dict)
     feed: Literal["short", "long"] = "short"
     turn: Literal["left", "right"] = "left"
     flap: Literal["", "left", "right", "leading", "trailing"] = ""

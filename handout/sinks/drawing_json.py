@@ -86,7 +86,12 @@ def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
     return _Stroke(
-        stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, nib=stroke.nib or None, **lists
+        stroke.t.tolist(),
+        stroke.xy[:, 0].tolist(),
+        stroke.xy[:, 1].tolist(),
+        word=stroke.word,
+        nib=stroke.nib or None,
+        **lists,
     )
 
 

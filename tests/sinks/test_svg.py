@@ -146,6 +146,33 @@ def test_dots_are_visible() -> None:
     assert b'stroke-linecap="round"' in svg
 
 
+@pytest.mark.parametrize("nib", [0.0, 2.0])
+def test_a_changing_width_is_clipped_to_its_mark_and_read_back(nib: float) -> None:
+    """Every clip polygon lies within the mark, and the mark's edges within the clip; widths and nib come back."""
+    from handout.sources.svg import from_svg
+
+    one = loops(1).strokes[0]
+    width = np.linspace(0.6, 1.4, len(one.t))
+    marked = replace(one, width=width, nib=nib, rotation=np.full(len(one.t), -0.7) if nib else None)
+    svg = to_svg(Drawing((marked,), CARD))
+    (path,) = paths(svg)
+    assert path.get("clip-path") == "url(#mark-0)" and float(path.get("stroke-width", "")) > max(1.4, nib)
+    corners = np.concatenate(
+        [
+            np.cumsum(np.array(numbers(p.get("d", ""))).reshape(-1, 2), axis=0)
+            for p in ElementTree.fromstring(svg).iter(f"{SVG}path")
+            if p.get("class") is None and p.get("d", "").endswith("z")
+        ]
+    )
+    away = np.linalg.norm(corners[:, None] - one.xy[None], axis=2).min(axis=1)
+    assert 0.25 < away.max() < max(1.4, nib) / 2 + 0.15
+    back = from_svg(svg).strokes[0]
+    assert back.nib == nib and back.width is not None
+    assert np.allclose(np.interp(back.t, one.t, width), back.width, atol=0.03)
+    if nib:
+        assert back.rotation is not None and np.allclose(back.rotation, -0.7)
+
+
 def test_an_even_width_is_the_strokes_or_the_pens() -> None:
     stroke = loops(1).strokes[0]
     own = replace(stroke, width=np.linspace(0.69, 0.71, len(stroke.t)))

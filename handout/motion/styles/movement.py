@@ -92,14 +92,14 @@ def _path(
 ) -> Array:
     """(m · steps, 2) mm: the path near the points, with motor noise."""
     movement = style.movement
-    precision, _ = relative(spreads)
+    precision, usual = relative(spreads)
     solver = tracker(
         precision, smooth=movement.smooth, order=movement.order, ends=ends, hold=HOLD, guide=guide or _guide(style)
     )
     through = targets_through(points, smooth=movement.drawn_at, order=movement.order)
     xy = solver.path(points + style.form.overshoot * (through - points))
     if style.jitter.size > 0:
-        xy = xy + style.jitter.size * height * solver.noise(rng, 2)
+        xy = xy + style.jitter.size * height * usual / _size(style) * solver.noise(rng, 2)
     return xy
 
 
@@ -110,11 +110,21 @@ def _clock(samples: int, style: Style) -> Array:
 def covariances(corner: NDArray[np.bool_], style: Style, rng: np.random.Generator, ends: float = _ENDS) -> Array:
     """(m, 2, 2): semi-tied covariances, of one oblique shape; sizes vary, and differ at corners and by `ends`."""
     shape = style.covariance
-    basis = np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
     sizes = np.exp(shape.spread * rng.standard_normal(len(corner)))
     sizes[corner] *= shape.corners**2
     sizes[[0, -1]] *= ends
-    return spread.semi_tied(basis, sizes)
+    return spread.semi_tied(_basis(style), sizes)
+
+
+def _basis(style: Style) -> Array:
+    """(2, 2): the oblique axes of the covariances, as columns."""
+    shape = style.covariance
+    return np.column_stack([size * vector(angle) for size, angle in zip(shape.axes, shape.angles, strict=True)])
+
+
+def _size(style: Style) -> float:
+    """Geometric mean of the standard deviations of a usual target, in the unit of `covariances`."""
+    return math.sqrt(abs(float(np.linalg.det(_basis(style)))))
 
 
 def _guide(style: Style) -> Guide | None:

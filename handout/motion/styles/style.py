@@ -7,7 +7,9 @@ letter, so that a style looks the same at every size; angles are as seen, anticl
 from __future__ import annotations
 
 import difflib
+import math
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -53,7 +55,7 @@ class Covariance(Table, frozen=True):
     """
 
     axes: tuple[float, float] = (1.0, 1.0)
-    angles: tuple[Angle, Angle] = (Angle(0.0), Angle(1.5707963267948966))
+    angles: tuple[Angle, Angle] = (Angle(0.0), Angle(math.pi / 2))
     spread: float = 0.0
     corners: float = 1.0
 
@@ -94,7 +96,7 @@ class Ligature(Table, frozen=True):
     """
 
     reach: float = 0.0
-    turn: Angle = Angle(1.7453292519943295)
+    turn: Angle = Angle(math.radians(100))
 
 
 class Brush(Table, frozen=True):
@@ -137,7 +139,8 @@ class Style(Table, frozen=True):
     name: str = ""
 
 
-_STEEPEST = 1.31  # rad of shear: 75°
+_STEEPEST = math.radians(75)  # of shear
+_APART = math.radians(4.5)  # between directions that are not the same
 # key path → (least, greatest)
 BOUNDS: dict[str, tuple[float, float]] = {
     "form.shear": (-_STEEPEST, _STEEPEST), "form.stretch": (0.2, 5), "form.overshoot": (-1, 3),
@@ -183,11 +186,11 @@ def checked(style: Style) -> Style:
     if not (min(first, second) > 0 and max(first, second) <= 100 * min(first, second)):
         raise ValueError(f"covariance.axes = {[first, second]} must be above 0, and within a hundredfold.")
     a, b = style.covariance.angles
-    turned = abs((b - a + 1.5707963267948966) % 3.141592653589793 - 1.5707963267948966)
-    if turned < 0.08:
+    if abs((b - a + math.pi / 2) % math.pi - math.pi / 2) < _APART:
         raise ValueError("covariance.angles are nearly the same: two axes need different directions.")
-    if len(style.breaking.directions) == 1:
-        raise ValueError("breaking.directions needs two directions or more, or none.")
+    lines = sorted(angle % math.pi for angle in style.breaking.directions)
+    if lines and (len(lines) == 1 or min(b - a for a, b in pairwise([*lines, lines[0] + math.pi])) < _APART):
+        raise ValueError("breaking.directions needs two directions or more that differ, or none.")
     return style
 
 

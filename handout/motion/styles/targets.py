@@ -92,7 +92,7 @@ def find(xy: Array, height: float) -> Motif:
     ends = np.array([0, len(path) - 1])
     found = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
     # a small letter among large ones has its targets as near to each other as it is small
-    unit = float(np.clip(_size(xy), _SMALL * height, height)) / (float(np.linalg.norm(path[1] - path[0])) or 1.0)
+    unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
         kept = _around(_apart(found, corners, found[:0], _SOON * unit), len(path) - 1, _LONG * unit)
     else:
@@ -112,12 +112,17 @@ def _resampled(xy: Array, away: Array, height: float) -> Array:
     return np.asarray(smooth)
 
 
+def _step(path: Array) -> float:
+    """mm from one sample to the next."""
+    return float(np.median(np.linalg.norm(np.diff(path, axis=0), axis=1))) or 1.0
+
+
 def _closed(path: Array, height: float) -> tuple[Array, bool]:
     """A path that comes back to its beginning, closed, and whether it does.
 
     What sticks out before and after the place where it closes is left out, if it is short.
     """
-    step = float(np.linalg.norm(path[1] - path[0])) or 1.0
+    step = _step(path)
     reach = min(int(_TIP * height / step), len(path) // 4)
     if len(path) * step < 4 * _NEAR * height or reach < 1:
         return path, False
