@@ -16,6 +16,8 @@ handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3m
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
   --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
+python examples/styles.py "$work/styles.png"
+python examples/tags.py "$work/tags.png"
 export XDG_DATA_HOME="$work/data" XDG_STATE_HOME="$work/state"
 for paper in white cream; do
   handout calibrate wizard --printer sim --paper "$paper" --quiet
@@ -42,6 +44,8 @@ def sheet(pictures, columns, to, colours=64):
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet([work / "styles.png"], 1, here / "styles.png", 32)
+sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
     """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
     import numpy as np

@@ -19,7 +19,7 @@ from handout.values import Array, Drawing, Page, Stroke
 
 _FEWEST, _MOST = 4, 6  # targets of a glyph
 _HEIGHT = 0.7  # of a glyph's own that its style measures by, since glyphs are denser than letters
-_GAP = 0.12  # heights between neighbouring glyphs
+_GAP = 0.1  # heights between the marks of neighbouring glyphs
 _SHARE = 0.6  # of the page's height that a tag of few letters takes at most
 _MARGIN = 0.08  # of the page's shorter side
 _SWELL = 0.25  # by how much the first and last letter are larger
@@ -44,7 +44,7 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Dra
     """
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
-    forms = _row(letters, rng)
+    forms = _row(letters, _GAP + style.brush.width * _HEIGHT, rng)
     joined = [ligatures.joined(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     parts = [_styled(points @ lean, style) for points in joined]
@@ -52,14 +52,14 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Dra
     return _placed(drawn(parts, style, _HEIGHT, rng), page, about)
 
 
-def _row(letters: int, rng: np.random.Generator) -> list[Array]:
+def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:
     """Glyphs side by side, 1 high; those at the ends larger."""
     x, found = 0.0, []
     for number in range(letters):
         size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
         points = size * glyphs.glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
         points[:, 0] += x - points[:, 0].min()
-        x = float(points[:, 0].max()) + _GAP
+        x = float(points[:, 0].max()) + gap
         found.append(points)
     return found
 
