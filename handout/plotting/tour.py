@@ -29,6 +29,7 @@ _EPS = 1e-9  # mm; less is no gain
 _STRETCH = 30  # strokes of a stretch that changes places, at most
 _WORK = 60_000_000  # strokes turned round for all strokes once each, at most: large tours make no long exchanges
 _APART = 1e-6  # mm; ends in one place are taken for neighbours by turns
+_Six = tuple[int, int, int, int, int, int]
 _GOLDEN = 0.6180339887498949  # its multiples fall evenly, and never twice in one place
 
 
@@ -189,11 +190,11 @@ class _Search:
                     return gain, (p, q, c, r)
             found = self._run(c, r, p, q, old) or self._run(p, q, c, r, old)
             if found:
-                self._carry(*found[1], same)
+                self._carry(*found[1], turned=same)
                 return found[0], found[1]
         return 0.0, ()
 
-    def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, tuple[int, ...]] | None:
+    def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, _Six] | None:
         """A run of strokes from `c`, which comes after `r`, that is better carried between p and q, c next to p.
 
         The gain, and the six points of the three links.
@@ -213,9 +214,9 @@ class _Search:
             far = following
         return None
 
-    def _carry(self, p: int, q: int, c: int, r: int, t: int, u: int, same: bool) -> None:
+    def _carry(self, p: int, q: int, c: int, r: int, t: int, u: int, *, turned: bool) -> None:
         """Carry the run from `c` to `t` out of its place between r and u, to one between p and q."""
-        if same:  # the run is turned round on its way
+        if turned:  # the run is turned round on its way
             self._exchange(p, c)
             self._exchange(q, t)
         else:
