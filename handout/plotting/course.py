@@ -24,7 +24,6 @@ class Course:
     points : (n + 1, 3) float, mm, machine coordinates; move i leads from point i to point i + 1.
     kind : (n,) TRAVEL, LIFT, LOWER (of a pen on the Z axis) or DRAW; stroke : (n,) index of the stroke, −1 for none.
     intended : (n,) float, s, what a drawn segment takes in the drawing; 0 for all else.
-    until : (n,) float, s: the time in the drawing, on its own clock, at which a drawn move ends; nan for all else.
     stands : (n,) bool: the machine comes to rest before the move and the controller's queue runs empty.
     pause : (n + 1,) float, s, rest before each move, and after the last.
     first : (strokes,) the move before which the pen is down.
@@ -35,7 +34,6 @@ class Course:
     kind: NDArray[np.int8]
     stroke: NDArray[np.intp]
     intended: Array
-    until: Array
     stands: Flags
     pause: Array
     first: NDArray[np.intp]
@@ -73,7 +71,6 @@ class _Builder:
         self.points: list[Array] = [self.at[None]]
         self.kinds: list[tuple[int, int, int]] = []  # kind, stroke, how many
         self.intended: list[Array] = []
-        self.until: list[Array] = []
         self.stands: list[int] = [0]
         self.pauses: list[tuple[int, float]] = []
         self.told: list[tuple[Pen | Pause | None, int]] = []
@@ -84,13 +81,11 @@ class _Builder:
         self.stands.append(self.count)
         self.pauses.append((self.count, seconds))
 
-    def go(self, kind: int, points: Array, stroke: int = -1, times: tuple[Array, Array] | None = None) -> None:
-        """Append moves to the points, (m, 3) mm; `times` are what they take and when they end, in the drawing."""
+    def go(self, kind: int, points: Array, stroke: int = -1, intended: Array | None = None) -> None:
+        """Append moves to the points, (m, 3) mm."""
         self.points.append(points)
         self.kinds.append((kind, stroke, len(points)))
-        intended, until = times or (np.zeros(len(points)), np.full(len(points), np.nan))
-        self.intended.append(intended)
-        self.until.append(until)
+        self.intended.append(np.zeros(len(points)) if intended is None else intended)
         self.at = points[-1]
         if kind in (TRAVEL, DRAW):  # a pen on the Z axis is told to move as any other pen
             self.told.extend((None, self.count + i) for i in range(len(points)))
@@ -114,13 +109,12 @@ class _Builder:
             self.rest(wait + self.profile.port.line_time)
 
 
-def lay_out(knots: Track, times: Array, dots: Array, profile: Plotter) -> Course:
+def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
     """The course that draws the strokes one after the other.
 
     Parameters
     ----------
     knots : in machine coordinates.
-    times : (n,) float, s, of the knots on the clock of the drawing.
     dots : (strokes,) float, s: how long the pen rests on the paper in a stroke that goes nowhere.
     """
     build = _Builder(profile)
@@ -134,7 +128,7 @@ def lay_out(knots: Track, times: Array, dots: Array, profile: Plotter) -> Course
         first.append(build.count)
         if b - a > 1:
             points = np.column_stack([knots.xy[a + 1 : b], np.full(b - a - 1, build.at[2])])
-            build.go(DRAW, points, stroke, (np.diff(knots.t[a:b]), times[a + 1 : b]))
+            build.go(DRAW, points, stroke, np.diff(knots.t[a:b]))
         elif dots[stroke] > 0:
             build.told.append((Pause(float(dots[stroke])), build.count))
             build.rest(float(dots[stroke]))
@@ -155,7 +149,6 @@ def _course(build: _Builder, first: NDArray[np.intp]) -> Course:
         kind=np.repeat(kind, many).astype(np.int8),
         stroke=np.repeat(stroke, many),
         intended=np.concatenate([*build.intended, np.zeros(0)]),
-        until=np.concatenate([*build.until, np.zeros(0)]),
         stands=stands[:-1],
         pause=pause,
         first=first,

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting.blocks import Pen
-from handout.plotting.course import DRAW
 from handout.plotting.planned import Plan
 from handout.values import Array
 
@@ -44,14 +43,14 @@ class Milestones:
         told, course = plan.course.told, plan.course
         at = np.arange(len(told))
         rows = np.array([row if block is None else -1 for block, row in told], dtype=np.intp)
-        drawn = (rows >= 0) & (course.kind[rows] == DRAW)
+        drawn = (rows >= 0) & course.draws[rows]
         pens = [(index, block.down) for index, (block, _) in enumerate(told) if isinstance(block, Pen)]
         # a stroke is done with what comes last before the pen is lifted from it: a move, or the rest of a dot
         complete = np.array([lift - 1 for (_, down), (lift, _) in itertools.pairwise(pens) if down], dtype=int)
         stroke = np.searchsorted(complete, at, side="right")
         last = np.maximum.accumulate(np.where(drawn, at, -1))
         under_way = (last >= 0) & (course.stroke[rows[last]] == stroke)
-        time = np.where(under_way, course.until[rows[last]], -np.inf)
+        time = np.where(under_way, _reached(plan)[rows[last]], -np.inf)
         length = np.where(drawn, np.linalg.norm(np.diff(course.points, axis=0), axis=1)[rows], 0.0)
         self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
         self.ink = np.append(0.0, np.cumsum(length))
@@ -64,3 +63,16 @@ class Milestones:
 def place(plan: Plan, done: int) -> Place:
     """What is drawn when `done` blocks of a plan are done; `Milestones` answers the same for many numbers at once."""
     return Milestones(plan).place(done)
+
+
+def _reached(plan: Plan) -> Array:
+    """(n,) float, s: for every drawn move of the course, the time in the drawing at which it ends."""
+    draws, stroke = plan.course.draws, plan.course.stroke
+    meant = np.where(draws, np.maximum(plan.meant, 0.0), 0.0)
+    so_far = np.cumsum(meant)
+    many = len(plan.drawing.strokes)
+    whole = np.bincount(stroke[draws], meant[draws], many)
+    before = np.append(0.0, np.cumsum(whole)[:-1])
+    begins, ends = (np.array([one.t[at] for one in plan.drawing.strokes]) for at in (0, -1))
+    share = np.clip((so_far - before[stroke]) / np.maximum(whole[stroke], 1e-12), 0.0, 1.0)
+    return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))

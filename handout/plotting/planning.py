@@ -54,18 +54,30 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
     cuts = _cut(path, profile)
-    clock = np.interp(cuts.t, path.t, meant)
-    way = course.lay_out(cuts, _on_page_clock(clock, cuts, drawing, speed), _dots(drawing, speed), profile)
+    way = course.lay_out(cuts, _dots(drawing, speed), profile)
     lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
     feed = _feeds(way, lines, profile)
     motion = lookahead.run(lines, feed / 60.0, profile.port.queue)
     intended = way.intended.copy()
-    intended[way.draws] = np.diff(clock)[cuts.stroke[1:] == cuts.stroke[:-1]]
+    intended[way.draws] = np.diff(np.interp(cuts.t, path.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
     correlation, rms, stretched = feeds.likeness(lines, intended, motion, way.draws)
     starts = course.starts(way, motion, profile)
     blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
+        drawing,
+        profile,
+        speed,
+        order,
+        placement,
+        way,
+        motion,
+        starts,
+        blocks,
+        begins,
+        stretched,
+        correlation,
+        rms,
+        intended,
     )
 
 
@@ -83,16 +95,6 @@ def _ordered(drawing: Drawing, speed: Speed, order: Order) -> tuple[Stroke, ...]
 def _scaled(path: Track, speed: float) -> tuple[Track, Array]:
     scaled = Track(path.t / speed, path.xy, path.stroke)
     return scaled, scaled.t
-
-
-def _on_page_clock(clock: Array, cuts: Track, drawing: Drawing, speed: Speed) -> Array:
-    """The times of the knots on the clock of the drawing; `clock` has pauses of its own between strokes."""
-    first = np.flatnonzero(np.diff(cuts.stroke, prepend=-1))
-    begins, ends = (np.array([stroke.t[at] for stroke in drawing.strokes]) for at in (0, -1))
-    since = (clock - clock[first][cuts.stroke]) * (1.0 if speed == "fast" else float(speed))
-    times = begins[cuts.stroke] + since
-    times[np.append(first[1:], len(times)) - 1] = ends  # to the last digit, and of a dot there is nothing left
-    return np.asarray(times)
 
 
 def _dots(drawing: Drawing, speed: Speed) -> Array:
