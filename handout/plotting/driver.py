@@ -22,6 +22,7 @@ from handout.values import Array
 
 Progress = Callable[[float, float], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
+_WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 
 
@@ -168,7 +169,7 @@ class _Stream:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
             while self._under_way(number) > overlap and self._secured < number:
-                if self._secured < self._counts[2]:
+                if self._is_worth_securing(number, overlap):
                     self._secure()
                 else:
                     self.controller.wait()
@@ -184,6 +185,14 @@ class _Stream:
     def _under_way(self, number: int) -> float:
         """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
         return float(self._ink[number] - (self._ink[self._secured - 1] if self._secured else 0.0))
+
+    def _is_worth_securing(self, sent: int, overlap: float) -> bool:
+        """Whether enough has been executed since the last time, or all that was sent: securing may take a moment."""
+        executed = self._counts[2]
+        if executed <= self._secured:
+            return False
+        gained = self._ink[executed - 1] - (self._ink[self._secured - 1] if self._secured else 0.0)
+        return executed >= sent or bool(gained >= _WORTH * overlap)
 
     def _secure(self) -> None:
         if self.watch is not None:
