@@ -75,7 +75,7 @@ def run_job(
     """
     with job.open() as kept:
         run = _Run(job, kept, person, progress, log or (lambda _: None))
-        while not kept.standing.finished:
+        while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
                     run.parts(port, at_zero)
@@ -96,6 +96,15 @@ class _Run:
         self.job, self.kept, self.person, self.progress, self.log = job, kept, person, progress, log
         self.reports: list[Report] = []
 
+    def is_done(self) -> bool:
+        """Whether nothing is left; a part that only its end was not written down of is complete."""
+        kept, job = self.kept, self.job
+        if kept.standing.begun and not remaining(job.drawing(kept.standing.part), kept.standing.place).strokes:
+            kept.complete()
+        if kept.standing.part >= len(job.parts) and not kept.standing.finished:
+            kept.finish()
+        return kept.standing.finished
+
     def parts(self, port: Port, at_zero: bool) -> None:
         """All parts that are left, over one connection."""
         kept = self.kept
@@ -111,7 +120,6 @@ class _Run:
                 kept.begin(number)
             self._draw(number, controller, port, fresh)
             kept.complete()
-        kept.finish()
 
     def _find_zero(self, controller: Controller, at_zero: bool) -> None:
         """Make sure that the machine knows its zero and stands in it."""
@@ -156,8 +164,6 @@ class _Run:
         job, kept = self.job, self.kept
         whole = job.drawing(number)
         left = remaining(whole, kept.standing.place)
-        if not left.strokes:
-            return
         own = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
         made = plan(left, own, speed=job.options.speed)
         keeper = _Keeper(kept, whole, left, made)
