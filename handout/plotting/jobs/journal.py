@@ -3,7 +3,6 @@
 A file of short lines, only ever added to, each with a check sum of its own (CRC-32) in front::
 
     5d3ae2f1 run 2026-03-01T09:30:00            a program took the job up
-    77b1d0c2 zero 0.0 0.0                       the machine's own count, mm, where its pen stood above its zero
     1c0f55b0 part 0                             the person has done what was asked; the part begins
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
@@ -36,7 +35,6 @@ class Standing:
 
     part : the part that is under way or comes next; begun : whether it was begun.
     place : what of its drawing is certainly drawn.
-    zero : where the machine's zero is in its own count, mm, if that is not its own zero.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
     runs : when programs took it up.
     """
@@ -44,7 +42,6 @@ class Standing:
     part: int = 0
     begun: bool = False
     place: Place = START
-    zero: tuple[float, float] | None = None
     finished: bool = False
     stopped: str = ""
     runs: tuple[str, ...] = ()
@@ -91,9 +88,6 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
         return replace(standing, part=int(part), begun=True, place=Place(int(stroke), float(time)))
     if word == "complete":
         return replace(standing, part=int(rest) + 1, begun=False, place=START)
-    if word == "zero":
-        x, y = map(float, rest.split())
-        return replace(standing, zero=(x, y))
     if word == "stopped":
         return replace(standing, stopped=rest)
     return replace(standing, finished=True) if word == "finished" else standing
@@ -140,11 +134,6 @@ class Journal:
             raise
         self.certain = self.standing
         self._write(f"run {datetime.now().isoformat(timespec='seconds')}")
-        self.sync()
-
-    def zero(self, x: float, y: float) -> None:
-        """The pen was taken to stand above the zero when the machine's own count was this, mm."""
-        self._write(f"zero {x!r} {y!r}")
         self.sync()
 
     def begin(self, part: int) -> None:

@@ -133,9 +133,7 @@ class _Run:
                 "The plotter has kept its place: it goes back to its zero with the pen lifted, and on from there. If "
                 "it was moved by hand, stop it now and use --at-zero."
             )
-            controller.go(*(standing.zero or (0.0, 0.0)))
-            if standing.zero is not None:
-                controller.zero()
+            controller.go(0.0, 0.0)
         elif resumed or profile.bed.zero == "here":
             if resumed and not at_zero:
                 corner = _CORNERS[profile.bed.origin]
@@ -143,17 +141,15 @@ class _Run:
                     f"Lift the pen and push it above the plotter's zero, the {corner} of the page as it lies"
                 )
             controller.zero()
-            if (at := controller.position()) is not None:
-                self.kept.zero(*at)
 
     def _look(self, controller: Controller) -> bool:
         """Whether the machine still knows where it is; if so, what it has drawn is known to the step."""
-        at, zero = controller.position(), self.kept.standing.zero or (0.0, 0.0)
-        if at is None or max(abs(at[0] - zero[0]), abs(at[1] - zero[1])) < _ZERO or max(map(abs, at)) < _ZERO:
+        at = controller.position()
+        if at is None or max(map(abs, at)) < _ZERO:
             return False
         if self.kept.standing.begun:
             whole = self.job.drawing(self.kept.standing.part)
-            xy = bed.place(whole.page, self.job.profile).to_page(np.array([at]) - zero)[0]
+            xy = bed.place(whole.page, self.job.profile).to_page(np.array([at]))[0]
             place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN)
             if place is not None:
                 self.kept.drawn(place)

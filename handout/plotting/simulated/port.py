@@ -240,7 +240,8 @@ class SimulatedPlotter:
         if self.faults.strikes("jam"):
             self._silent = True
         elif self.faults.strikes("unplugged"):
-            self._gone = True
+            self._gone = True  # what it has, it does
+            return False
         elif self.faults.strikes("power-cut"):
             self._dies = self.now
         elif self.faults.strikes("error"):
