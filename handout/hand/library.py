@@ -99,7 +99,9 @@ def find(name: str) -> Hand | ScannedHand:
     if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned():
         known = sorted({*_paths(), *scanned()})
         near = difflib.get_close_matches(name, known, 3, 0.5) or known
-        raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file.")
+        raise InputError(
+            f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file."
+        )
     if name.endswith(".hand") or (name not in _paths() and name in scanned()):
         return file.load(scanned_file(name))
     return load(name)
@@ -120,7 +122,5 @@ def load(name: str) -> Hand:
         raise InputError(f"{name} is a scanned hand, whose strokes are not known: use {', '.join(sorted(known))}.")
     if name not in known:
         near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
-        raise InputError(
-            f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file."
-        )
+        raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file.")
     return _read(known[name])

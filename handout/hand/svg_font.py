@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -105,14 +106,14 @@ def _paths(glyph: Element, letter: str) -> list[Array]:
 
 
 def _x_height(drawn: Mapping[str, list[Array]], facts: Mapping[str, str]) -> float:
-    """The height of a small letter in units of the font: of the glyphs themselves, for what fonts say is often wrong."""
+    """The height of a small letter in units of the font: of its glyphs, for what fonts say is often wrong."""
     tops = {letter: max(float(path[:, 1].max()) for path in paths) for letter, paths in drawn.items()}
     small = [tops[letter] for letter in _SHORT if letter in tops]
     capitals = [_CAPITAL * top for letter, top in tops.items() if letter.isupper()]
     said = [_number(facts, "x-height", 0.0), 0.5 * _number(facts, "units-per-em", 0.0)]
     unit = next((value for value in (*small[:1], *capitals[:1], *said) if value > 0), 0.0)
     if not unit > 1e-6:
-        raise InputError("Neither its letters nor its units-per-em say how high a small letter is: it cannot be scaled.")
+        raise InputError("Neither letters nor units-per-em say how high a small letter is: the font cannot be scaled.")
     return unit
 
 
@@ -153,7 +154,7 @@ def aims(line: Array) -> Array:
     heading = np.unwrap(np.arctan2(*np.diff(line, axis=0).T[::-1]))
     turn = np.concatenate([[0.0], np.abs(np.diff(heading)), [0.0]])
     points = [line[:1]]
-    for a, b in zip(ends, ends[1:], strict=False):
+    for a, b in pairwise(ends):
         # what a line turns at a vertex is spread over the segments beside it
         bend = (np.concatenate([[0.0], turn[a + 1 : b]]) + np.concatenate([turn[a + 1 : b], [0.0]])) / 2
         effort = np.concatenate([[0.0], np.cumsum(step[a:b] / _STRIDE + bend / _BEND)])

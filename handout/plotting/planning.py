@@ -32,7 +32,8 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
 
     Parameters
     ----------
-    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can.
+    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
+        without times is always drawn.
     order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
         about, or in a drawing without times in any way.
 
@@ -49,6 +50,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     segments are equal steps in time, since the hand's speed falls where its path turns.
     """
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
+    speed = speed if drawing.timed else "fast"
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)

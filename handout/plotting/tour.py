@@ -1,12 +1,12 @@
 """The shortest way through strokes that may be drawn in any order and from either end.
 
 Every stroke has two points: ``2 s`` where it begins in its drawing and ``2 s + 1`` where it ends.  A tour is a list of
-the points at which strokes are entered; ``p ^ 1`` is the other end of the stroke of point p.  A tour is closed: the last
-stroke is followed by the first.
+the points at which strokes are entered; ``p ^ 1`` is the other end of the stroke of point p.  A tour is closed: the
+last stroke is followed by the first.
 
 A first tour is put together from the shortest links; then links are exchanged for shorter ones, two at a time or with a
-run of up to three strokes moved to another place, always between neighbours; then two short stretches of the tour change
-places again and again, and what the search makes of that is kept wherever it is shorter.
+run of up to three strokes moved to another place, always between neighbours; then two short stretches of the tour
+change places again and again, and what the search makes of that is kept wherever it is shorter.
 
 Source: J. L. Bentley, *Fast algorithms for geometric traveling salesman problems*, ORSA J. Computing 4 (1992), for the
 first tour, neighbour lists and the queue; O. Martin, S. W. Otto, E. W. Felten, *Large-step Markov chains for the
@@ -260,7 +260,8 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
     """For every point the nearest points of other strokes, each with its distance."""
     near = min(_NEAR + 2, len(points))
     places = _apart(points)
-    gap, other = cKDTree(places).query(places, near)
+    other = cKDTree(places).query(places, near)[1]
+    gap = np.linalg.norm(points[other] - points[:, None], axis=2)  # as it is: a gain that is none would never end
     own = np.arange(len(points))[:, None] >> 1
     foreign = (other >> 1) != own
     return [

@@ -69,7 +69,7 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     Drawing
         Of a file of this program: the drawing it was made of, to 1e-6 of each unit.  Of another: a page as large
         as the writing reaches; times that start at 0, and where there are none 100 samples a second
-        (`about["timing"]` says so); samples at which the clock stands still are left out.
+        (`about["timing"]` says so, and it is not `timed`); samples at which the clock stands still are left out.
 
     Raises
     ------
@@ -269,7 +269,7 @@ def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
         moved = {name: values[going] for name, values in trace.channels.items()}
         moved["X"], moved["Y"] = moved["X"] + shift[0], moved["Y"] + shift[1]
         strokes.append(_stroke(_Trace(moved, None, trace.notes), number, t[going]))
-    return Drawing(tuple(strokes), page, about)
+    return Drawing(tuple(strokes), page, about, timed=clocked or traces[0].start is not None)
 
 
 def _clocked(traces: list[_Trace]) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -128,7 +129,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
         strokes = tuple(_timed(line) for line in lines)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    if any(b.t[0] <= a.t[-1] for a, b in zip(strokes, strokes[1:], strict=False)):
+    if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):
         return None
     about = known.get("about")
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
