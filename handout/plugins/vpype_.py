@@ -52,7 +52,7 @@ def _options_end(args: list[str], at: int, takes: dict[str, bool]) -> int:
 @click.option("--page", "page_name", help="A4 A5 A6 … or WxHmm; default: the page of the pipeline, or A5.")
 @click.option("--margin", help="e.g. 15mm, or 20mm,15mm, or four from the top clockwise.")
 @options.manner_options
-@vpype_cli.global_processor
+@vpype_cli.global_processor  # type: ignore[untyped-decorator]
 def command(document: Any, text: str, layer: Any, page_name: str | None, margin: str | None, **given: Any) -> Any:
     """Write TEXT in handwriting.
 
@@ -136,11 +136,11 @@ def from_document(document: Any) -> Drawing:
     if not strokes:
         raise InputError("The vpype document has no lines: there is nothing to draw.")
     if document.page_size is not None:
-        page = Page(*(float(side) * _PX for side in document.page_size))
+        width, height = (float(side) * _PX for side in document.page_size)
     else:
         reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
-        page = Page(*(max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach))
-    return Drawing(strokes, page, {}, timed=False)
+        width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
+    return Drawing(strokes, Page(width, height), {}, timed=False)
 
 
 def _strokes(document: Any) -> Iterator[Stroke]:
