@@ -1,11 +1,14 @@
 """A GRBL controller that is connected: its counts never lie, its place is watched, and it can be taken up again."""
 
+import dataclasses
 import math
 
 import msgspec
 import numpy as np
 import pytest
 from cursive import page
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceError
@@ -66,6 +69,7 @@ def test_what_is_said_to_be_executed_is(profile, options):
     for now, blocks in told:
         assert blocks == 0 or end[blocks - 1] <= now + 1e-9
     assert sum(blocks > 0 for _, blocks in told) > len(told) / 2  # it says something
+    assert controller.queued is not None
     lag = [number + 1 - controller_done for number, (_, controller_done) in enumerate(told)]
     assert np.median(lag) < (120 if "grblhal" in options else 60)
 
@@ -115,6 +119,22 @@ class Eavesdropper:
 
     def close(self):
         self.port.close()
+
+
+ONE = page(words=1)
+_PORT = Eavesdropper(open_port("sim:", SERVO))
+run(plan(ONE, SERVO), _PORT, SERVO)
+WIRE = b"".join(_PORT.written)
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.dictionaries(st.text(max_size=20), st.text(max_size=60)), st.text(max_size=20))
+def test_nothing_of_the_users_text_is_ever_on_the_wire(about, name):
+    port = Eavesdropper(open_port("sim:", SERVO))
+    drawing = dataclasses.replace(ONE, about=about, page=dataclasses.replace(ONE.page, name=name))
+    run(plan(drawing, SERVO), port, SERVO)
+    assert b"".join(port.written) == WIRE
+    assert WIRE.isascii() and max(map(len, WIRE.split(b"\n"))) <= 70
 
 
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)

@@ -90,9 +90,11 @@ class Grbl:
         power = said.field("FS")
         passed = track.passed(place, power[1] if len(power) == 2 else None)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
+        if self.queued is None and passed is not None:
+            self.queued = track.moves(passed, self.taken)
         if passed is None or (resting and math.dist(place, track.at) > 0.2):
             raise DeviceAlarm(_strayed(place))
-        in_hand = (size if self.queued is None else self.queued) + self._ahead
+        in_hand = (self.queued if free and self.queued is not None else size) + self._ahead
         certain = self.taken if resting else max(passed, track.behind(self.taken, in_hand))
         self.executed = max(self.executed, min(certain, self.taken))
         track.forget(self.executed)

@@ -75,6 +75,10 @@ class Track:
         while self._ways and self._ways[0].number < executed:
             self._ways.popleft()
 
+    def moves(self, first: int, end: int) -> int:
+        """How many of the commands from one number to before another move."""
+        return sum(way.moves for way in self._ways if first <= way.number < end)
+
     def behind(self, taken: int, in_hand: int) -> int:
         """How many commands have been executed, if of those taken at most so many moves are still in its hands."""
         moves = 0
