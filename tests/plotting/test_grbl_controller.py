@@ -54,7 +54,7 @@ def ends(made, port, profile):
 
 
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)
-@pytest.mark.parametrize("options", ["", "$10=1", "$10=0", "latency=8ms", "variant=grblhal&queue=60&buffer=512"])
+@pytest.mark.parametrize("options", ["", "$10=1", "$10=0&$13=1", "latency=8ms", "variant=grblhal&queue=60&buffer=512"])
 def test_what_is_said_to_be_executed_is(profile, options):
     port = open_port(f"sim:?{options}", profile)
     made, told = plan(page(words=2), profile), []
@@ -211,7 +211,7 @@ def test_a_plotter_that_is_still_drawing_is_let_finish():
     assert again.position() == pytest.approx(controller._track.at[:2], abs=0.02)  # all that was sent, and not X1
 
 
-@pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$10=0", "blank=1&$22=1"])
+@pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$13=1", "blank=1&$22=1"])
 def test_relatives_and_odd_memories_are_understood(options):
     said = []
     profile = msgspec.structs.replace(SERVO, homing="$22" in options)
