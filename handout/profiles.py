@@ -51,7 +51,8 @@ class Bed(_Table, frozen=True):
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
     which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
-    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins.
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; inset_x,
+    inset_y: how far the zero lies inside the page's corner, on machines that cannot reach the edge of a sheet.
     """
 
     width: Length
@@ -59,6 +60,8 @@ class Bed(_Table, frozen=True):
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
     y: Literal["up", "down"] = "up"
     zero: Literal["kept", "here"] = "kept"
+    inset_x: Length = Length(0.0)
+    inset_y: Length = Length(0.0)
 
 
 class Limits(_Table, frozen=True):
@@ -75,13 +78,13 @@ class Limits(_Table, frozen=True):
 
 
 class Pen(_Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, or by a plotter that needs no more than the word.
 
     up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long to wait for the pen
     after the command; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
-    lift: Literal["servo", "z"]
+    lift: Literal["servo", "z", "own"]
     up: float
     down: float
     up_time: Time
@@ -89,6 +92,20 @@ class Pen(_Table, frozen=True):
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
+
+
+class Hpgl(_Table, frozen=True):
+    """What differs between plotters that speak HP-GL.
+
+    rotation: of the coordinates, in degrees (``RO``); speed_step: of ``VS``; pens: in the carousel; pen: the one to
+    write with; pen_time: what fetching or putting away a pen takes.
+    """
+
+    rotation: Literal[0, 90, 180, 270] = 0
+    speed_step: Speed = Speed(10.0)
+    pens: int = 1
+    pen: int = 1
+    pen_time: Time = Time(0.0)
 
 
 class Port(_Table, frozen=True):
@@ -120,6 +137,7 @@ class Plotter(_Table, frozen=True):
     limits: Limits
     pen: Pen
     port: Port = Port()
+    hpgl: Hpgl = Hpgl()
     homing: bool = False
     segment_rate: float = 100.0
     notes: str = ""
@@ -185,8 +203,9 @@ Profile = Plotter | Printer
 
 # key path → (least, greatest); a number outside is an error
 _BOUNDS: dict[str, tuple[float, float]] = {
-    "bed.width": (10, 5000), "bed.height": (10, 5000),
-    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
+    "bed.width": (10, 5000), "bed.height": (10, 5000), "bed.inset_x": (0, 100), "bed.inset_y": (0, 100),
+    "hpgl.speed_step": (0.1, 100), "hpgl.pens": (1, 16), "hpgl.pen": (1, 16), "hpgl.pen_time": (0, 60),
+    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
     "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
@@ -272,7 +291,7 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
+        tables = (kind, Bed, Limits, Pen, Hpgl, Port, Margins, Nudge, Envelope)
         known = {f.name for t in tables for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")

@@ -1,0 +1,219 @@
+"""A conversation with a plotter: instructions out as there is room for them, its questions asked one at a time.
+
+A plotter acknowledges nothing.  It says at any time how many bytes of its buffer are free (ESC.B), and acts on such a
+question when it arrives, behind all that was sent before.  So at the moment of the answer everything sent has arrived,
+and what is not in the buffer any more has been read: all of it has been executed but for the last few vectors.
+
+Two answers must never be under way at once: the plotter takes that for an error and ignores the second question.
+Instructions are written whole, and no question comes between their bytes.
+
+Source: the manuals of the HP 7470A and 7475A (device control instructions, software checking handshake).
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections import deque
+
+import msgspec
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.hpgl import words
+from handout.plotting.ports import Port
+from handout.profiles import Length, Plotter
+
+_RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
+_MOMENT = 0.05  # s between two questions when nothing has changed
+_HURRY = 3.0  # s to wait for an answer when something has gone wrong already
+_CHECKED = 16  # questions for room between two for errors of the line
+
+
+class HpglController:
+    """A plotter that is connected and ready; a `Controller`.
+
+    size : bytes its buffer holds; model : what it calls itself.
+    """
+
+    def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
+        self.port, self.profile, self.log = port, profile, log
+        self.timeout = float(profile.port.timeout)
+        self.size, self.model = profile.port.buffer, ""
+        self.sent = self.taken = self.executed = 0
+        self.queued: int | None = None
+        self._room = 0  # bytes that may be written before it is asked again
+        self._bytes = self._read = 0  # written; certainly taken out of its buffer
+        self._ends: deque[int] = deque()  # for each instruction that may still be in its buffer: all bytes up to its end
+        self._asked = 0
+        self._held = False
+        self._partial = b""
+
+    def send(self, data: bytes) -> None:
+        """Write an instruction as soon as there is room for it."""
+        while self._room < len(data):
+            self.wait()
+        self.port.write(data)
+        self.sent += 1
+        self._bytes += len(data)
+        self._room -= len(data)
+        self._ends.append(self._bytes)
+
+    def wait(self) -> None:
+        """Ask how far it is; if that is as far as before, wait a moment."""
+        before = (self.executed, self._room)
+        self._look()
+        if before == (self.executed, self._room):
+            self.port.read(_MOMENT)
+            self._check_state()
+            if not self._ends and self.executed < self.sent:
+                self.finish()
+
+    def finish(self) -> None:
+        """Wait until its buffer is empty, then ask where it is: it answers when it stands."""
+        while self._ends:
+            self._look()
+            if self._ends:
+                self.port.read(_MOMENT)
+                self._check_state()
+        self._place(self.timeout)
+        number = int(self._ask(words.ERROR)[0])
+        if number:
+            raise DeviceAlarm(
+                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew may be "
+                "wrong; check the cable."
+            )
+        self.executed = self.taken = self.sent
+        self.queued = 0
+
+    def position(self) -> tuple[float, float] | None:
+        """Where it stands once the vector under way is done, machine coordinates, mm."""
+        x, y, _ = self._place(self.timeout)
+        per_mm = self.profile.limits.steps_per_mm
+        return x / per_mm, y / per_mm
+
+    def halt(self) -> None:
+        """Drop what waits in its buffer and lift the pen; the vector under way is drawn to its end."""
+        self.timeout = min(self.timeout, _HURRY)
+        try:
+            with contextlib.suppress(DeviceSilent):
+                self.drop()
+            self.port.write(words.PEN_UP)
+            if not self._place(self.timeout)[2]:
+                return
+        except DeviceError:
+            pass
+        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def home(self) -> None:
+        """A plotter knows its zero from the moment its paper is loaded."""
+
+    def drop(self) -> None:
+        """Empty its buffer."""
+        self.port.write(words.ABORT)
+        self._ends.clear()
+        while self.port.read(_MOMENT):
+            self._partial = b""
+        self._look()
+
+    def _look(self) -> None:
+        """Ask for the free bytes, and now and then whether some were lost."""
+        self._asked += 1
+        if self._asked % _CHECKED == 0:
+            self._check_line()
+        free = int(self._ask(words.SPACE)[0])
+        self._read = max(self._read, self._bytes - max(self.size - free, 0))
+        while self._ends and self._ends[0] <= self._read:
+            self._ends.popleft()
+        self.taken, self.queued = self.sent, len(self._ends)
+        under_its_hands = self.profile.port.queue + 1
+        self.executed = max(self.executed, self.sent - len(self._ends) - under_its_hands)
+        self._room = free - min(_RESERVE, self.size // 4)
+
+    def _check_line(self) -> None:
+        number = int(self._ask(words.LINE_ERROR)[0])
+        if number in (15, 16):
+            raise DeviceSilent(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
+        if number:
+            self.log(f"The plotter reports {words.line_error(number)}.")
+
+    def _check_state(self) -> None:
+        """Whether a person has a hand on it."""
+        state = int(self._ask(words.STATE)[0])
+        if state & words.LEVER:
+            raise DeviceAlarm(
+                "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, lower the lever."
+            )
+        held = bool(state & words.VIEWING)
+        if held and not self._held:
+            self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
+        self._held = held
+
+    def _ask(self, question: bytes, patience: float = 0.0) -> tuple[float, ...]:
+        """The numbers it answers."""
+        answer = self.hear(question, patience)
+        found = words.numbers(answer)
+        if found is None:
+            raise DeviceSilent(
+                "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
+            )
+        return found
+
+    def _place(self, patience: float) -> tuple[float, ...]:
+        """Answer of OA: x, y in plotter units and whether the pen is down; it may have a long line to finish first."""
+        bed, slow = self.profile.bed, float(self.profile.hpgl.speed_step)
+        answer = self._ask(words.POSITION, patience + (bed.width + bed.height) / slow)
+        return answer if len(answer) == 3 else self._ask(words.POSITION, patience)
+
+    def hear(self, question: bytes, patience: float = 0.0) -> bytes:
+        """Ask, and wait for the answer, without its end."""
+        self.port.write(question)
+        waited, patience = 0.0, patience or self.timeout
+        while b"\r" not in self._partial:
+            if waited > patience:
+                raise DeviceSilent(
+                    f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens to "
+                    "this port, and its baud rate."
+                )
+            fresh = self.port.read(0.25)
+            self._partial += fresh
+            waited += 0.0 if fresh else 0.25
+        answer, _, self._partial = self._partial.partition(b"\r")
+        return answer.strip()
+
+
+def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
+    """Meet a plotter: is it there, has it paper, how far does it reach?
+
+    Raises
+    ------
+    DeviceSilent
+        Nothing answers, or something that is no HP-GL plotter.
+    DeviceAlarm
+        It has no paper.
+    """
+    plotter = HpglController(port, profile, log)
+    port.write(words.LISTEN)
+    port.read(0.1)  # what it says by itself when it is switched on
+    plotter._check_state()
+    plotter.drop()
+    plotter.size = int(plotter._ask(words.SIZE)[0])
+    plotter._ask(words.ERROR)
+    plotter.model = plotter.hear(words.WHO).decode("ascii", "replace")
+    plotter.profile = _within(plotter, plotter._ask(words.LIMITS), log)
+    plotter.drop()
+    return plotter
+
+
+def _within(plotter: HpglController, limits: tuple[float, ...], log: Log) -> Plotter:
+    """The profile with the size of the plotter's buffer, and its bed where that is smaller."""
+    profile, bed = plotter.profile, plotter.profile.bed
+    per_mm = profile.limits.steps_per_mm
+    left, low, right, high = (limit / per_mm for limit in limits)
+    centred = bed.origin == "centre"
+    width, height = (right - left, high - low) if centred else (right, high)
+    if width < bed.width - 0.5 or height < bed.height - 0.5:
+        log(f"The plotter reaches {width:.0f} × {height:.0f} mm, less than the profile says: is this its paper?")
+        size = {"width": Length(min(width, bed.width)), "height": Length(min(height, bed.height))}
+        bed = msgspec.structs.replace(bed, **size)
+    own = msgspec.structs.replace(profile.port, buffer=plotter.size)
+    return msgspec.structs.replace(profile, bed=bed, port=own)
