@@ -30,6 +30,7 @@ _SPEEDS = 48  # velocities that are tried
 _MATTERS = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share
 _WIRE = 0.9  # share of the connection that is counted on; the rest is asking for room
 _POINT = 10.5  # bytes that a vector takes on the wire, two coordinates with their commas
+_AHEAD = 256.0  # bytes that are counted on to have come before they are drawn
 _STROKE = 40.0  # bytes of a stroke besides: pen up, the way to it, pen down, a velocity
 
 
@@ -87,13 +88,35 @@ def _feeds(way: Course, lines: Blocks, wanted: Array, profile: Plotter) -> Array
         return feed
     stroke, many = way.stroke[draws], int(way.stroke.max()) + 1
     meant = np.bincount(stroke, wanted[draws], many)
-    arrive = (np.bincount(stroke, minlength=many) * _POINT) * 10.0 / (profile.port.baud * _WIRE)
-    meant = np.maximum(meant, arrive)
+    meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(way, lines, feed, profile), profile)
     speeds = _speeds(profile)
     took = np.array([_times(way, lines, feed, v, profile) for v in speeds])
     chosen = _settled(np.abs(took - meant) / np.maximum(meant, 1e-9))
     feed[draws] = speeds[chosen][stroke]
     return feed
+
+
+def _gaps(way: Course, lines: Blocks, feed: Array, profile: Plotter) -> Array:
+    """(strokes,) s between the end of the stroke before and the beginning of each."""
+    nominal = feed * lines.rate / _fastest(profile)
+    took = np.where(way.draws, 0.0, lookahead.run(lines, nominal, profile.port.queue).duration)
+    done = np.concatenate([[0.0], np.cumsum(took + way.pause[:-1])])[way.first]
+    return np.diff(done, prepend=0.0)
+
+
+def _as_they_come(meant: Array, vectors: Array, gaps: Array, profile: Plotter) -> Array:
+    """(strokes,) s that strokes take at least: what is not in the plotter when one begins comes over the wire meanwhile.
+
+    meant : (strokes,) s; vectors : how many each has; gaps : (strokes,) s before each, in which the wire gets ahead.
+    """
+    rate = profile.port.baud / 10.0 * _WIRE
+    ahead, took = 0.0, []
+    for time, count, gap in zip(meant.tolist(), vectors.tolist(), gaps.tolist(), strict=True):
+        ahead = min(ahead + gap * rate - _STROKE, _AHEAD)
+        need = count * _POINT
+        took.append(max(time, (need - ahead) / rate))
+        ahead = min(ahead + took[-1] * rate - need, _AHEAD)
+    return np.array(took)
 
 
 def _times(way: Course, lines: Blocks, feed: Array, speed: float, profile: Plotter) -> Array:

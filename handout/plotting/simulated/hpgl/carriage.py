@@ -85,12 +85,11 @@ class Carriage:
         leave = self.waiting[0].entry if self.waiting else 0.0
         self._run(vector, leave, now)
 
-    def arrive(self) -> Point:
+    def arrive(self) -> None:
         """It gets to the next place."""
         now, self.at = self.ahead.popleft()
         if not self.ahead:
             self.start(now)
-        return self.at
 
     def stop(self) -> None:
         """Stand still, forget everything."""

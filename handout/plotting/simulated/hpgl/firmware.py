@@ -92,8 +92,13 @@ class Firmware:
     def step(self) -> None:
         """It gets there."""
         if self.carriage.next <= self.now:
-            x, y = self.limits.bare(self.carriage.arrive())
-            self.paper.moved(self.now, (x, y, self.paper.at[2]))
+            self.carriage.arrive()
+            self._mark()
+
+    def _mark(self) -> None:
+        """The paper remembers where the carriage is now."""
+        x, y = self.limits.bare(self.carriage.at)
+        self.paper.moved(self.now, (x, y, self.paper.at[2]))
 
     def idle(self) -> None:
         """There is nothing to read."""
@@ -206,9 +211,8 @@ class Firmware:
         elif name == "OH":
             self._say(*self.limits.corners)
         elif name == "OS":
-            self._say(
-                _DOWN * self._pen_down + _INITIALISED * self._initialised + _READY + _WRONG * bool(self.error),
-            )
+            wrong = _WRONG * bool(self.error)
+            self._say(_DOWN * self._pen_down + _INITIALISED * self._initialised + _READY + wrong)
             self._initialised = False
         else:
             self._out(_MODEL.encode() + b"\r")
@@ -253,6 +257,8 @@ class Firmware:
 
     def _go(self, place: Point) -> None:
         speed = self._speed if self._pen_down else float(self.profile.limits.travel_speed)
+        if not self.carriage.moving:
+            self._mark()
         self.carriage.add(place, speed * self.paper.steps[0])
         self.carriage.start(self.now)
 
