@@ -14,18 +14,23 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.plotting import bed, course, feeds, knots, lookahead
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
+from handout.plotting.knots import Track
 from handout.plotting.lookahead import Blocks
 from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter
 from handout.values import Array, Drawing
 
-_DEVIATION = 0.02  # mm between path and vectors; rounding to plotter units adds half a unit
+Index = NDArray[np.intp]
+
+_DEVIATION = 0.025  # mm between path and vectors: one plotter unit; rounding to whole ones adds half of one
 _RATE = 10.0  # vectors a second at least; more where the path curves
 _SHORTEST = 4.0  # plotter units a vector has at least
+_LONGEST = 5.0  # mm of a vector
 _SPEEDS = 48  # velocities that are tried
 _MATTERS = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share
 _WIRE = 0.9  # share of the connection that is counted on; the rest is asking for room
@@ -42,6 +47,7 @@ def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     per_mm = profile.limits.steps_per_mm
     cuts = knots.cut(path, _RATE, _SHORTEST / per_mm, _DEVIATION)
+    cuts = _shorter(cuts)
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
     way = course.lay_out(cuts, np.zeros(len(paths)), profile)
     lines = _lines(way, profile)
@@ -58,6 +64,18 @@ def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan
     return Plan(
         drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
     )
+
+
+def _shorter(cuts: Track) -> Track:
+    """Long vectors in equal parts: what is drawn of one when a plot breaks off may have to be drawn again."""
+    within = cuts.stroke[1:] == cuts.stroke[:-1]
+    length = np.hypot(*np.diff(cuts.xy, axis=0).T)
+    parts = np.append(np.where(within, np.maximum(np.ceil(length / _LONGEST), 1), 1), 1).astype(int)
+    row = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+    ahead = np.minimum(row + 1, len(parts) - 1)
+    t = cuts.t[row] + share * (cuts.t[ahead] - cuts.t[row])
+    return Track(t, cuts.xy[row] + share[:, None] * (cuts.xy[ahead] - cuts.xy[row]), cuts.stroke[row])
 
 
 def _fastest(profile: Plotter) -> float:
@@ -86,7 +104,7 @@ def _feeds(way: Course, lines: Blocks, wanted: Array, profile: Plotter) -> Array
     feed = np.full(len(way.kind), float(limits.travel_speed))
     if not draws.any():
         return feed
-    stroke, many = way.stroke[draws], int(way.stroke.max()) + 1
+    stroke, many = way.stroke[draws], len(way.first)
     meant = np.bincount(stroke, wanted[draws], many)
     meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(way, lines, feed, profile), profile)
     speeds = _speeds(profile)
@@ -104,7 +122,7 @@ def _gaps(way: Course, lines: Blocks, feed: Array, profile: Plotter) -> Array:
     return np.diff(done, prepend=0.0)
 
 
-def _as_they_come(meant: Array, vectors: Array, gaps: Array, profile: Plotter) -> Array:
+def _as_they_come(meant: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
     """(strokes,) s that strokes take at least: what is not in the plotter when one begins comes over the wire meanwhile.
 
     meant : (strokes,) s; vectors : how many each has; gaps : (strokes,) s before each, in which the wire gets ahead.
@@ -123,7 +141,7 @@ def _times(way: Course, lines: Blocks, feed: Array, speed: float, profile: Plott
     """(strokes,) s that the strokes take at a velocity, mm/s."""
     nominal = np.where(way.draws, speed, feed) * lines.rate / _fastest(profile)
     took = lookahead.run(lines, nominal, profile.port.queue).duration
-    return np.bincount(way.stroke[way.draws], took[way.draws], int(way.stroke.max()) + 1)
+    return np.asarray(np.bincount(way.stroke[way.draws], took[way.draws], len(way.first)), dtype=float)
 
 
 def _speeds(profile: Plotter) -> Array:
@@ -133,7 +151,7 @@ def _speeds(profile: Plotter) -> Array:
     return step * np.unique(np.round(np.geomspace(1, count, _SPEEDS)))
 
 
-def _settled(off: Array) -> Array:
+def _settled(off: Array) -> Index:
     """For each stroke the index of its velocity, changed only where it matters.
 
     off : (speeds, strokes) float, how far each velocity misses the time of each stroke, as a share of it.
@@ -147,14 +165,14 @@ def _settled(off: Array) -> Array:
     return chosen
 
 
-def _blocks(way: Course, feed: Array) -> tuple[tuple[Block, ...], Array, Array]:
+def _blocks(way: Course, feed: Array) -> tuple[tuple[Block, ...], Index, NDArray[np.bool_]]:
     """What the plotter is told, the move of the course that each block comes before or is, and which are moves."""
     xy, feeds_ = way.points[1:, :2].tolist(), (feed * 60.0).tolist()
     blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
     return blocks, np.array([row for _, row in way.told]), np.array([block is None for block, _ in way.told])
 
 
-def _starved(blocks: tuple[Block, ...], rows: Array, starts: Array, profile: Plotter) -> Array:
+def _starved(blocks: tuple[Block, ...], rows: Index, starts: Array, profile: Plotter) -> Array:
     """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
     from handout.plotting.dialects.hpgl import words
 

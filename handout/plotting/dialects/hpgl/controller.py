@@ -32,18 +32,20 @@ _CHECKED = 16  # questions for room between two for errors of the line
 class HpglController:
     """A plotter that is connected and ready; a `Controller`.
 
-    size : bytes its buffer holds; model : what it calls itself.
+    size : bytes its buffer holds; model : what it calls itself; restarted : whether it was off since its last plot.
     """
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.port, self.profile, self.log = port, profile, log
         self.timeout = float(profile.port.timeout)
-        self.size, self.model = profile.port.buffer, ""
+        self.size, self.model, self.restarted = profile.port.buffer, "", False
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
-        self._ends: deque[int] = deque()  # for each instruction that may still be in its buffer: all bytes up to its end
+        self._ends: deque[int] = (
+            deque()
+        )  # for each instruction that may still be in its buffer: all bytes up to its end
         self._asked = 0
         self._held = False
         self._partial = b""
@@ -57,6 +59,9 @@ class HpglController:
         self._bytes += len(data)
         self._room -= len(data)
         self._ends.append(self._bytes)
+        if data == words.START:
+            self._started()
+            self.restarted = False
 
     def wait(self) -> None:
         """Ask how far it is; if that is as far as before, wait a moment."""
@@ -86,7 +91,9 @@ class HpglController:
         self.queued = 0
 
     def position(self) -> tuple[float, float] | None:
-        """Where it stands once the vector under way is done, machine coordinates, mm."""
+        """Where it stands once the vector under way is done, machine coordinates, mm; None if it was switched off."""
+        if self.restarted:
+            return None
         x, y, _ = self._place(self.timeout)
         per_mm = self.profile.limits.steps_per_mm
         return x / per_mm, y / per_mm
@@ -106,6 +113,19 @@ class HpglController:
 
     def home(self) -> None:
         """A plotter knows its zero from the moment its paper is loaded."""
+
+    def zero(self) -> None:
+        """Its zero is on its paper and cannot be elsewhere."""
+
+    def go(self, x: float, y: float) -> None:
+        """As the beginning of a stroke would."""
+        self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
+        self._place(self.timeout)
+        self.restarted = False
+
+    def _started(self) -> None:
+        """From now on, a plotter that says it was started has been off in between."""
+        self.restarted = bool(int(self._ask(words.STATUS)[0]) & words.STARTED)
 
     def drop(self) -> None:
         """Empty its buffer."""
@@ -200,6 +220,7 @@ def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
     plotter._ask(words.ERROR)
     plotter.model = plotter.hear(words.WHO).decode("ascii", "replace")
     plotter.profile = _within(plotter, plotter._ask(words.LIMITS), log)
+    plotter._started()
     plotter.drop()
     return plotter
 

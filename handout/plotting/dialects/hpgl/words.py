@@ -18,9 +18,11 @@ SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # a
 ABORT = b"\x1b.K"  # drops what waits in the buffer
 LISTEN = b"\x1b.(\x1b.R\x1b.@;0:"  # hear this port; as after power-on; no handshake by wires, no echo
 POSITION, ERROR, LIMITS, WHO = b"OA;", b"OE;", b"OH;", b"OI;"  # answered when all before them has been obeyed
-PEN_UP = b"PU;"
+STATUS = b"OS;"
+START, PEN_UP = b"IN;", b"PU;"
 
-EMPTY, VIEWING, LEVER = 8, 16, 32  # bits of ESC.O
+VIEWING, LEVER = 16, 32  # bits of ESC.O
+STARTED = 8  # bit of OS: it has been switched on, or told IN, since it was last asked
 
 _LONGEST = 60  # bytes of an instruction; longer lists overflow parsers
 
@@ -81,6 +83,11 @@ def units(mm: float, profile: Plotter) -> int:
     return round(mm * profile.limits.steps_per_mm)
 
 
+def travel(x: float, y: float, profile: Plotter) -> bytes:
+    """A way with the pen lifted, mm."""
+    return f"PU{units(x, profile)},{units(y, profile)};".encode()
+
+
 def velocity(block: Move) -> str:
     """A speed as VS takes it, cm/s."""
     return f"{block.feed / 600.0:.2f}".rstrip("0").rstrip(".")
@@ -89,7 +96,7 @@ def velocity(block: Move) -> str:
 def opening(profile: Plotter) -> list[bytes]:
     """As after power-on, in the direction the profile says, and a pen in the holder."""
     turned = [f"RO{profile.hpgl.rotation};".encode(), b"IP;", b"IW;"] if profile.hpgl.rotation else []
-    return [b"IN;", *turned, f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+    return [START, *turned, f"SP{profile.hpgl.pen};".encode(), PEN_UP]
 
 
 def closing(profile: Plotter) -> list[bytes]:
@@ -117,7 +124,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             down = block.down
             yield Command(b"PD;" if down else PEN_UP, index + 1)
         elif isinstance(block, Move) and not down:
-            yield Command(f"PU{point};".encode(), index + 1)
+            yield Command(travel(block.x, block.y, profile), index + 1)
         elif isinstance(block, Move):
             if faster:
                 speed = velocity(block)
