@@ -1,9 +1,9 @@
 """Planning for plotters that draw vectors: every line from its start to its end at one speed for the whole stroke.
 
 Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each vector of it as a trapezoid of
-that velocity, each axis within its own limits; where two vectors meet it slows down as its profile says, to a stand with
-``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time of
-each stroke as a whole, and that is what its velocity is chosen for.
+that velocity, each axis within its own limits; where two vectors meet it slows down as its profile says, to a stand
+with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time
+of each stroke as a whole, and that is what its velocity is chosen for.
 
 Source: the manual of the HP 7470A (VS: of horizontal or vertical moves with the pen down, rounded to 0.38 cm/s).  How
 corners are taken is in no manual; a stand at each is what the profiles assume.
@@ -105,7 +105,7 @@ def _feeds(way: Course, lines: Blocks, wanted: Array, profile: Plotter) -> Array
     if not draws.any():
         return feed
     stroke, many = way.stroke[draws], len(way.first)
-    meant = np.bincount(stroke, wanted[draws], many)
+    meant = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
     meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(way, lines, feed, profile), profile)
     speeds = _speeds(profile)
     took = np.array([_times(way, lines, feed, v, profile) for v in speeds])
@@ -123,7 +123,7 @@ def _gaps(way: Course, lines: Blocks, feed: Array, profile: Plotter) -> Array:
 
 
 def _as_they_come(meant: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
-    """(strokes,) s that strokes take at least: what is not in the plotter when one begins comes over the wire meanwhile.
+    """(strokes,) s that strokes take: long enough for what is not in the plotter when one begins to come meanwhile.
 
     meant : (strokes,) s; vectors : how many each has; gaps : (strokes,) s before each, in which the wire gets ahead.
     """

@@ -13,6 +13,7 @@ Source: the manuals of the HP 7470A and 7475A (device control instructions, soft
 from __future__ import annotations
 
 import contextlib
+import re
 from collections import deque
 
 import msgspec
@@ -23,10 +24,20 @@ from handout.plotting.dialects.hpgl import words
 from handout.plotting.ports import Port
 from handout.profiles import Length, Plotter
 
+_FITS = 60  # bytes that the smallest buffer can take when it is empty
+_PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
+_GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
+_LAST_LINE = 2.0  # s that the last line may take
+_LONGEST = 15.0  # s that one instruction may take, at the least velocity
+_DREGS = 40  # moments in which old answers are listened for
+_NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
 _CHECKED = 16  # questions for room between two for errors of the line
+
+
+_END = re.compile(rb"[\r\n]")
 
 
 class HpglController:
@@ -43,12 +54,13 @@ class HpglController:
         self.queued: int | None = None
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
-        self._ends: deque[int] = (
-            deque()
-        )  # for each instruction that may still be in its buffer: all bytes up to its end
+        self._ends: deque[tuple[int, int]] = deque()  # of what may be in its buffer: all bytes up to its end, its moves
+        self._read_moves: deque[int] = deque()  # of what was read but is not certainly executed
         self._asked = 0
+        self._still = 0.0  # s in which it has taken nothing out of its buffer
         self._held = False
         self._partial = b""
+        self._marked = False  # whether its answers end in a way that it forgets when it is switched off
 
     def send(self, data: bytes) -> None:
         """Write an instruction as soon as there is room for it."""
@@ -58,35 +70,48 @@ class HpglController:
         self.sent += 1
         self._bytes += len(data)
         self._room -= len(data)
-        self._ends.append(self._bytes)
+        self._ends.append((self._bytes, sum(len(instruction.points) for instruction in words.read(data))))
         if data == words.START:
             self._started()
             self.restarted = False
 
     def wait(self) -> None:
-        """Ask how far it is; if that is as far as before, wait a moment."""
-        before = (self.executed, self._room)
+        """Ask how far it is; if that is hardly farther than before, wait a moment."""
+        enough = self.executed + (self.sent - self.executed) // _PARTS
         self._look()
-        if before == (self.executed, self._room):
-            self.port.read(_MOMENT)
-            self._check_state()
+        if self.executed <= enough:
+            self._rest()
             if not self._ends and self.executed < self.sent:
-                self.finish()
+                self._settle()
 
     def finish(self) -> None:
-        """Wait until its buffer is empty, then ask where it is: it answers when it stands."""
+        """Wait until its buffer is empty, then ask where it is and whether it understood all it was sent."""
         while self._ends:
             self._look()
             if self._ends:
-                self.port.read(_MOMENT)
-                self._check_state()
-        self._place(self.timeout)
+                self._rest()
+        self._settle()
         number = int(self._ask(words.ERROR)[0])
         if number:
             raise DeviceAlarm(
                 f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew may be "
                 "wrong; check the cable."
             )
+
+    def _rest(self) -> None:
+        """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
+        self.port.read(_MOMENT)
+        self._check_state()
+        self._still = 0.0 if self._held else self._still + _MOMENT
+        if self._still > self._patience + _LONGEST:
+            raise DeviceSilent(
+                f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it set to remote?"
+            )
+
+    def _settle(self) -> None:
+        """Its buffer is empty: it answers as soon as it stands."""
+        self._place(self._patience)
+        self._read_moves.clear()
         self.executed = self.taken = self.sent
         self.queued = 0
 
@@ -94,7 +119,7 @@ class HpglController:
         """Where it stands once the vector under way is done, machine coordinates, mm; None if it was switched off."""
         if self.restarted:
             return None
-        x, y, _ = self._place(self.timeout)
+        x, y, _ = self._place(self._patience)
         per_mm = self.profile.limits.steps_per_mm
         return x / per_mm, y / per_mm
 
@@ -105,7 +130,7 @@ class HpglController:
             with contextlib.suppress(DeviceSilent):
                 self.drop()
             self.port.write(words.PEN_UP)
-            if not self._place(self.timeout)[2]:
+            if not self._place(self._patience)[2]:
                 return
         except DeviceError:
             pass
@@ -120,7 +145,7 @@ class HpglController:
     def go(self, x: float, y: float) -> None:
         """As the beginning of a stroke would."""
         self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
-        self._place(self.timeout)
+        self._place(self._patience)
         self.restarted = False
 
     def _started(self) -> None:
@@ -131,9 +156,11 @@ class HpglController:
         """Empty its buffer."""
         self.port.write(words.ABORT)
         self._ends.clear()
-        while self.port.read(_MOMENT):
-            self._partial = b""
-        self._look()
+        for _ in range(_DREGS):  # what was asked before and is answered now
+            if not self.port.read(_MOMENT):
+                break
+        self._partial = b""
+        self._room = int(self._ask(words.SPACE)[0]) - self._reserve
 
     def _look(self) -> None:
         """Ask for the free bytes, and now and then whether some were lost."""
@@ -141,13 +168,24 @@ class HpglController:
         if self._asked % _CHECKED == 0:
             self._check_line()
         free = int(self._ask(words.SPACE)[0])
-        self._read = max(self._read, self._bytes - max(self.size - free, 0))
-        while self._ends and self._ends[0] <= self._read:
-            self._ends.popleft()
-        self.taken, self.queued = self.sent, len(self._ends)
-        under_its_hands = self.profile.port.queue + 1
-        self.executed = max(self.executed, self.sent - len(self._ends) - under_its_hands)
-        self._room = free - min(_RESERVE, self.size // 4)
+        read, self._read = self._read, max(self._read, self._bytes - max(self.size - free, 0))
+        self._still = self._still if read == self._read else 0.0
+        while self._ends and self._ends[0][0] <= self._read:
+            self._read_moves.append(self._ends.popleft()[1])
+        while self._pushed_out():
+            self._read_moves.popleft()
+        self.taken, self.queued = self.sent, sum(moves for _, moves in self._ends)
+        self.executed = self.sent - len(self._ends) - len(self._read_moves)
+        self._room = free - self._reserve if self._ends else max(free - self._reserve, min(free, _FITS))
+
+    def _pushed_out(self) -> bool:
+        """Whether the oldest instruction that was read has been executed.
+
+        The last one may be under way; those before it are read to their ends, and of their moves no more than
+        `port.queue` are still to be made.
+        """
+        between = list(self._read_moves)[1:-1]
+        return sum(between) >= self.profile.port.queue
 
     def _check_line(self) -> None:
         number = int(self._ask(words.LINE_ERROR)[0])
@@ -173,31 +211,47 @@ class HpglController:
         answer = self.hear(question, patience)
         found = words.numbers(answer)
         if found is None:
-            raise DeviceSilent(
-                "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
-            )
+            raise DeviceSilent(_NO_PLOTTER)
         return found
 
     def _place(self, patience: float) -> tuple[float, ...]:
-        """Answer of OA: x, y in plotter units and whether the pen is down; it may have a long line to finish first."""
-        bed, slow = self.profile.bed, float(self.profile.hpgl.speed_step)
-        answer = self._ask(words.POSITION, patience + (bed.width + bed.height) / slow)
-        return answer if len(answer) == 3 else self._ask(words.POSITION, patience)
+        """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""
+        answer = self._ask(words.POSITION, patience)
+        if len(answer) != 3:
+            raise DeviceSilent("The plotter answers something else than it was asked: check baud and cable.")
+        return answer
+
+    @property
+    def _patience(self) -> float:
+        """s for an answer that comes when it stands; it may fetch a pen first."""
+        return self.timeout + float(self.profile.hpgl.pen_time) + _LAST_LINE
+
+    @property
+    def _reserve(self) -> int:
+        return min(_RESERVE, self.size // 4)
 
     def hear(self, question: bytes, patience: float = 0.0) -> bytes:
         """Ask, and wait for the answer, without its end."""
         self.port.write(question)
         waited, patience = 0.0, patience or self.timeout
-        while b"\r" not in self._partial:
+        while not (end := _END.search(self._partial)):
+            if waited > patience and self._partial:
+                raise DeviceSilent(_NO_PLOTTER)
             if waited > patience:
                 raise DeviceSilent(
-                    f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens to "
-                    "this port, and its baud rate."
+                    f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
+                    "to this port, and its baud rate."
                 )
-            fresh = self.port.read(0.25)
-            self._partial += fresh
-            waited += 0.0 if fresh else 0.25
-        answer, _, self._partial = self._partial.partition(b"\r")
+            fresh = self.port.read(_GLANCE)
+            self._partial = (self._partial + fresh).lstrip(b"\r\n")
+            waited += 0.0 if fresh else _GLANCE
+        answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
+        if self._marked and end.group() == b"\r":
+            self.restarted, self._marked = True, False
+            raise DeviceAlarm(
+                "The plotter was switched off and on in between: load its paper as it was, and check its power."
+            )
+        self._marked |= question == words.STATE and end.group() == b"\n"
         return answer.strip()
 
 
@@ -212,8 +266,8 @@ def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
         It has no paper.
     """
     plotter = HpglController(port, profile, log)
-    port.write(words.LISTEN)
-    port.read(0.1)  # what it says by itself when it is switched on
+    port.write(words.LISTEN + words.MARKED)
+    port.read(_MOMENT)  # what it says by itself when it is switched on
     plotter._check_state()
     plotter.drop()
     plotter.size = int(plotter._ask(words.SIZE)[0])

@@ -17,6 +17,7 @@ from handout.profiles import Plotter
 SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # asked and answered at once
 ABORT = b"\x1b.K"  # drops what waits in the buffer
 LISTEN = b"\x1b.(\x1b.R\x1b.@;0:"  # hear this port; as after power-on; no handshake by wires, no echo
+MARKED = b"\x1b.M;;;10:"  # from now on answers end with a line feed; once it has been off, with a carriage return again
 POSITION, ERROR, LIMITS, WHO = b"OA;", b"OE;", b"OH;", b"OI;"  # answered when all before them has been obeyed
 STATUS = b"OS;"
 START, PEN_UP = b"IN;", b"PU;"
@@ -24,7 +25,7 @@ START, PEN_UP = b"IN;", b"PU;"
 VIEWING, LEVER = 16, 32  # bits of ESC.O
 STARTED = 8  # bit of OS: it has been switched on, or told IN, since it was last asked
 
-_LONGEST = 60  # bytes of an instruction; longer lists overflow parsers
+_LONGEST = 40  # bytes of an instruction; long lists overflow parsers, and are known to be drawn only as a whole
 
 ERRORS: dict[int, str] = {
     1: "an instruction it does not know", 2: "a wrong number of parameters", 3: "a parameter out of its range",
@@ -105,7 +106,7 @@ def closing(profile: Plotter) -> list[bytes]:
 
 
 def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
-    """All instructions of a plan, none longer than 60 bytes.
+    """All instructions of a plan, none longer than 40 bytes.
 
     A velocity is only sent where it changes, and only for the pen that is down: with the pen lifted a plotter moves as
     fast as it can.  There is no instruction for a rest of the pen: a dot is as long as the plotter's own lifting.

@@ -52,18 +52,19 @@ class Firmware:
         self._fastest = options.speed or float(profile.limits.draw_speed)
         self._asked: Point = (0, 0)  # where it was told to go, which may be out of reach
         self._initialised = True
+        self._ending = b"\r"  # of answers
         self._defaults()
         self._pen_down = False
 
     def _defaults(self) -> None:
         self._relative, self._speed, self._wants_down, self._pen = False, self._fastest, False, 0
-        self.limits.rotate(0)
+        self._rotate(0)
 
     def start(self) -> None:
         """It finds its zero on the paper by itself when it is switched on, and the pen is lifted."""
         self._defaults()
         self._lift(False)
-        self._asked = self.carriage.at
+        self._ending = b"\r"
         self.error, self.line_error, self._initialised, self.lever = 0, 0, True, False
 
     def stop(self) -> None:
@@ -143,12 +144,17 @@ class Firmware:
             self._say(empty + _VIEWING * (self.viewing > self.now) + _LEVER * self.lever)
         elif letter == b"K":
             return True
-        elif letter not in b"@HIJMNR()YZ":
+        elif letter == b"M":
+            given = parameters.rstrip(b":").split(b";")[3:4]
+            self._ending = bytes([int(given[0])]) if given and given[0] else b"\r"
+        elif letter == b"R":
+            self._ending = b"\r"
+        elif letter not in b"@HIJN()YZ":
             self.line_error = 11
         return False
 
     def _say(self, *numbers: int) -> None:
-        self._out(",".join(map(str, numbers)).encode("ascii") + b"\r")
+        self._out(",".join(map(str, numbers)).encode("ascii") + self._ending)
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey all instructions up to a semicolon."""
@@ -215,7 +221,7 @@ class Firmware:
             self._say(_DOWN * self._pen_down + _INITIALISED * self._initialised + _READY + wrong)
             self._initialised = False
         else:
-            self._out(_MODEL.encode() + b"\r")
+            self._out(_MODEL.encode() + self._ending)
 
     def _plot(self, name: str, values: list[float]) -> Iterator[Wait]:
         if name in ("PU", "PD"):
