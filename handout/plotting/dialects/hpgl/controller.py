@@ -105,7 +105,7 @@ class HpglController:
         self._still = 0.0 if self._held else self._still + _MOMENT
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
-                f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it set to remote?"
+                f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
             )
 
     def _settle(self) -> None:
@@ -199,7 +199,8 @@ class HpglController:
         state = int(self._ask(words.STATE)[0])
         if state & words.LEVER:
             raise DeviceAlarm(
-                "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, lower the lever."
+                "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
+                "the lever."
             )
         held = bool(state & words.VIEWING)
         if held and not self._held:

@@ -17,7 +17,7 @@ _TICK = 0.004  # s between two places that are remembered
 
 @dataclass
 class Vector:
-    """A straight line from a to b (units), and how it may be run: units/s, units/s²; entry is the speed at its start."""
+    """A straight line from a to b (units), and how it may be run (units/s, units/s²); entry: speed at its start."""
 
     a: Point
     b: Point
@@ -97,7 +97,7 @@ class Carriage:
         self.ahead.clear()
 
     def _look_ahead(self) -> None:
-        """The entry speeds of all that wait but the first, from the last backwards: it has to be able to stand there."""
+        """The entry speeds of all that wait but the first, from the last backwards: it stands at the end of that."""
         leave = 0.0
         for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
             able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
