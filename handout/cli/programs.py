@@ -72,7 +72,7 @@ def _plotter(name: str, path: Path) -> Plotter:
     known = dialect(profile.dialect).suffixes
     if path.suffix.lower() not in known:
         raise InputError(
-            f"{path}: {profile.name} speaks {profile.dialect}, whose files end in {' or '.join(known)}; rename the file "
-            "or name another --device."
+            f"{path}: {profile.name} speaks {profile.dialect}, whose files end in {' or '.join(known)}; rename the "
+            "file or name another --device."
         )
     return profile

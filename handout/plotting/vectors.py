@@ -29,7 +29,7 @@ Index = NDArray[np.intp]
 
 _DEVIATION = 0.025  # mm between path and vectors: one plotter unit; rounding to whole ones adds half of one
 _RATE = 10.0  # vectors a second at least; more where the path curves
-_SHORTEST = 4.0  # plotter units a vector has at least
+_SHORTEST = 2.0  # plotter units a vector has at least
 _LONGEST = 5.0  # mm of a vector
 _SPEEDS = 48  # velocities that are tried
 _MATTERS = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share

@@ -1,4 +1,4 @@
-"""How the simulated plotter cuts what it receives: instructions go into its buffer, device control acts on reception."""
+"""How the simulated plotter cuts what it receives: instructions are buffered, device control acts on reception."""
 
 from __future__ import annotations
 
