@@ -33,6 +33,7 @@ _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
 _LAST_LINE = 2.0  # s that the last line may take
 _LONGEST = 15.0  # s that one instruction may take, at the least velocity
 _DREGS = 40  # moments in which old answers are listened for
+_ANSWER = 80  # bytes that no answer has
 _NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
 _CHECKED = 16  # questions for room between two for errors of the line
 
@@ -85,12 +86,13 @@ class HpglController:
                 self._settle()
 
     def finish(self) -> None:
-        """Wait until its buffer is empty, then ask where it is and whether it understood all it was sent."""
+        """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
         while self._ends:
             self._look()
             if self._ends:
                 self._rest()
         self._settle()
+        self._check_line()
         number = int(self._ask(words.ERROR)[0])
         if number:
             raise DeviceAlarm(
@@ -236,7 +238,7 @@ class HpglController:
         self.port.write(question)
         waited, patience = 0.0, patience or self.timeout
         while not (end := _END.search(self._partial)):
-            if waited > patience and self._partial:
+            if len(self._partial) > _ANSWER or (waited > patience and self._partial):
                 raise DeviceSilent(_NO_PLOTTER)
             if waited > patience:
                 raise DeviceSilent(
