@@ -111,10 +111,12 @@ def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     corner = np.array([min(left, 0.0), min(top, 0.0)])
     width, height = np.array([max(right, drawing.page.width), max(bottom, drawing.page.height)]) - corner
     bed = profile.bed
-    scale = min(1.0, max(min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)))
-    edge = max(map(abs, _inset(profile)))  # beyond the machine's reach on a sheet that is larger by so much all around
+    straight, turned = min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)
+    scale = min(1.0, max(straight, turned))
+    edge = np.abs(_inset(profile))  # the sheet is larger than what the machine reaches, by so much all around
+    edge = edge if straight >= turned else edge[::-1]
     strokes = tuple(_scaled(stroke, corner - edge / scale, scale) for stroke in drawing.strokes)
-    page = Page(width * scale + 2 * edge, height * scale + 2 * edge, drawing.page.name)
+    page = Page(width * scale + 2 * edge[0], height * scale + 2 * edge[1], drawing.page.name)
     return dataclasses.replace(drawing, strokes=strokes, page=page)
 
 

@@ -35,6 +35,38 @@ def test_a_page_arrives_whole_whatever_the_buffer_and_the_wire(options):
         assert report.executed_s == pytest.approx(report.announced_s, rel=0.005)
 
 
+@pytest.mark.parametrize(
+    ("origin", "rotation"), [("bottom-left", 90), ("bottom-left", 180), ("centre", 270), ("centre", 0)]
+)
+def test_wherever_zero_is_and_however_coordinates_are_turned(origin, rotation):
+    profile = msgspec.structs.replace(
+        PROFILE,
+        bed=msgspec.structs.replace(PROFILE.bed, origin=origin),
+        hpgl=msgspec.structs.replace(PROFILE.hpgl, rotation=rotation),
+    )
+    port, said = open_port("sim:", profile), []
+    run(plan(DRAWING, profile), port, profile, log=said.append)
+    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.06
+    assert not any("less than the profile" in line for line in said)
+
+
+def test_other_speeds_and_orders_are_announced_as_well():
+    for speed, order in (("fast", "writing"), (0.5, "travel")):
+        made = plan(DRAWING, PROFILE, speed=speed, order=order)
+        port = open_port("sim:", PROFILE)
+        report = run(made, port, PROFILE)
+        assert report.executed_s == pytest.approx(made.duration, rel=0.02)
+        assert len(port.executed().strokes) == len(DRAWING.strokes)
+
+
+def test_the_plan_admits_that_the_timing_is_lost():
+    port = open_port("sim:", PROFILE)
+    run(PLAN, port, PROFILE)
+    found = fidelity.compare(DRAWING, port.executed())
+    assert PLAN.correlation < 0.8 and PLAN.correlation == pytest.approx(found.correlation, abs=0.1)
+    assert PLAN.stretched == pytest.approx(found.stretched, rel=0.02) and PLAN.stretched < 1.15
+
+
 @pytest.mark.parametrize("options", ["", "latency=16ms", "buffer=200"])
 def test_what_is_said_to_be_executed_is_on_the_paper(options):
     port = open_port("sim:?" + options, PROFILE)
@@ -127,22 +159,15 @@ def test_bytes_that_were_lost_are_noticed():
     plotter, _, _ = met("buffer=300")
     plotter._room = 10_000  # as if it had said so
     with pytest.raises(DeviceSilent, match=r"RS-232 error 16.*ran over"):
-        for x in range(400, 8000, 20):
-            plotter.send(b"PD%d,400;" % x)
+        for data in (b"VS1;", *(b"PD%d,400;" % x for x in range(400, 4000, 80))):
+            plotter.send(data)
         plotter.finish()
 
 
 def test_view_holds_the_plot_and_says_so():
-    port, said = open_port("sim:", PROFILE), []
-    held = []
-
-    def watch(sent, taken, executed, done):
-        if executed > 60 and not held:
-            held.append(port.now)
-            port.firmware.view(30.0)
-
-    report = run(PLAN, port, PROFILE, watch=watch, log=said.append)
-    assert report.executed_s > report.announced_s + 25
+    port, said = open_port("sim:?fault=view&after=60", PROFILE), []
+    report = run(PLAN, port, PROFILE, log=said.append)
+    assert report.executed_s > report.announced_s + 2
     assert sum("VIEW" in line for line in said) == 1
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.06
 

@@ -276,6 +276,7 @@ def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
     plotter.size = int(plotter._ask(words.SIZE)[0])
     plotter._ask(words.ERROR)
     plotter.model = plotter.hear(words.WHO).decode("ascii", "replace")
+    port.write(b"".join(words.turning(profile)))
     plotter.profile = _within(plotter, plotter._ask(words.LIMITS), log)
     plotter._started()
     plotter.drop()

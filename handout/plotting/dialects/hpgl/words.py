@@ -96,8 +96,12 @@ def velocity(block: Move) -> str:
 
 def opening(profile: Plotter) -> list[bytes]:
     """As after power-on, in the direction the profile says, and a pen in the holder."""
-    turned = [f"RO{profile.hpgl.rotation};".encode(), b"IP;", b"IW;"] if profile.hpgl.rotation else []
-    return [START, *turned, f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+    return [START, *turning(profile), f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+
+
+def turning(profile: Plotter) -> list[bytes]:
+    """Coordinates turned, with the area that they reach; nothing for plotters that may not know how to."""
+    return [f"RO{profile.hpgl.rotation};".encode(), b"IP;", b"IW;"] if profile.hpgl.rotation else []
 
 
 def closing(profile: Plotter) -> list[bytes]:

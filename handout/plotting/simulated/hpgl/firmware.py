@@ -48,7 +48,8 @@ class Firmware:
         self.error = self.line_error = 0
         self.lever = False
         self.viewing = -math.inf
-        self._lost = 0
+        self._lost = self._obeyed = 0
+        self._viewed = options.after if options.fault == "view" else -1
         self._fastest = options.speed or float(profile.limits.draw_speed)
         self._asked: Point = (0, 0)  # where it was told to go, which may be out of reach
         self._initialised = True
@@ -158,6 +159,9 @@ class Firmware:
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey all instructions up to a semicolon."""
+        self._obeyed += 1
+        if self._viewed == self._obeyed:
+            self.view()
         for name, text in reader.split(line):
             yield "going"
             try:
