@@ -183,11 +183,11 @@ class HpglController:
     def _pushed_out(self) -> bool:
         """Whether the oldest instruction that was read has been executed.
 
-        The last one may be under way; those before it are read to their ends, and of their moves no more than
-        `port.queue` are still to be made.
+        The last one may be under way; those before it are read to their ends, and of their moves one may be under way
+        and `port.queue` may wait.
         """
         between = list(self._read_moves)[1:-1]
-        return sum(between) >= self.profile.port.queue
+        return sum(between) > self.profile.port.queue
 
     def _check_line(self) -> None:
         number = int(self._ask(words.LINE_ERROR)[0])

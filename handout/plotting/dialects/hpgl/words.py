@@ -6,6 +6,7 @@ of the language and of the RS-232 line, the bits of OS and ESC.O.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -25,7 +26,8 @@ START, PEN_UP = b"IN;", b"PU;"
 VIEWING, LEVER = 16, 32  # bits of ESC.O
 STARTED = 8  # bit of OS: it has been switched on, or told IN, since it was last asked
 
-_LONGEST = 40  # bytes of an instruction; long lists overflow parsers, and are known to be drawn only as a whole
+_LONGEST = 40  # bytes of an instruction; long lists overflow parsers
+_INK = 3.0  # mm that an instruction draws, or one vector: it is known to be drawn only as a whole
 
 ERRORS: dict[int, str] = {
     1: "an instruction it does not know", 2: "a wrong number of parameters", 3: "a parameter out of its range",
@@ -117,14 +119,18 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     yield from (Command(data, 0) for data in opening(profile))
     down, speed, points, done = False, "", "", 0
+    at, ink = (0.0, 0.0), 0.0
     for index, block in enumerate(blocks):
         if isinstance(block, Pause):
             continue
-        point = _point(block, profile) if isinstance(block, Move) else ""
+        point = length = None
+        if isinstance(block, Move):
+            point, length, at = _point(block, profile), math.dist(at, block[:2]), block[:2]
         faster = isinstance(block, Move) and down and velocity(block) != speed
-        if points and (not point or faster or len(points) + len(point) + 4 > _LONGEST):
+        full = point is None or len(points) + len(point) + 4 > _LONGEST or ink + (length or 0.0) > _INK
+        if points and (full or faster):
             yield Command(f"PD{points};".encode(), done)
-            points = ""
+            points, ink = "", 0.0
         if isinstance(block, Pen):
             down = block.down
             yield Command(b"PD;" if down else PEN_UP, index + 1)
@@ -134,7 +140,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
             if faster:
                 speed = velocity(block)
                 yield Command(f"VS{speed};".encode(), index)
-            points += ("," if points else "") + point
+            points, ink = f"{points},{point}".lstrip(","), ink + (length or 0.0)
         done = index + 1
     if points:
         yield Command(f"PD{points};".encode(), done)

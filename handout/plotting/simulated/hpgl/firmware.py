@@ -41,7 +41,7 @@ class Firmware:
         push = (options.acceleration or profile.limits.acceleration) * per_mm
         cut = profile.limits.junction_deviation * per_mm
         queue = options.queue or profile.port.queue
-        self.carriage = Carriage(push, cut, queue - 1)
+        self.carriage = Carriage(push, cut, queue)
         self.limits = Limits(profile, per_mm)
         self.read_time = float(profile.port.line_time)
         self.now = 0.0
