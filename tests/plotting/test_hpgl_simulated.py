@@ -75,11 +75,11 @@ def test_a_buffer_that_runs_over_loses_bytes_and_says_so():
 
 def test_abort_drops_the_buffer_and_ends_the_vector():
     port = plotter()
-    port.write(b"VS1;PD400,0,800,0,1200,0;" + b"PD0,0;" * 30)
+    port.write(b"VS1;PD400,0,800,0,1200,0,1600,0,2000,0;" + b"PD0,0;" * 30)
     port.read(0.5)  # it draws the first vector
     ask(port, b"\x1b.K", wait=0.0)
     x, y, down = map(int, ask(port, b"OA;").split(b","))
-    assert x in (400, 800) and y == 0 and down == 1
+    assert x in (400, 800, 1200) and y == 0 and down == 1
     assert ask(port, b"\x1b.B") == b"1023\r"
 
 

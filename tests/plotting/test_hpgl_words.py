@@ -11,7 +11,8 @@ from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout import profiles
+from handout import profiles, shipped
+from handout.errors import ProfileError
 from handout.plotting import plan
 from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialect import dialect
@@ -130,3 +131,20 @@ def test_errors_are_explained():
         "HP-GL error 8, a move while its pinch wheels were raised: load the paper, lower the lever"
     )
     assert "bytes were lost" in words.line_error(16) and "unknown" in words.error(99)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('lift = "own"', 'lift = "servo"', 'pen.lift = "own" and dialect = "hpgl" belong together'),
+        ("pens = 1\npen = 1", "pens = 1\npen = 2", r"hpgl\.pen = 2 is beyond hpgl\.pens = 1"),
+        ('speed_step = "10mm/s"', 'speed_step = "0mm/s"', r"hpgl\.speed_step = 0 is outside 0.1 to 100"),
+        ('speed_step = "10mm/s"', "rotation = 45", r"hpgl\.rotation: .*45"),
+    ],
+)
+def test_a_slip_in_a_profile_is_refused(tmp_path, old, new, said):
+    text = (shipped.folder("devices") / "plotter-hpgl.toml").read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    (tmp_path / "plotter-mine.toml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(ProfileError, match=said):
+        profiles.read(tmp_path / "plotter-mine.toml")
