@@ -79,8 +79,8 @@ class Limits(_Table, frozen=True):
 
 
 class Pen(_Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter's own
-    words for it.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
+    has words for it.
 
     up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
     follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
@@ -305,6 +305,10 @@ def _check_pen(pen: Pen, path: Path) -> None:
 def _check_hpgl(plotter: Plotter, path: Path) -> None:
     if (plotter.pen.lift == "own") != (plotter.dialect == "hpgl"):
         raise ProfileError(f'{path}: pen.lift = "own" and dialect = "hpgl" belong together.')
+    if plotter.dialect == "hpgl" and plotter.bed.zero != "kept":
+        raise ProfileError(
+            f'{path}: bed.zero = {plotter.bed.zero!r} must be "kept": the zero of HP-GL is on its sheet.'
+        )
     if plotter.hpgl.pen > plotter.hpgl.pens:
         raise ProfileError(f"{path}: hpgl.pen = {plotter.hpgl.pen} is beyond hpgl.pens = {plotter.hpgl.pens}.")
 

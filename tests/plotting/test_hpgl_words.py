@@ -139,6 +139,7 @@ def test_errors_are_explained():
         ('lift = "own"', 'lift = "servo"', 'pen.lift = "own" and dialect = "hpgl" belong together'),
         ("pens = 1\npen = 1", "pens = 1\npen = 2", r"hpgl\.pen = 2 is beyond hpgl\.pens = 1"),
         ('speed_step = "10mm/s"', 'speed_step = "0mm/s"', r"hpgl\.speed_step = 0 is outside 0.1 to 100"),
+        ('origin = "bottom-left"', 'zero = "here"', "bed.zero = 'here' must be \"kept\""),
         ('speed_step = "10mm/s"', "rotation = 45", r"hpgl\.rotation: .*45"),
     ],
 )

@@ -19,6 +19,6 @@ def file(plan: Plan, profile: Plotter) -> bytes:
 
 def connect(port: Port, profile: Plotter, log: Log) -> Controller:
     """See `Dialect.connect`."""
-    from handout.plotting.dialects.hpgl import controller
+    from handout.plotting.dialects.hpgl import connecting
 
-    return controller.connect(port, profile, log)
+    return connecting.connect(port, profile, log)

@@ -16,17 +16,16 @@ import contextlib
 import re
 from collections import deque
 
-import msgspec
-
 from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.ports import Port
-from handout.profiles import Length, Plotter
+from handout.profiles import Plotter
 
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
+_UNPROVEN = 400  # instructions after which it is asked, with the pen lifted, whether it understood them
 _GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
@@ -52,6 +51,7 @@ class HpglController:
         self.timeout = float(profile.port.timeout)
         self.size, self.model, self.restarted = profile.port.buffer, "", False
         self.sent = self.taken = self.executed = 0
+        self._understood = 0  # instructions of which it is known that none was damaged
         self.queued: int | None = None
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
@@ -73,8 +73,10 @@ class HpglController:
         self._room -= len(data)
         self._ends.append((self._bytes, sum(len(instruction.points) for instruction in words.read(data))))
         if data == words.START:
-            self._started()
+            self.started()
             self.restarted = False
+        elif data == words.PEN_UP and self.sent - self._understood > _UNPROVEN:
+            self.finish()
 
     def wait(self) -> None:
         """Ask how far it is; if that is hardly farther than before, wait a moment."""
@@ -83,7 +85,8 @@ class HpglController:
         if self.executed <= enough:
             self._rest()
             if not self._ends and self.executed < self.sent:
-                self._settle()
+                self._place(self._patience)
+                self._settled()
 
     def finish(self) -> None:
         """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
@@ -91,28 +94,30 @@ class HpglController:
             self._look()
             if self._ends:
                 self._rest()
-        self._settle()
+        self._place(self._patience)
         self._check_line()
-        number = int(self._ask(words.ERROR)[0])
+        number = int(self.ask(words.ERROR)[0])
         if number:
+            self.executed = self._understood
             raise DeviceAlarm(
-                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew may be "
-                "wrong; check the cable."
+                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
+                "may be wrong; check the cable."
             )
+        self._settled()
+        self._understood = self.sent
 
     def _rest(self) -> None:
         """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
         self.port.read(_MOMENT)
-        self._check_state()
+        self.check_state()
         self._still = 0.0 if self._held else self._still + _MOMENT
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
             )
 
-    def _settle(self) -> None:
-        """Its buffer is empty: it answers as soon as it stands."""
-        self._place(self._patience)
+    def _settled(self) -> None:
+        """It stands, with nothing left to do."""
         self._read_moves.clear()
         self.executed = self.taken = self.sent
         self.queued = 0
@@ -150,9 +155,9 @@ class HpglController:
         self._place(self._patience)
         self.restarted = False
 
-    def _started(self) -> None:
+    def started(self) -> None:
         """From now on, a plotter that says it was started has been off in between."""
-        self.restarted = bool(int(self._ask(words.STATUS)[0]) & words.STARTED)
+        self.restarted = bool(int(self.ask(words.STATUS)[0]) & words.STARTED)
 
     def drop(self) -> None:
         """Empty its buffer."""
@@ -162,14 +167,14 @@ class HpglController:
             if not self.port.read(_MOMENT):
                 break
         self._partial = b""
-        self._room = int(self._ask(words.SPACE)[0]) - self._reserve
+        self._room = int(self.ask(words.SPACE)[0]) - self._reserve
 
     def _look(self) -> None:
         """Ask for the free bytes, and now and then whether some were lost."""
         self._asked += 1
         if self._asked % _CHECKED == 0:
             self._check_line()
-        free = int(self._ask(words.SPACE)[0])
+        free = int(self.ask(words.SPACE)[0])
         read, self._read = self._read, max(self._read, self._bytes - max(self.size - free, 0))
         self._still = self._still if read == self._read else 0.0
         while self._ends and self._ends[0][0] <= self._read:
@@ -190,15 +195,15 @@ class HpglController:
         return sum(between) > self.profile.port.queue
 
     def _check_line(self) -> None:
-        number = int(self._ask(words.LINE_ERROR)[0])
+        number = int(self.ask(words.LINE_ERROR)[0])
         if number in (15, 16):
             raise DeviceSilent(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
         if number:
             self.log(f"The plotter reports {words.line_error(number)}.")
 
-    def _check_state(self) -> None:
+    def check_state(self) -> None:
         """Whether a person has a hand on it."""
-        state = int(self._ask(words.STATE)[0])
+        state = int(self.ask(words.STATE)[0])
         if state & words.LEVER:
             raise DeviceAlarm(
                 "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
@@ -209,20 +214,16 @@ class HpglController:
             self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
         self._held = held
 
-    def _ask(self, question: bytes, patience: float = 0.0) -> tuple[float, ...]:
-        """The numbers it answers."""
-        answer = self.hear(question, patience)
-        found = words.numbers(answer)
-        if found is None:
+    def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
+        """So many numbers that it answers."""
+        found = words.numbers(self.hear(question, patience))
+        if found is None or len(found) != count:
             raise DeviceSilent(_NO_PLOTTER)
         return found
 
     def _place(self, patience: float) -> tuple[float, ...]:
         """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""
-        answer = self._ask(words.POSITION, patience)
-        if len(answer) != 3:
-            raise DeviceSilent("The plotter answers something else than it was asked: check baud and cable.")
-        return answer
+        return self.ask(words.POSITION, patience, 3)
 
     @property
     def _patience(self) -> float:
@@ -256,43 +257,3 @@ class HpglController:
             )
         self._marked |= question == words.STATE and end.group() == b"\n"
         return answer.strip()
-
-
-def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
-    """Meet a plotter: is it there, has it paper, how far does it reach?
-
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is no HP-GL plotter.
-    DeviceAlarm
-        It has no paper.
-    """
-    plotter = HpglController(port, profile, log)
-    port.write(words.LISTEN + words.MARKED)
-    port.read(_MOMENT)  # what it says by itself when it is switched on
-    plotter._check_state()
-    plotter.drop()
-    plotter.size = int(plotter._ask(words.SIZE)[0])
-    plotter._ask(words.ERROR)
-    plotter.model = plotter.hear(words.WHO).decode("ascii", "replace")
-    port.write(b"".join(words.turning(profile)))
-    plotter.profile = _within(plotter, plotter._ask(words.LIMITS), log)
-    plotter._started()
-    plotter.drop()
-    return plotter
-
-
-def _within(plotter: HpglController, limits: tuple[float, ...], log: Log) -> Plotter:
-    """The profile with the size of the plotter's buffer, and its bed where that is smaller."""
-    profile, bed = plotter.profile, plotter.profile.bed
-    per_mm = profile.limits.steps_per_mm
-    left, low, right, high = (limit / per_mm for limit in limits)
-    centred = bed.origin == "centre"
-    width, height = (right - left, high - low) if centred else (right, high)
-    if width < bed.width - 0.5 or height < bed.height - 0.5:
-        log(f"The plotter reaches {width:.0f} × {height:.0f} mm, less than the profile says: is this its paper?")
-        size = {"width": Length(min(width, bed.width)), "height": Length(min(height, bed.height))}
-        bed = msgspec.structs.replace(bed, **size)
-    own = msgspec.structs.replace(profile.port, buffer=plotter.size)
-    return msgspec.structs.replace(profile, bed=bed, port=own)
