@@ -51,7 +51,9 @@ class Bed(_Table, frozen=True):
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
     which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
-    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins.
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; gantry:
+    "cartesian", each motor moves one axis, or "corexy", one moves x + y and the other x − y (only where that is not
+    left to the controller: EBB).
     """
 
     width: Length
@@ -59,6 +61,7 @@ class Bed(_Table, frozen=True):
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
     y: Literal["up", "down"] = "up"
     zero: Literal["kept", "here"] = "kept"
+    gantry: Literal["cartesian", "corexy"] = "cartesian"
 
 
 class Limits(_Table, frozen=True):
@@ -110,6 +113,7 @@ class Plotter(_Table, frozen=True):
     """A pen plotter.
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
+    firmware: its version, where a dialect depends on it (EBB); "": not known, what every version understands is used.
     name: the name of its file, without ``.toml``.
     """
 
@@ -122,6 +126,7 @@ class Plotter(_Table, frozen=True):
     port: Port = Port()
     homing: bool = False
     segment_rate: float = 100.0
+    firmware: str = ""
     notes: str = ""
     name: str = ""
 
@@ -188,7 +193,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "bed.width": (10, 5000), "bed.height": (10, 5000),
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
     "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
-    "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "pen.up": (-1000, 65535), "pen.down": (-1000, 65535), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, lookahead
+from handout.plotting import bed, course, feeds, knots, literal, lookahead
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
@@ -53,6 +53,9 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
+    if profile.dialect in literal.DIALECTS:
+        timing = literal.Timing(path, meant, _dots(drawing, speed))
+        return literal.plan(drawing, profile, timing, placement, speed, order)
     cuts = _cut(path, profile)
     way = course.lay_out(cuts, _dots(drawing, speed), profile)
     lines = lookahead.blocks(way.points, way.stands, course.machine(profile))

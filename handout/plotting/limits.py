@@ -1,0 +1,161 @@
+"""Time given to a path where a machine cannot keep the hand's: locally, and as little as its limits ask for.
+
+Every sample of the path gets a greatest speed: the hand's own, or less where the path turns so fast that turning alone
+takes more than the machine's acceleration, or where a motor would have to step too fast.  From these the speeds that
+acceleration and braking allow are found in one pass each way, and every piece of the path takes as much longer as it
+became slower.  Where the hand stays within the limits nothing changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.plotting import lookahead
+from handout.plotting.knots import Track
+from handout.plotting.lookahead import Flags
+from handout.values import Array
+
+_SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
+_BENT = 0.3  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
+_PIECE = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
+_PIECES = 4000  # of one straight line at most
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What a machine can do.
+
+    speed : mm/s along the path; acceleration : mm/s²; deviation : mm, by which a corner may be rounded off.
+    motor : mm/s, greatest of each motor; mix : (2, 2) float, by how much the motors move when the pen moves by x, y.
+    """
+
+    speed: float
+    acceleration: float
+    deviation: float
+    motor: float
+    mix: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A track as a curve in time: smooth where its samples are those of a motion, straight lines elsewhere.
+
+    smooth : (n,) bool, whether the velocity does not jump at the sample.
+    """
+
+    track: Track
+    smooth: Flags
+
+    def velocities(self) -> tuple[Array, Array]:
+        """(n, 2) mm/s each, on arriving at the samples and on leaving them; of a parabola where it is smooth."""
+        gap, chord = _chords(self.track)
+        before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
+        first, last = _ends(self.track)
+        before[first], after[last] = after[first], before[last]
+        early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
+        share = (late / (early + late))[:, None]
+        mean = before * share + after * (1.0 - share)
+        smooth = self.smooth[:, None]
+        return np.where(smooth, mean, before), np.where(smooth, mean, after)
+
+    def at(self, t: Array) -> Array:
+        """(m, 2) mm: where the pen should be at times t on the track's clock."""
+        track = self.track
+        if len(track.t) < 2:
+            return np.repeat(track.xy, len(t), axis=0)
+        arriving, leaving = self.velocities()
+        piece = np.clip(np.searchsorted(track.t, t, side="right") - 1, 0, len(track.t) - 2)
+        gap = np.maximum(track.t[piece + 1] - track.t[piece], _TINY)[:, None]
+        u = np.clip((t - track.t[piece])[:, None] / gap, 0.0, 1.0)
+        a, b = track.xy[piece], track.xy[piece + 1]
+        va, vb = leaving[piece] * gap, arriving[piece + 1] * gap
+        return np.asarray(a + u * (va + u * (3 * (b - a) - 2 * va - vb + u * (2 * (a - b) + va + vb))))
+
+
+def path_of(track: Track) -> Path:
+    """A track as a curve; long straight lines are cut into pieces."""
+    track = _cut_lines(track)
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    turn = _turn(chord)
+    smooth = np.zeros(len(track.t), dtype=bool)
+    both = np.maximum(length[1:], length[:-1])
+    smooth[1:-1] = (np.maximum(gap[1:], gap[:-1]) <= _SAMPLED) & (turn * both <= _BENT)
+    smooth[1:-1] &= (track.stroke[2:] == track.stroke[1:-1]) & (track.stroke[:-2] == track.stroke[1:-1])
+    return Path(track, smooth)
+
+
+def within(path: Path, reach: Reach) -> Path:
+    """The path with as much more time as the machine needs; every stroke begins and ends at rest."""
+    track = path.track
+    if len(track.t) < 2:
+        return path
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    drawn = track.stroke[1:] == track.stroke[:-1]
+    arriving, leaving = path.velocities()
+    hand = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
+    most = np.minimum(hand, _greatest(path, gap, chord, hand, reach))
+    most[np.concatenate(_ends(track))] = 0.0
+    speed = np.sqrt(lookahead.reachable(most**2, 2.0 * reach.acceleration * length))
+    slower = (hand[1:] + hand[:-1]) / np.maximum(speed[1:] + speed[:-1], _TINY)
+    from_rest = 2.0 * np.sqrt(length / reach.acceleration) + length / reach.speed
+    took = np.clip(gap * slower, gap, np.maximum(gap, from_rest))
+    took = np.where(drawn & (length > 0), took, gap)
+    return Path(Track(np.append(0.0, np.cumsum(took)) + track.t[0], track.xy, track.stroke), path.smooth)
+
+
+def _greatest(path: Path, gap: Array, chord: Array, hand: Array, reach: Reach) -> Array:
+    """(n,) mm/s: the greatest speeds at the samples that turning and the motors allow."""
+    most = np.full(len(hand), reach.speed)
+    early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
+    change = np.zeros(len(hand))
+    change[1:-1] = np.hypot(*np.diff(chord, axis=0).T)
+    turning = change / (0.5 * (early + late))
+    smooth = path.smooth & (turning > reach.acceleration)
+    most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(reach.acceleration / turning[smooth]))
+    unit = chord / np.maximum(np.hypot(*chord.T), _TINY)[:, None]
+    machine = lookahead.Machine(np.full(3, reach.acceleration), np.full(3, np.inf), np.ones(3), reach.deviation, 2)
+    flat = np.column_stack([unit, np.zeros(len(unit))])
+    corner = np.full(len(hand), np.inf)
+    corner[1:-1] = lookahead.corner_speed2(flat[:-1], flat[1:], machine)
+    most = np.where(path.smooth, most, np.minimum(most, np.sqrt(corner)))
+    busiest = np.abs(unit @ reach.mix.T).max(axis=1)
+    motor = reach.motor / np.maximum(busiest, _TINY)
+    return np.asarray(np.minimum(most, np.minimum(np.append(motor, np.inf), np.append(np.inf, motor))))
+
+
+def _cut_lines(track: Track) -> Track:
+    """Straight lines in pieces, at equal steps of time."""
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    line = (track.stroke[1:] == track.stroke[:-1]) & ((gap > _SAMPLED) | (length > 4 * _PIECE))
+    pieces = np.where(line, np.clip(np.ceil(length / _PIECE), 1, _PIECES), 1).astype(int)
+    start = np.repeat(np.arange(len(gap)), pieces)
+    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    t = np.append(track.t[start] + gap[start] * count / pieces[start], track.t[-1:])
+    return Track(t, track.at(t), np.append(track.stroke[start], track.stroke[-1:]))
+
+
+def _chords(track: Track) -> tuple[Array, Array]:
+    """Time and mean velocity from each sample to the next, (n − 1,) s and (n − 1, 2) mm/s; 0 between strokes."""
+    gap = np.maximum(np.diff(track.t), _TINY)
+    chord = np.diff(track.xy, axis=0) / gap[:, None]
+    chord[track.stroke[1:] != track.stroke[:-1]] = 0.0
+    return gap, chord
+
+
+def _ends(track: Track) -> tuple[Array, Array]:
+    """Indices of the first and of the last sample of every stroke."""
+    first = np.flatnonzero(np.diff(track.stroke, prepend=-1))
+    return first, np.append(first[1:], len(track.stroke)) - 1
+
+
+def _turn(chord: Array) -> Array:
+    """(n − 2,) rad, between each piece and the next; 0 where the pen rests."""
+    a, b = chord[:-1], chord[1:]
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return np.asarray(np.abs(np.arctan2(cross, (a * b).sum(axis=1))))
