@@ -17,14 +17,14 @@ import numpy as np
 
 from handout.plotting import course, feeds, limits, lookahead
 from handout.plotting.bed import Placement
-from handout.plotting.blocks import Block, Timed
-from handout.plotting.course import DRAW, TRAVEL, Course
+from handout.plotting.blocks import Block, Pause, Pen, Timed
+from handout.plotting.course import TRAVEL, Course
 from handout.plotting.knots import Track
 from handout.plotting.limits import Path, Reach
 from handout.plotting.lookahead import Motion
 from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter, Time
-from handout.values import Array, Drawing
+from handout.values import Array, Drawing, readonly
 
 DIALECTS = frozenset({"ebb"})
 _STEP_RATE = 24_900.0  # steps/s of a motor at most; the boards count 25 000 ticks a second
@@ -55,7 +55,7 @@ def plan(
     slow = limits.within(path, reach(profile))
     cuts, when = slices(slow, profile)
     way = course.lay_out(cuts, timing.dots, _attentive(profile))
-    motion = _motion(way, cuts, profile)
+    way, motion = _motion(way, profile)
     starts = course.starts(way, motion, _attentive(profile))
     lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
     intended = way.intended.copy()
@@ -147,61 +147,94 @@ def _ends_of_slices(path: Path, begin: float, unit: float, ms: int, corners: Arr
     return np.append(np.rint(np.concatenate(parts)), ms)
 
 
-def _motion(way: Course, cuts: Track, profile: Plotter) -> Motion:
-    """How the moves run: slices at their mean speeds, travels speeding up and braking, both in whole milliseconds."""
+def travel(begin: Array, end: Array, profile: Plotter) -> list[Timed]:
+    """A move with the pen lifted from one place to another, (2,) mm each: speeding up, level, braking."""
+    run = _travel(begin, end, profile)
+    return [Timed(*xy, seconds) for xy, seconds in zip(run.points.tolist(), run.took.tolist(), strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A travel in slices: where each ends, (n, 2) mm; how long it takes, (n,) s; speeds where they meet, (n + 1,)."""
+
+    points: Array
+    took: Array
+    speed: Array
+
+
+def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
+    length = float(np.hypot(*(end - begin)))
+    if length == 0.0:
+        return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
+    machine, unit = reach(profile), (end - begin) / length
+    motor = machine.motor / float(np.abs(machine.mix @ unit).max())
+    most = min(float(profile.limits.travel_speed), motor, (machine.acceleration * length) ** 0.5)
+    up = max(int(np.ceil(most / machine.acceleration * _MS - 1e-6)), round(_SHORTEST * _MS))
+    level = max(int(np.ceil(length / most * _MS - up - 1e-6)), 0)
+    top = length / (up + level)  # mm a ms
+    parts = [(0.0, top, up), (top, top, level), (top, 0.0, up)]
+    took, speed = [], [0.0]
+    for before, after, ms in parts:
+        marks = np.rint(np.linspace(0, ms, max(round(ms / (_TRAVEL * _MS)), 1) + 1)) if ms else np.zeros(1)
+        took += np.diff(marks).tolist()
+        speed += (before + (after - before) * marks[1:] / max(ms, 1)).tolist()
+    gone = np.cumsum(np.array(took) * 0.5 * (np.array(speed[1:]) + np.array(speed[:-1])))
+    points = begin + unit * gone[:, None]
+    points[-1] = end
+    return _Run(points, np.array(took) / _MS, np.array(speed) * _MS)
+
+
+def _motion(way: Course, profile: Plotter) -> tuple[Course, Motion]:
+    """The course with its travels in slices, and how it runs: drawn slices at their mean speeds."""
+    rows = np.flatnonzero(way.kind == TRAVEL).tolist()
+    runs = {row: _travel(way.points[row, :2], way.points[row + 1, :2], profile) for row in rows}
+    way = _sliced(way, runs)
     length = np.hypot(*np.diff(way.points[:, :2], axis=0).T)
-    took = np.where(way.draws, way.intended, 0.0)
-    travels = way.kind == TRAVEL
-    most, a = _travel_speed(way.points[:, :2], profile), float(profile.limits.acceleration)
-    free = lookahead.trapezoid_time(length, np.full(len(length), a), 0 * length, 0 * length, most)
-    whole = np.maximum(np.ceil(free * _MS - 1e-6), round(_SHORTEST * _MS)) / _MS
-    took[travels] = whole[travels]
-    slower = np.where(travels, free / np.maximum(took, 1e-9), 1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(took > 0, length / np.maximum(took, 1e-9), 0.0)
-    ends = np.where(travels, 0.0, mean)
-    nominal = np.where(travels, most * slower, mean)
-    return Motion(ends, ends, nominal, np.maximum(a * slower**2, 1e-6), length, took)
+    took, travels = way.intended.copy(), way.kind == TRAVEL
+    if runs:
+        took[travels] = np.concatenate([run.took for run in runs.values()])
+    mean = length / np.maximum(took, 1e-9)
+    entry, leave = mean.copy(), mean.copy()
+    if runs:
+        entry[travels] = np.concatenate([run.speed[:-1] for run in runs.values()])
+        leave[travels] = np.concatenate([run.speed[1:] for run in runs.values()])
+    acceleration = np.maximum(np.abs(leave - entry) / np.maximum(took, 1e-9), 1.0)
+    return way, Motion(entry, leave, np.maximum(entry, leave), acceleration, length, took)
 
 
-def _travel_speed(points: Array, profile: Plotter) -> Array:
-    """(n,) mm/s: the greatest speed of each move that the motors can keep."""
-    machine = reach(profile)
-    move = np.diff(points, axis=0)
-    unit = move / np.maximum(np.hypot(*move.T), 1e-9)[:, None]
-    busiest = np.maximum(np.abs(unit @ machine.mix.T).max(axis=1), 1e-9)
-    return np.asarray(np.minimum(float(profile.limits.travel_speed), machine.motor / busiest))
+def _sliced(way: Course, runs: dict[int, _Run]) -> Course:
+    """The course with every travel in as many moves as its run has."""
+    many = np.ones(len(way.kind), dtype=int)
+    for row, run in runs.items():
+        many[row] = len(run.took)
+    begin = np.append(0, np.cumsum(many))
+    points = [way.points[:1]]
+    for row in range(len(many)):
+        here = way.points[row + 1 : row + 2]
+        between = runs[row].points[:-1] if row in runs else here[:0, :2]
+        points += [np.column_stack([between, np.full(len(between), here[0, 2])]), here]
+    stands, pause = np.zeros(begin[-1], dtype=bool), np.zeros(begin[-1] + 1)
+    stands[begin[:-1]], pause[begin] = way.stands, way.pause
+    told: list[tuple[Pen | Pause | None, int]] = []
+    for block, row in way.told:
+        first = int(begin[row])
+        told += [(block, first)] if block is not None else [(None, first + part) for part in range(many[row])]
+    return Course(
+        points=readonly(np.concatenate(points), None, 3),
+        kind=np.repeat(way.kind, many),
+        stroke=np.repeat(way.stroke, many),
+        intended=np.repeat(way.intended, many),
+        stands=stands,
+        pause=pause,
+        first=begin[way.first],
+        told=tuple(told),
+    )
 
 
 def _blocks(way: Course, motion: Motion, starts: Array) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
-    blocks: list[Block] = []
-    begins: list[float] = []
     rests = np.append(0.0, starts[:-1] + motion.duration)
     ends, took = way.points[1:, :2].tolist(), motion.duration.tolist()
-    for block, row in way.told:
-        if block is not None:
-            blocks.append(block)
-            begins.append(float(rests[row]))
-        elif way.kind[row] == DRAW:
-            blocks.append(Timed(*ends[row], round(took[row], 6)))
-            begins.append(float(starts[row]))
-        else:
-            for since, move in _sliced(way, motion, row):
-                blocks.append(move)
-                begins.append(float(starts[row]) + since)
-    return tuple(blocks), np.array(begins)
-
-
-def _sliced(way: Course, motion: Motion, row: int) -> list[tuple[float, Timed]]:
-    """A travel in slices, each with the time at which it begins."""
-    ms = round(float(motion.duration[row]) * _MS)
-    pieces = max(round(ms / (_TRAVEL * _MS)), 1)
-    marks = np.rint(np.linspace(0, ms, pieces + 1)).astype(int).tolist()
-    a, b, length = way.points[row, :2], way.points[row + 1, :2], max(float(motion.length[row]), 1e-9)
-    moves = []
-    for begin, end in zip(marks, marks[1:], strict=False):
-        share = 1.0 if end == ms else motion.travelled(row, end / _MS) / length
-        x, y = (a + share * (b - a)).tolist()
-        moves.append((begin / _MS, Timed(x, y, (end - begin) / _MS)))
-    return moves
+    blocks = tuple(Timed(*ends[row], round(took[row], 6)) if block is None else block for block, row in way.told)
+    begins = [starts[row] if block is None else rests[row] for block, row in way.told]
+    return blocks, np.array(begins)

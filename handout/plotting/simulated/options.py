@@ -7,6 +7,7 @@ be told the byte, counted from 0 over all that is written to the port, at which 
 from __future__ import annotations
 
 import difflib
+import re
 from urllib.parse import parse_qsl
 
 import msgspec
@@ -30,6 +31,7 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
 _NUMBERS = {
     "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
+    "motors": (0, 1),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
@@ -43,6 +45,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
     realtime : pass time as a real machine would, instead of as fast as possible.
+    firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
+    motors : whether its motors have power.
     """
 
     fault: str = ""
@@ -56,6 +60,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     acceleration: float = 0.0
     speed: float = 0.0
     realtime: bool = False
+    firmware: str = ""
+    motors: bool = True
 
 
 def parse(query: str) -> Options:
@@ -74,10 +80,12 @@ def parse(query: str) -> Options:
             given[name] = units.parse(text, _QUANTITIES[name], name)
         elif name in _NUMBERS:
             given[name] = _whole(name, text)
+        elif name == "firmware":
+            given[name] = _version(text)
         else:
-            _one_of(name, ["fault", *_NUMBERS, *_QUANTITIES], "option")
-    if "realtime" in given:
-        given["realtime"] = bool(given["realtime"])
+            _one_of(name, ["fault", "firmware", *_NUMBERS, *_QUANTITIES], "option")
+    for name in {"realtime", "motors"} & given.keys():
+        given[name] = bool(given[name])
     return msgspec.convert(given, Options)
 
 
@@ -86,6 +94,12 @@ def _whole(name: str, text: str) -> int:
     if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
         raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
     return int(text)
+
+
+def _version(text: str) -> str:
+    if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
+        raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
+    return text
 
 
 def _one_of(text: str, known: list[str], what: str) -> str:

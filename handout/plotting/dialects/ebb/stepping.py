@@ -107,23 +107,38 @@ def _sum(rate: int, gain: int, ticks: int) -> int:
     return rate * ticks + gain * ticks * ticks // 2
 
 
-class Motors:
-    """Follows both motors through a program, from its beginning at the machine's zero."""
+def mixing(profile: Plotter) -> Array:
+    """(2, 2) float, steps of the motors from mm of x and y."""
+    mixed = profile.bed.gantry == "corexy"
+    return float(profile.limits.steps_per_mm) * (np.array([[1.0, 1.0], [1.0, -1.0]]) if mixed else np.eye(2))
 
-    def __init__(self, profile: Plotter) -> None:
+
+class Motors:
+    """Follows both motors through a program.
+
+    Parameters
+    ----------
+    begin : steps of both motors from the machine's zero, where the program begins.
+
+    Attributes
+    ----------
+    place : (2,) float, mm, machine coordinates, to which they have been told to go.
+    """
+
+    def __init__(self, profile: Plotter, begin: tuple[int, int] = (0, 0)) -> None:
         self.version = Version.of(profile.firmware)
-        steps = float(profile.limits.steps_per_mm)
-        mixed = profile.bed.gantry == "corexy"
-        self.mix = steps * (np.array([[1.0, 1.0], [1.0, -1.0]]) if mixed else np.eye(2))
+        self.mix = mixing(profile)
         self.axes = [Axis(self.version >= SIGNED) for _ in range(2)]
-        self._place = np.zeros(2)  # mm, where the last run ended
+        for axis, at in zip(self.axes, begin, strict=True):
+            axis.at = at
+        self.place = np.linalg.solve(self.mix, np.array(begin, dtype=float))
         self._clock, self._told = 0.0, 0  # s; ticks or ms that were told so far
 
     def run(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
-        xy = np.array([self._place, *((move.x, move.y) for move in moves)])
+        xy = np.array([self.place, *((move.x, move.y) for move in moves)])
         seconds = np.array([move.seconds for move in moves])
-        self._place = xy[-1]
+        self.place = xy[-1]
         places = xy @ self.mix.T
         if self.version < STEPS:
             tell, unit = self._constant, 1000

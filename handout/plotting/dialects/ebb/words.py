@@ -102,6 +102,21 @@ def command(name: str, *numbers: int) -> bytes:
     return (",".join([name, *(str(number) for number in numbers)]) + "\r").encode("ascii")
 
 
+QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP"})  # commands that wait for their turn
+_LONGEST_WAY = 60.0  # s that a board may take to go back to its zero
+
+
+def seconds(data: bytes) -> float:
+    """How long a command keeps the board, s; nothing for what it does at once."""
+    name, *fields = data.decode("ascii").strip().split(",")
+    if name == "HM":
+        return _LONGEST_WAY
+    place = {"SM": 0, "SP": 1, "LT": 0}.get(name)
+    if place is None or len(fields) <= place:
+        return 0.0
+    return int(fields[place]) / (25_000 if name == "LT" else 1000)
+
+
 def pen(down: bool, profile: PenProfile) -> bytes:
     """Lower or lift the pen, and wait for it."""
     wait = profile.down_time if down else profile.up_time
