@@ -7,6 +7,7 @@ The fields are documented for people who do not program in `devices/README.md`.
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, Literal
@@ -249,10 +250,31 @@ def read(path: Path) -> Profile:
     _check_bounds(profile, path)
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
+        _check_dialect(profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
         _check_trays(profile, path)
     return profile
+
+
+def _check_dialect(profile: Plotter, path: Path) -> None:
+    """What a dialect cannot do must not be asked of it."""
+    if profile.dialect != "ebb":
+        if profile.bed.gantry != "cartesian":
+            raise ProfileError(
+                f'{path}: bed.gantry = "{profile.bed.gantry}" is left to the controller unless it is an EBB.'
+            )
+        return
+    if profile.pen.lift != "servo":
+        raise ProfileError(f'{path}: pen.lift = "{profile.pen.lift}" is not known to an EBB, whose pen has a servo.')
+    if not (1 <= profile.pen.up <= 65535 and 1 <= profile.pen.down <= 65535):
+        raise ProfileError(
+            f"{path}: pen.up and pen.down of an EBB are lengths of pulses, 1 to 65535 in units of 83.3 ns."
+        )
+    if profile.homing:
+        raise ProfileError(f"{path}: homing = true, but an EBB has no switches to find its zero by.")
+    if not re.fullmatch(r"|\d{1,3}(\.\d{1,3}){1,2}", profile.firmware, re.ASCII):
+        raise ProfileError(f'{path}: firmware = {profile.firmware!r} is not a version such as "2.8.1".')
 
 
 def _check_trays(printer: Printer, path: Path) -> None:

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from handout.plotting import lookahead
-from handout.plotting.knots import Track
+from handout.plotting.knots import Index, Track
 from handout.plotting.lookahead import Flags
 from handout.values import Array
 
 _SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
 _BENT = 0.3  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
+_STRAIGHT = 0.02  # rad; a turn by less is none
+_STEEPEST = 3.0  # times the length of a piece; a curve with steeper slopes at its ends turns back on its way
 _PIECE = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
 _PIECES = 4000  # of one straight line at most
 _TINY = 1e-9
@@ -51,6 +53,8 @@ class Path:
 
     def velocities(self) -> tuple[Array, Array]:
         """(n, 2) mm/s each, on arriving at the samples and on leaving them; of a parabola where it is smooth."""
+        if len(self.track.t) < 2:
+            return np.zeros_like(self.track.xy), np.zeros_like(self.track.xy)
         gap, chord = _chords(self.track)
         before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
         first, last = _ends(self.track)
@@ -71,8 +75,14 @@ class Path:
         gap = np.maximum(track.t[piece + 1] - track.t[piece], _TINY)[:, None]
         u = np.clip((t - track.t[piece])[:, None] / gap, 0.0, 1.0)
         a, b = track.xy[piece], track.xy[piece + 1]
-        va, vb = leaving[piece] * gap, arriving[piece + 1] * gap
+        va, vb = _tamed(leaving[piece] * gap, b - a), _tamed(arriving[piece + 1] * gap, b - a)
         return np.asarray(a + u * (va + u * (3 * (b - a) - 2 * va - vb + u * (2 * (a - b) + va + vb))))
+
+
+def _tamed(slope: Array, way: Array) -> Array:
+    """(m, 2) mm: slopes that do not carry a curve beyond the ends of its piece."""
+    most = _STEEPEST * np.hypot(*way.T) / np.maximum(np.hypot(*slope.T), _TINY)
+    return np.asarray(slope * np.minimum(most, 1.0)[:, None])
 
 
 def path_of(track: Track) -> Path:
@@ -83,7 +93,10 @@ def path_of(track: Track) -> Path:
     turn = _turn(chord)
     smooth = np.zeros(len(track.t), dtype=bool)
     both = np.maximum(length[1:], length[:-1])
-    smooth[1:-1] = (np.maximum(gap[1:], gap[:-1]) <= _SAMPLED) & (turn * both <= _BENT)
+    sampled = np.maximum(gap[1:], gap[:-1]) <= _SAMPLED
+    speed = np.hypot(*chord.T)
+    even = np.minimum(speed[1:], speed[:-1]) > 0.5 * np.maximum(speed[1:], speed[:-1])
+    smooth[1:-1] = (sampled & (turn * both <= _BENT)) | (even & (turn <= _STRAIGHT))
     smooth[1:-1] &= (track.stroke[2:] == track.stroke[1:-1]) & (track.stroke[:-2] == track.stroke[1:-1])
     return Path(track, smooth)
 
@@ -101,20 +114,34 @@ def within(path: Path, reach: Reach) -> Path:
     most = np.minimum(hand, _greatest(path, gap, chord, hand, reach))
     most[np.concatenate(_ends(track))] = 0.0
     speed = np.sqrt(lookahead.reachable(most**2, 2.0 * reach.acceleration * length))
-    slower = (hand[1:] + hand[:-1]) / np.maximum(speed[1:] + speed[:-1], _TINY)
-    from_rest = 2.0 * np.sqrt(length / reach.acceleration) + length / reach.speed
-    took = np.clip(gap * slower, gap, np.maximum(gap, from_rest))
-    took = np.where(drawn & (length > 0), took, gap)
+    took = np.where(drawn & (length > 0), _longer(path, gap, length, hand, speed, reach), gap)
     return Path(Track(np.append(0.0, np.cumsum(took)) + track.t[0], track.xy, track.stroke), path.smooth)
+
+
+def _longer(path: Path, gap: Array, length: Array, hand: Array, speed: Array, reach: Reach) -> Array:
+    """(n − 1,) s: what the pieces take.
+
+    Between samples of a motion the hand's own time grows as the speeds at both ends fell; a piece that leads to a
+    corner is run on its own, between the speeds at its ends.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slower = np.where(speed[1:] + speed[:-1] > 0, (hand[1:] + hand[:-1]) / (speed[1:] + speed[:-1]), np.inf)
+    a = np.full(len(gap), reach.acceleration)
+    most = np.minimum(length / gap, reach.speed)
+    alone = lookahead.trapezoid_time(length, a, speed[:-1], speed[1:], most)
+    from_rest = 2.0 * np.sqrt(length / reach.acceleration) + length / reach.speed
+    between = path.smooth[1:] & path.smooth[:-1]
+    took = np.where(between, np.minimum(gap * np.maximum(slower, 1.0), np.maximum(gap, from_rest)), alone)
+    return np.asarray(np.maximum(took, gap))
 
 
 def _greatest(path: Path, gap: Array, chord: Array, hand: Array, reach: Reach) -> Array:
     """(n,) mm/s: the greatest speeds at the samples that turning and the motors allow."""
     most = np.full(len(hand), reach.speed)
     early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
-    change = np.zeros(len(hand))
-    change[1:-1] = np.hypot(*np.diff(chord, axis=0).T)
-    turning = change / (0.5 * (early + late))
+    turning = np.zeros(len(hand))
+    turning[1:-1] = _across(chord)
+    turning /= 0.5 * (early + late)
     smooth = path.smooth & (turning > reach.acceleration)
     most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(reach.acceleration / turning[smooth]))
     unit = chord / np.maximum(np.hypot(*chord.T), _TINY)[:, None]
@@ -132,7 +159,7 @@ def _cut_lines(track: Track) -> Track:
     """Straight lines in pieces, at equal steps of time."""
     gap, chord = _chords(track)
     length = gap * np.hypot(*chord.T)
-    line = (track.stroke[1:] == track.stroke[:-1]) & ((gap > _SAMPLED) | (length > 4 * _PIECE))
+    line = (track.stroke[1:] == track.stroke[:-1]) & ((gap > _SAMPLED) | (length > 8 * _PIECE))
     pieces = np.where(line, np.clip(np.ceil(length / _PIECE), 1, _PIECES), 1).astype(int)
     start = np.repeat(np.arange(len(gap)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
@@ -148,10 +175,17 @@ def _chords(track: Track) -> tuple[Array, Array]:
     return gap, chord
 
 
-def _ends(track: Track) -> tuple[Array, Array]:
+def _ends(track: Track) -> tuple[Index, Index]:
     """Indices of the first and of the last sample of every stroke."""
     first = np.flatnonzero(np.diff(track.stroke, prepend=-1))
     return first, np.append(first[1:], len(track.stroke)) - 1
+
+
+def _across(chord: Array) -> Array:
+    """(n − 2,) mm/s: by how much the velocity changes across its direction from each piece to the next."""
+    mean, change = chord[1:] + chord[:-1], np.diff(chord, axis=0)
+    cross = mean[:, 0] * change[:, 1] - mean[:, 1] * change[:, 0]
+    return np.asarray(np.abs(cross) / np.maximum(np.hypot(*mean.T), _TINY))
 
 
 def _turn(chord: Array) -> Array:

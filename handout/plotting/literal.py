@@ -46,9 +46,7 @@ class Timing:
     dots: Array
 
 
-def plan(
-    drawing: Drawing, profile: Plotter, timing: Timing, placement: Placement, speed: Speed, order: Order
-) -> Plan:
+def plan(drawing: Drawing, profile: Plotter, timing: Timing, placement: Placement, speed: Speed, order: Order) -> Plan:
     """A plan of timed moves; see `planning.plan`."""
     path = limits.path_of(timing.path)
     meant = np.interp(path.track.t, timing.path.t, timing.meant)
@@ -130,7 +128,7 @@ def _corners(path: Path) -> Array:
 def _ends_of_slices(path: Path, begin: float, unit: float, ms: int, corners: Array, mix: Array, length: int) -> Array:
     """Where the slices of one stroke end, ms: at its corners, where a motor turns round, and evenly in between."""
     at = np.arange(ms + 1)
-    motors = path.at(begin + at * unit) @ mix.T
+    motors = path.at(np.asarray(begin + at * unit)) @ mix.T
     gone = np.diff(motors, axis=0)
     turned = (gone[1:] * gone[:-1] < 0).any(axis=1)
     turns = np.flatnonzero(turned) + 1
@@ -150,7 +148,7 @@ def _ends_of_slices(path: Path, begin: float, unit: float, ms: int, corners: Arr
 def travel(begin: Array, end: Array, profile: Plotter) -> list[Timed]:
     """A move with the pen lifted from one place to another, (2,) mm each: speeding up, level, braking."""
     run = _travel(begin, end, profile)
-    return [Timed(*xy, seconds) for xy, seconds in zip(run.points.tolist(), run.took.tolist(), strict=True)]
+    return [Timed(x, y, seconds) for (x, y), seconds in zip(run.points.tolist(), run.took.tolist(), strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,9 +169,11 @@ def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
     most = min(float(profile.limits.travel_speed), motor, (machine.acceleration * length) ** 0.5)
     up = max(int(np.ceil(most / machine.acceleration * _MS - 1e-6)), round(_SHORTEST * _MS))
     level = max(int(np.ceil(length / most * _MS - up - 1e-6)), 0)
+    level = max(level, round(_SHORTEST * _MS)) if level else 0
     top = length / (up + level)  # mm a ms
     parts = [(0.0, top, up), (top, top, level), (top, 0.0, up)]
-    took, speed = [], [0.0]
+    took: list[float] = []
+    speed = [0.0]
     for before, after, ms in parts:
         marks = np.rint(np.linspace(0, ms, max(round(ms / (_TRAVEL * _MS)), 1) + 1)) if ms else np.zeros(1)
         took += np.diff(marks).tolist()
@@ -234,7 +234,7 @@ def _sliced(way: Course, runs: dict[int, _Run]) -> Course:
 def _blocks(way: Course, motion: Motion, starts: Array) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
     rests = np.append(0.0, starts[:-1] + motion.duration)
-    ends, took = way.points[1:, :2].tolist(), motion.duration.tolist()
-    blocks = tuple(Timed(*ends[row], round(took[row], 6)) if block is None else block for block, row in way.told)
+    ends, took = way.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
+    blocks = tuple(Timed(ends[row][0], ends[row][1], took[row]) if block is None else block for block, row in way.told)
     begins = [starts[row] if block is None else rests[row] for block, row in way.told]
     return blocks, np.array(begins)

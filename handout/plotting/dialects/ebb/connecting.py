@@ -11,6 +11,7 @@ from handout.plotting.dialects.ebb.words import About
 from handout.profiles import Plotter
 
 _GLANCE = 0.25  # s
+NOTHING = b"SM,1,0,0\r"  # a rest: old boards have to be told one to find out that what came before it is done
 _VOLTS = 7.5  # less is no power supply, only what comes through USB
 QUEUE = 8  # commands in the queue of firmware 3, which has one unless it is told otherwise
 
@@ -45,13 +46,16 @@ def _missing(garbage: bool, profile: Plotter) -> str:
     if garbage:
         return "Something answers, but not as an EBB does: check the port, and the dialect in the profile."
     return (
-        f"The plotter does not answer within {profile.port.timeout:g} s: is this its port, is its USB cable plugged in, "
+        f"The plotter does not answer within {profile.port.timeout:g} s: is this its port, is its cable plugged in, "
         "and is no other program connected to it?"
     )
 
 
 def settle(talk: Talk, version: Version) -> None:
-    """Wait until it has done what it was told before."""
+    """Wait until it has done what it was told before; a rest is answered when it and one more are left to do."""
+    if version < MOTION:
+        for _ in range(3):
+            talk.ask(NOTHING)
     while version >= MOTION and talk.ask(b"QM\r")[:1] != (0,):
         pass
 

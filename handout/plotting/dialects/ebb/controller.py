@@ -21,8 +21,8 @@ from handout.profiles import Plotter
 _OPEN = 3  # commands sent and not answered; the board reads no further than the one that waits for the queue
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _FEEL = 512  # commands between two questions whether the motors still have power
+_ASTRAY = 2  # steps by which a board may count otherwise than was worked out for it
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
-_NOTHING = b"SM,1,0,0\r"  # a rest, which old boards have to be told to find out that all before it is done
 
 
 class Ebb:
@@ -38,6 +38,7 @@ class Ebb:
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
+        self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
         connecting.ask_power(self.talk, self.version)
@@ -61,20 +62,31 @@ class Ebb:
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
         if not self.talk.open:
-            self.talk.put(b"QM\r" if self.version >= MOTION else _NOTHING)
+            self.talk.put(b"QM\r" if self.version >= MOTION else connecting.NOTHING)
         self.talk.hear()
 
     def finish(self) -> None:
         """Wait until everything is answered and executed."""
         while self.talk.open or self.executed < self.sent:
             self.wait()
+        if self.sent and self.version >= POSITION:
+            self._check_return(self._steps())
+
+    def _check_return(self, steps: tuple[int, int]) -> None:
+        """Every program ends where it began, at zero; the board's own count must say so too."""
+        x, y = np.linalg.solve(mixing(self.profile), np.array(steps, dtype=float)).tolist()
+        if max(map(abs, steps)) > _ASTRAY:
+            self.log(
+                f"The plotter has counted other steps than it was told: it stands {x:.2f}, {y:.2f} mm from its zero. "
+                "Look whether the lines are where they should be."
+            )
 
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
         if asked.name == "QC":
             connecting.check_power(numbers)
         elif asked.name == "QM" and len(numbers) == 4:
             self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
-        elif asked.number >= 0 or asked.data == _NOTHING:
+        elif asked.number >= 0 or asked.data == connecting.NOTHING:
             self.taken = max(self.taken, asked.number + 1)
             if asked.name in words.QUEUED:
                 self._moves.append(asked.number if asked.number >= 0 else self.taken)
@@ -92,7 +104,7 @@ class Ebb:
     def _wake(self) -> None:
         """Switch the motors on, with steps of a sixteenth, before the first motion after they have been off."""
         if self._rested:
-            self._rested = False
+            self._rested = self._lost = False
             self.talk.ask(b"EM,1,1\r")
             if self.version >= POSITION:
                 self.talk.ask(b"CS\r")
@@ -119,9 +131,12 @@ class Ebb:
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel; how far that is, its counters tell."""
         if self._lost or self.version < POSITION:
-            raise DeviceAlarm("The plotter does not know where it stands: stand its pen above its zero, and start again.")
+            raise DeviceAlarm(
+                "The plotter no longer knows where it stands: stand its pen above its zero, and start again."
+            )
         self._wake()
-        self.talk.ask(words.pen(False, self.profile.pen))
+        for data in words.lifted(self.profile.pen):
+            self.talk.ask(data)
         motors = Motors(self.profile, self._steps())
         for _, data in motors.run(literal.travel(motors.place, np.array([x, y]), self.profile)):
             while len(self.talk.open) >= _OPEN:
@@ -136,7 +151,7 @@ class Ebb:
         talk.timeout = min(talk.timeout, _HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
         try:
-            talk.port.write(stop + words.pen(False, self.profile.pen) + b"V\r")
+            talk.port.write(b"".join([stop, *words.lifted(self.profile.pen), b"V\r"]))
             self._until_about(talk.timeout + sum(asked.seconds for asked in talk.open) + self.profile.pen.up_time)
             talk.open.clear()
             with contextlib.suppress(DeviceAlarm):

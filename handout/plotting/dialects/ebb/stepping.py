@@ -140,17 +140,14 @@ class Motors:
         seconds = np.array([move.seconds for move in moves])
         self.place = xy[-1]
         places = xy @ self.mix.T
-        if self.version < STEPS:
-            tell, unit = self._constant, 1000
-        else:
-            tell, unit = (self._stepped if self.version < TIME else self._timed), TICKS
+        unit = 1000 if self.version < STEPS else TICKS
         speeds = _speeds(places, seconds) / TICKS
         for index, whole in enumerate(self._whole(seconds, unit)):
             parts = [
                 Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
                 for a in (0, 1)
             ]
-            yield index, tell(parts, whole, index == 0)
+            yield index, self._told_as(parts, whole, index == 0)
 
     def _whole(self, seconds: Array, unit: int) -> list[int]:
         """Durations in whole units; what is rounded off one is added to the next."""
@@ -161,11 +158,17 @@ class Motors:
         self._told = told[-1]
         return [max(int(count), 1) for count in whole]
 
-    def _constant(self, parts: list[Slice], ms: int, first: bool) -> bytes:
+    def _told_as(self, parts: list[Slice], whole: int, first: bool) -> bytes:
+        """One move, in so many ms or ticks."""
+        if self.version < STEPS:
+            return self._constant(parts, whole)
+        return self._stepped(parts, whole) if self.version < TIME else self._timed(parts, whole, first)
+
+    def _constant(self, parts: list[Slice], ms: int) -> bytes:
         one, two = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
         return f"SM,{ms},{one},{two}\r".encode("ascii")
 
-    def _stepped(self, parts: list[Slice], ticks: int, first: bool) -> bytes:
+    def _stepped(self, parts: list[Slice], ticks: int) -> bytes:
         numbers: list[int] = []
         for axis, part in zip(self.axes, parts, strict=True):
             steps = axis.counted(part.end)

@@ -134,16 +134,21 @@ def _rate(way: float, seconds: float) -> int:
     return max(1, min(65535, math.ceil(abs(way) * SERVO_PERIOD / max(_SWEEP * seconds, SERVO_PERIOD))))
 
 
-def opening(profile: Plotter) -> list[bytes]:
-    """How high the pen goes and how fast; it is lifted, and the carriage goes to its zero, if it is not there."""
-    pen_, way = profile.pen, profile.pen.down - profile.pen.up
-    setting = [
-        command("SC", 4, round(pen_.up)),
-        command("SC", 5, round(pen_.down)),
-        command("SC", 11, _rate(way, pen_.up_time)),
-        command("SC", 12, _rate(way, pen_.down_time)),
+def lifted(profile: PenProfile) -> list[bytes]:
+    """How high the pen goes and how fast, which a board forgets when it starts anew; and it is lifted."""
+    way = profile.down - profile.up
+    return [
+        command("SC", 4, round(profile.up)),
+        command("SC", 5, round(profile.down)),
+        command("SC", 11, _rate(way, profile.up_time)),
+        command("SC", 12, _rate(way, profile.down_time)),
+        pen(False, profile),
     ]
-    return [*setting, pen(False, pen_), *_zero(profile)]
+
+
+def opening(profile: Plotter) -> list[bytes]:
+    """The pen is lifted, and the carriage goes to its zero, if it is not there."""
+    return [*lifted(profile.pen), *_zero(profile)]
 
 
 def _zero(profile: Plotter) -> list[bytes]:

@@ -1,4 +1,4 @@
-"""The simulated EBB between its command parser and its motors: one command under way, a short queue, the pen's servo."""
+"""The simulated EBB between its parser and its motors: one command under way, a short queue, the pen's servo."""
 
 from __future__ import annotations
 
@@ -49,6 +49,7 @@ class Engine:
         self.queue: deque[Job] = deque()
         self.job: Job | None = None
         self.ends = math.inf
+        self.finished = 0  # jobs, ever
         self.steps = [0, 0]  # since the counters were cleared
         self.enabled = [False, False]
         self.servo = 0  # where it was told to go
@@ -84,21 +85,22 @@ class Engine:
         """The job under way ends, the next begins."""
         end = self.ends
         self._keep(end)
+        self.finished += 1
         self.job, self.ends = None, math.inf
         if self.queue:
             self._next(end + self.pause * TICK)
 
-    def stop(self, now: float, everything: bool) -> tuple[bool, list[int]]:
-        """Drop what is under way and what waits (only motion, unless everything); whether there was any."""
+    def stop(self, now: float, everything: bool) -> bool:
+        """Drop what is under way and what waits (only motion, unless everything); whether any of it moves."""
         moved = self._move is not None
-        waiting = [job for job in self.queue if everything or job.motion is not None]
-        self.queue = deque(job for job in self.queue if job not in waiting)
+        interrupted = moved or any(job.motion is not None for job in self.queue)
+        self.queue = deque(job for job in self.queue if not everything and job.motion is None)
         if self.job is not None and (everything or moved):
             self._keep(now)
             self.job, self.ends = None, math.inf
             if self.queue:
                 self._next(now)
-        return moved or bool(waiting), [0, 0]
+        return interrupted
 
     def counted(self, now: float) -> tuple[int, int]:
         """Steps of both motors so far."""

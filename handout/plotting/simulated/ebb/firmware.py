@@ -212,7 +212,7 @@ class Firmware:
         return int(self.engine.busy), int(one), int(two), int(bool(self.engine.queue))
 
     def _es(self, numbers: list[int]) -> str:
-        was, _ = self.engine.stop(self.now, self.version >= (3, 0, 0))
+        was = self.engine.stop(self.now, self.version >= (3, 0, 0))
         if numbers[:1] == [1] and self.version >= (2, 8, 0):
             self.engine.switch((0, 0))
         short = self.version < (2, 2, 9) or self.version >= (3, 0, 0)
@@ -322,5 +322,3 @@ def _number(field: str) -> int:
 
 def _unknown(name: str) -> str:
     return f"!8 Err: Unknown command '{name[:2]}:{name[:2].encode('latin-1').hex().upper()}'"
-
-
