@@ -111,7 +111,9 @@ def test_travels_speed_up_and_brake():
 
 def test_motors_turn_round_between_slices():
     made = plan(page(words=4), machine(acceleration=Acceleration(5000)))
-    path = limits.path_of(track([s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes]))
+    path = limits.path_of(
+        track([s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes])
+    )
     mix = np.array([[1.0, 1.0], [1.0, -1.0]])
     starts = np.flatnonzero(np.diff(path.track.stroke, prepend=-1))
     amiss = total = 0

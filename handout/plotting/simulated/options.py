@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from typing import Any
 from urllib.parse import parse_qsl
 
 import msgspec
@@ -31,7 +32,7 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
 _NUMBERS = {
     "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
-    "motors": (0, 1),
+    "blank": (0, 1), "motors": (0, 1),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
@@ -44,6 +45,9 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     buffer, queue : bytes and moves it can hold (0: as the profile says).
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
+    settings : numbers and values of its own settings, as ``$20=1`` in the address (GRBL).
+    variant : a relative of the controller that it is instead: "grblhal" or "fluidnc" (GRBL).
+    blank : its memory is blank (GRBL).
     realtime : pass time as a real machine would, instead of as fast as possible.
     firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
     motors : whether its motors have power.
@@ -60,6 +64,9 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     acceleration: float = 0.0
     speed: float = 0.0
     realtime: bool = False
+    settings: tuple[tuple[int, float], ...] = ()
+    variant: str = ""
+    blank: bool = False
     firmware: str = ""
     motors: bool = True
 
@@ -72,20 +79,25 @@ def parse(query: str) -> Options:
     InputError
         An unknown option or fault, or a value that cannot be read.
     """
-    given: dict[str, str | int | float | bool] = {}
+    given: dict[str, Any] = {"settings": []}
     for name, text in parse_qsl(query, keep_blank_values=True):
         if name == "fault":
             given[name] = _one_of(text, list(FAULTS), "fault")
         elif name in _QUANTITIES:
             given[name] = units.parse(text, _QUANTITIES[name], name)
+        elif name == "variant":
+            given[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
+        elif re.fullmatch(r"\$\d{1,3}", name):
+            given["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
             given[name] = _whole(name, text)
         elif name == "firmware":
             given[name] = _version(text)
         else:
-            _one_of(name, ["fault", "firmware", *_NUMBERS, *_QUANTITIES], "option")
-    for name in {"realtime", "motors"} & given.keys():
-        given[name] = bool(given[name])
+            known = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
+            _one_of(name, known, "option")
+    for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
+        given[name] = bool(given.get(name, usual))
     return msgspec.convert(given, Options)
 
 
@@ -100,6 +112,13 @@ def _version(text: str) -> str:
     if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
         raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
     return text
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(f"sim: {name}={text} is not a number.") from error
 
 
 def _one_of(text: str, known: list[str], what: str) -> str:
