@@ -18,9 +18,11 @@ from handout.plotting.lookahead import Flags
 from handout.values import Array
 
 _SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
-_BENT = 0.3  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
+_BENT = 0.15  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
+_EVEN = 0.3  # of the speed of one piece; a slower neighbour makes a stop of what is not
+_SPECK = 0.1  # mm; shorter pieces are always those of a motion
 _STRAIGHT = 0.02  # rad; a turn by less is none
-_STEEPEST = 3.0  # times the length of a piece; a curve with steeper slopes at its ends turns back on its way
+_STEEPEST = 2.0  # times the length of a piece; more would swing the curve out
 _PIECE = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
 _PIECES = 4000  # of one straight line at most
 _TINY = 1e-9
@@ -95,8 +97,8 @@ def path_of(track: Track) -> Path:
     both = np.maximum(length[1:], length[:-1])
     sampled = np.maximum(gap[1:], gap[:-1]) <= _SAMPLED
     speed = np.hypot(*chord.T)
-    even = np.minimum(speed[1:], speed[:-1]) > 0.5 * np.maximum(speed[1:], speed[:-1])
-    smooth[1:-1] = (sampled & (turn * both <= _BENT)) | (even & (turn <= _STRAIGHT))
+    even = np.minimum(speed[1:], speed[:-1]) > _EVEN * np.maximum(speed[1:], speed[:-1])
+    smooth[1:-1] = (sampled & (turn * both <= _BENT) & (even | (both <= _SPECK))) | (even & (turn <= _STRAIGHT))
     smooth[1:-1] &= (track.stroke[2:] == track.stroke[1:-1]) & (track.stroke[:-2] == track.stroke[1:-1])
     return Path(track, smooth)
 

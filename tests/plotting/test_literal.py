@@ -144,13 +144,13 @@ def test_blocks_and_at_tell_the_same_story():
     assert made.duration == pytest.approx(total, abs=1e-6)
 
 
-@settings(max_examples=40)
+@settings(max_examples=30)
 @given(awkward(), st.sampled_from([1.0, 0.2, 5.0, "fast"]), st.sampled_from(["corexy", "cartesian"]))
 def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):
     profile = msgspec.structs.replace(PROFILE, bed=msgspec.structs.replace(PROFILE.bed, gantry=gantry))
     made = plan(drawing, profile, speed=speed)
     for stroke, there in zip(drawing.strokes, drawn(made), strict=True):
-        assert hausdorff(stroke.xy, there.xy) < 0.08
+        assert hausdorff(stroke.xy, there.xy) < 0.15
         assert len(there.t) == 1 or (np.diff(there.t) >= 0.006 - 1e-9).all()
 
 

@@ -46,6 +46,7 @@ class Ebb:
         self._rested = connecting.rested(self.talk, self.version)
         self._lost = self._rested  # where its zero is
         self._held = connecting.lengthen(self.talk, self.version) + 1
+        self.queued = None  # what it said while it was met does not count
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as few enough are unanswered."""

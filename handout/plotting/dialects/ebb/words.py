@@ -174,7 +174,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     for data in opening(profile):
         yield Command(data, 0)
-    down: bool | None = None
+    down = False  # the opening has lifted it
     motors = Motors(profile)
     index = 0
     while index < len(blocks):
