@@ -41,19 +41,32 @@ def motors(port):
 @pytest.mark.parametrize(
     ("version", "command", "answer"),
     [
-        ("2.8.1", "V", "EBBv13_and_above EB Firmware Version 2.8.1\r\n"), ("2.8.1", "SM,10,5,5", "OK\r\n"),
-        ("2.8.1", "qm", "QM,0,0,0,0\n\r"), ("2.8.1", "QS", "0,0\n\rOK\r\n"), ("2.8.1", "QG", "10\r\n"),
-        ("2.8.1", "QC", "0394,0300\r\nOK\r\n"), ("2.8.1", "QE", "0,0\r\nOK\r\n"), ("2.8.1", "ES", "0,0,0,0,0\n\rOK\r\n"),
-        ("2.2.8", "ES", "0\n\rOK\r\n"), ("3.0.0", "ES", "0\n\rOK\r\n"), ("2.8.1", "QP", "1\n\rOK\r\n"),
-        ("2.8.1", "XX", "!8 Err: Unknown command 'XX:5858'\n\r"), ("3.0", "XX", "!8 Err: Unknown command 'XX:5858'\r\nOK\r\n"),
-        ("2.6.5", "LT,10,1,1,1,1", "!8 Err: Unknown command 'LT:4C54'\n\r"), ("2.8.1", "LT,250,8589935,0,0,0", "OK\r\n"),
-        ("2.5.2", "LM,1,1,1,1,1,1", "!8 Err: Unknown command 'LM:4C4D'\n\r"), ("2.2.9", "XM,1,1,1", "!8 Err: Unknown command 'XM:584D'\n\r"),
+        ("2.8.1", "V", "EBBv13_and_above EB Firmware Version 2.8.1\r\n"),
+        ("2.8.1", "SM,10,5,5", "OK\r\n"),
+        ("2.8.1", "qm", "QM,0,0,0,0\n\r"),
+        ("2.8.1", "QS", "0,0\n\rOK\r\n"),
+        ("2.8.1", "QG", "10\r\n"),
+        ("2.8.1", "QC", "0394,0300\r\nOK\r\n"),
+        ("2.8.1", "QE", "0,0\r\nOK\r\n"),
+        ("2.8.1", "ES", "0,0,0,0,0\n\rOK\r\n"),
+        ("2.2.8", "ES", "0\n\rOK\r\n"),
+        ("3.0.0", "ES", "0\n\rOK\r\n"),
+        ("2.8.1", "QP", "1\n\rOK\r\n"),
+        ("2.8.1", "XX", "!8 Err: Unknown command 'XX:5858'\n\r"),
+        ("3.0", "XX", "!8 Err: Unknown command 'XX:5858'\r\nOK\r\n"),
+        ("2.6.5", "LT,10,1,1,1,1", "!8 Err: Unknown command 'LT:4C54'\n\r"),
+        ("2.8.1", "LT,250,8589935,0,0,0", "OK\r\n"),
+        ("2.5.2", "LM,1,1,1,1,1,1", "!8 Err: Unknown command 'LM:4C4D'\n\r"),
+        ("2.2.9", "XM,1,1,1", "!8 Err: Unknown command 'XM:584D'\n\r"),
         ("2.8.1", "SM,1,26,0", "!0 Err: <axis1> step rate > 25K steps/second.\n\r"),
-        ("2.8.1", "SM,1500,0,1", "!0 Err: <axis2> step rate < 1.31Hz.\n\r"), ("3.0.0", "SM,1500,0,1", "OK\r\n"),
-        ("2.8.1", "SM,10", "!4 Err: Missing parameter(s)\n\r"), ("2.8.1", "SM,0,1,1", "!6 Err: Invalid parameter value\n\r"),
-        ("2.8.1", "SM,10A,1", "!5 Err: Need comma next, found: 'A'\n\r"), ("2.8.1", "", ""),
+        ("2.8.1", "SM,1500,0,1", "!0 Err: <axis2> step rate < 1.31Hz.\n\r"),
+        ("3.0.0", "SM,1500,0,1", "OK\r\n"),
+        ("2.8.1", "SM,10", "!4 Err: Missing parameter(s)\n\r"),
+        ("2.8.1", "SM,0,1,1", "!6 Err: Invalid parameter value\n\r"),
+        ("2.8.1", "SM,10A,1", "!5 Err: Need comma next, found: 'A'\n\r"),
+        ("2.8.1", "", ""),
     ],
-)  # fmt: skip
+)
 def test_answers(version, command, answer):
     assert say(board(f"firmware={version}"), command, patience=3) == answer
 
