@@ -73,7 +73,13 @@ def test_the_opening_sets_the_pen_and_goes_to_zero():
 def test_the_servo_has_arrived_before_the_pen_is_taken_for_down():
     for time in (0.0, 0.05, 0.2, 1.0):
         rate = words._rate(5393, time)
-        assert 5393 / rate * words.SERVO_PERIOD <= max(0.75 * time, 0.024) and 1 <= rate <= 65535
+        assert 5393 / rate * words.SERVO_PERIOD <= max(time, 0.024) and 1 <= rate <= 65535
+
+
+def test_a_pen_comes_down_as_slowly_as_it_is_told_to():
+    pen = msgspec.structs.replace(PROFILE.pen, ramp=profiles.Time(0.4))
+    assert words.lifted(pen)[3] == b"SC,12,324\r"  # 5393 in 400 ms, a little more every 24 ms
+    assert words.pen(True, pen) == b"SP,0,547\r"  # and what the profile waits for, after most of that
 
 
 def test_pens_are_not_repeated_and_rests_are_delays():

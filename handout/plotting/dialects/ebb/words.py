@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.errors import InputError
+from handout.plotting import pens
 from handout.plotting.blocks import Block, Move, Pause, Pen, Timed
 from handout.plotting.dialect import Command
 from handout.plotting.dialects.ebb.stepping import Motors
@@ -20,7 +21,7 @@ from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
 SERVO_PERIOD = 0.024  # s between two pulses to the servo, of which each may change its place by the rate (SC,11 SC,12)
-_SWEEP = 0.7  # share of the time allowed for the pen in which the servo goes all its way
+_SWEEP = 0.7  # share of the time allowed for the pen in which the servo goes all its way, if nothing slower is asked
 _HOME_SPEED = 15.0  # mm/s, slow enough to be begun and ended at once: HM knows no acceleration
 _LONGEST = 65535  # ms a command may pause
 
@@ -119,8 +120,7 @@ def seconds(data: bytes) -> float:
 
 def pen(down: bool, profile: PenProfile) -> bytes:
     """Lower or lift the pen, and wait for it."""
-    wait = profile.down_time if down else profile.up_time
-    return command("SP", 0 if down else 1, *_milliseconds(wait))
+    return command("SP", 0 if down else 1, *_milliseconds(pens.wait(profile, down, 0.0)))
 
 
 def _milliseconds(seconds: float) -> list[int]:
@@ -130,8 +130,8 @@ def _milliseconds(seconds: float) -> list[int]:
 
 
 def _rate(way: float, seconds: float) -> int:
-    """What the servo's place changes by with every pulse, so that it goes all its way in good time."""
-    return max(1, min(65535, math.ceil(abs(way) * SERVO_PERIOD / max(_SWEEP * seconds, SERVO_PERIOD))))
+    """What the servo's place changes by with every pulse, so that it goes all its way in that time."""
+    return max(1, min(65535, math.ceil(abs(way) * SERVO_PERIOD / max(seconds, SERVO_PERIOD))))
 
 
 def lifted(profile: PenProfile) -> list[bytes]:
@@ -140,8 +140,8 @@ def lifted(profile: PenProfile) -> list[bytes]:
     return [
         command("SC", 4, round(profile.up)),
         command("SC", 5, round(profile.down)),
-        command("SC", 11, _rate(way, profile.up_time)),
-        command("SC", 12, _rate(way, profile.down_time)),
+        command("SC", 11, _rate(way, _SWEEP * profile.up_time)),
+        command("SC", 12, _rate(way, profile.ramp or _SWEEP * profile.down_time)),
         pen(False, profile),
     ]
 
