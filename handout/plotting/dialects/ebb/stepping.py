@@ -55,15 +55,6 @@ class Axis:
         self.at += steps
         return steps
 
-    def even(self, steps: int, ms: int) -> int:
-        """Ticks that SM takes for so many steps; boards work the rate of up to 30 ms out to 16 bits only."""
-        rate = (steps << 15) // (TICKS // 1000 * ms) << 16 if ms <= 30 else steps * WHOLE // (TICKS // 1000 * ms)
-        if rate == 0:
-            return TICKS // 1000 * ms
-        ticks = -(-(steps * WHOLE - self.filled) // rate)
-        self.filled += ticks * rate - steps * WHOLE
-        return ticks
-
     def timed(self, part: Slice, ticks: int, clear: bool) -> tuple[int, int]:
         """Rate and acceleration of a move that is told by its time; the accumulator does as the board's will.
 
@@ -141,7 +132,7 @@ class Motors:
         for axis, at in zip(self.axes, begin, strict=True):
             axis.at = at
         self.place = np.linalg.solve(self.mix, np.array(begin, dtype=float))
-        self._behind = 0.0  # ms or ticks by which it is late, which the next move has to make up for
+        self._clock, self._told = 0.0, 0  # s; ticks or ms that were told so far
 
     def run(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
@@ -151,17 +142,21 @@ class Motors:
         places = xy @ self.mix.T
         unit = 1000 if self.version < STEPS else TICKS
         speeds = _speeds(places, seconds) / TICKS
-        for index, took in enumerate(seconds.tolist()):
-            self._behind -= took * unit
-            whole = max(round(-self._behind), 1)
-            self._behind += whole
+        for index, whole in enumerate(self._whole(seconds, unit)):
             parts = [
                 Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
                 for a in (0, 1)
             ]
             yield index, self._told_as(parts, whole, index == 0)
-        if self.version < STEPS:
-            self._behind = 0.0  # a rest makes up for what was late
+
+    def _whole(self, seconds: Array, unit: int) -> list[int]:
+        """Durations in whole units; what is rounded off one is added to the next."""
+        ends = self._clock + np.cumsum(seconds)
+        told = np.rint(ends * unit).astype(int).tolist()
+        self._clock = float(ends[-1])
+        whole = np.diff([self._told, *told])
+        self._told = told[-1]
+        return [max(int(count), 1) for count in whole]
 
     def _told_as(self, parts: list[Slice], whole: int, first: bool) -> bytes:
         """One move, in so many ms or ticks."""
@@ -171,8 +166,6 @@ class Motors:
 
     def _constant(self, parts: list[Slice], ms: int) -> bytes:
         one, two = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
-        ticks = max(axis.even(abs(steps), ms) for axis, steps in zip(self.axes, (one, two), strict=True))
-        self._behind += (ticks + 1) * 1000 / TICKS - ms  # the next begins a tick after the last step
         return f"SM,{ms},{one},{two}\r".encode("ascii")
 
     def _stepped(self, parts: list[Slice], ticks: int) -> bytes:
