@@ -9,6 +9,7 @@ became slower.  Where the hand stays within the limits nothing changes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,6 +54,7 @@ class Path:
     track: Track
     smooth: Flags
 
+    @cached_property
     def velocities(self) -> tuple[Array, Array]:
         """(n, 2) mm/s each, on arriving at the samples and on leaving them; of a parabola where it is smooth."""
         if len(self.track.t) < 2:
@@ -72,7 +74,7 @@ class Path:
         track = self.track
         if len(track.t) < 2:
             return np.repeat(track.xy, len(t), axis=0)
-        arriving, leaving = self.velocities()
+        arriving, leaving = self.velocities
         piece = np.clip(np.searchsorted(track.t, t, side="right") - 1, 0, len(track.t) - 2)
         gap = np.maximum(track.t[piece + 1] - track.t[piece], _TINY)[:, None]
         u = np.clip((t - track.t[piece])[:, None] / gap, 0.0, 1.0)
@@ -111,7 +113,7 @@ def within(path: Path, reach: Reach) -> Path:
     gap, chord = _chords(track)
     length = gap * np.hypot(*chord.T)
     drawn = track.stroke[1:] == track.stroke[:-1]
-    arriving, leaving = path.velocities()
+    arriving, leaving = path.velocities
     hand = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
     most = np.minimum(hand, _greatest(path, gap, chord, hand, reach))
     most[np.concatenate(_ends(track))] = 0.0

@@ -119,7 +119,7 @@ def slices(path: Path, profile: Plotter) -> tuple[Track, Array]:
 
 def _corners(path: Path) -> Array:
     """(n,) bool: samples at which a straight line ends and another begins in another direction."""
-    arriving, leaving = path.velocities()
+    arriving, leaving = path.velocities
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
     turn = np.abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))
     return np.asarray(~path.smooth & (turn > _CORNER))
@@ -208,11 +208,11 @@ def _sliced(way: Course, runs: dict[int, _Run]) -> Course:
     for row, run in runs.items():
         many[row] = len(run.took)
     begin = np.append(0, np.cumsum(many))
-    points = [way.points[:1]]
-    for row in range(len(many)):
-        here = way.points[row + 1 : row + 2]
-        between = runs[row].points[:-1] if row in runs else here[:0, :2]
-        points += [np.column_stack([between, np.full(len(between), here[0, 2])]), here]
+    points = np.empty((begin[-1] + 1, 3))
+    points[begin] = way.points
+    for row, run in runs.items():
+        inside = slice(begin[row] + 1, begin[row + 1])
+        points[inside, :2], points[inside, 2] = run.points[:-1], way.points[row + 1, 2]
     stands, pause = np.zeros(begin[-1], dtype=bool), np.zeros(begin[-1] + 1)
     stands[begin[:-1]], pause[begin] = way.stands, way.pause
     told: list[tuple[Pen | Pause | None, int]] = []
@@ -220,7 +220,7 @@ def _sliced(way: Course, runs: dict[int, _Run]) -> Course:
         first = int(begin[row])
         told += [(block, first)] if block is not None else [(None, first + part) for part in range(many[row])]
     return Course(
-        points=readonly(np.concatenate(points), None, 3),
+        points=readonly(points, None, 3),
         kind=np.repeat(way.kind, many),
         stroke=np.repeat(way.stroke, many),
         intended=np.repeat(way.intended, many),
