@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, lookahead, pens, vectors
+from handout.plotting import bed, course, feeds, knots, literal, lookahead, pens, vectors
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
@@ -55,6 +55,9 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
+    if profile.dialect in literal.DIALECTS:
+        timing = literal.Timing(path, meant, _dots(drawing, speed))
+        return literal.plan(drawing, profile, timing, placement, speed, order)
     cuts = _cut(path, profile)
     clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
     way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
