@@ -1,0 +1,110 @@
+"""A Marlin controller that is connected: commands out, counts in, halt and home."""
+
+from __future__ import annotations
+
+from handout.errors import DeviceError
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.marlin import connecting, words
+from handout.plotting.dialects.marlin.held import Held
+from handout.plotting.dialects.marlin.link import Line, Link
+from handout.plotting.dialects.marlin.words import Ok, Position
+from handout.plotting.ports import Port
+from handout.profiles import Plotter
+
+_HOMING = 180.0  # s a machine may take to find its switches, even one that does not say that it is busy
+_HURRY = 2.0  # s to wait for an answer when something has gone wrong already; it speaks every 2 s when it is busy
+_MOMENT = 0.05  # s between two questions how much room it has
+_NOTICED = 1.0  # s of motion to come that a person who stops it is told of
+
+
+class Marlin:
+    """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
+
+    def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
+        self.log = log
+        self.sent = self.taken = 0
+        self.queued: int | None = None
+        self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
+        self._lost = False  # it was stopped dead and no longer knows where it is
+        self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
+        self.profile, self.able = connecting.meet(self.link, profile, log)
+        self._held = Held(self.profile.port.queue, self.profile.limits.steps_per_mm)
+
+    @property
+    def executed(self) -> int:
+        """Commands certainly executed: those taken, but for the moves that its queue may still hold."""
+        return min(self._held.executed, self.taken)
+
+    def send(self, data: bytes) -> None:
+        """Write a command as soon as it has room for one more."""
+        self.link.send(data, self.sent + 1)
+        self.sent += 1
+
+    def _worked(self, line: Line, reply: Ok) -> None:
+        self.taken = max(self.taken, line.command)
+        self._held.worked(line.data, line.command)
+        if reply.moves is not None:
+            self.queued = max(self.profile.port.queue - reply.moves, 0)
+            self._held.at_most(self.queued)
+        self.link.grace = self._held.seconds
+
+    def wait(self) -> None:
+        """Hear what it says next.
+
+        When it has answered everything its queue runs empty, since no more is sent; where it says how many moves it has
+        it is asked for that, and elsewhere for an answer when all of them are done.
+        """
+        if self.link.under_way:
+            self.link.hear()
+        elif self.queued is not None:
+            self.link.replies(_MOMENT)
+            self.link.ask(words.WHERE)
+        else:
+            self.link.ask(words.STANDING)
+
+    def finish(self) -> None:
+        """Wait until the machine stands and the last command has been executed."""
+        self.link.ask(words.STANDING)
+
+    def position(self) -> tuple[float, float] | None:
+        """Machine coordinates, mm, once it stands."""
+        self.finish()
+        for reply in self.link.ask(words.WHERE):
+            if isinstance(reply, Position) and not self._lost:
+                return reply.x, reply.y
+        return None
+
+    def halt(self) -> None:
+        """Send nothing more, let it finish the little that it has in hand, and lift the pen.
+
+        Marlin has no feed hold, and its quick stop (M410) forgets the moves in its planner but not the commands behind
+        them: these would be drawn from wherever it stands.  So M410 is for someone who interrupts a second time; it acts
+        when it is received (EMERGENCY_PARSER) or when it is read.
+        """
+        link = self.link
+        link.timeout = min(link.timeout, _HURRY)
+        try:
+            self._run_out()
+            for line in [*words.MODES[:2], *words.pen(False, self.profile.pen), *words.closing()]:
+                link.ask(line)
+        except DeviceError:
+            self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def _run_out(self) -> None:
+        if (left := self._held.seconds) > _NOTICED:
+            self.log(f"The plotter finishes what it has in hand, about {left:.0f} s; interrupt again to stop it dead.")
+        try:
+            self.link.ask(words.STANDING)
+        except KeyboardInterrupt:
+            self._lost = True
+            self.link.port.write(b"\n" + words.STOP_DEAD)
+            when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
+            self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
+
+    def home(self) -> None:
+        """Lift the pen, and find the zero of X and Y by the switches."""
+        self.log("Homing: the plotter looks for its zero.")
+        for line in words.homing(self.profile):
+            self.link.grace = _HOMING
+            self.link.ask(line)
+        self._lost = False
