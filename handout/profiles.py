@@ -64,13 +64,15 @@ class Bed(_Table, frozen=True):
 class Limits(_Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
-    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
+    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``; jerk: of a
+    Marlin that uses it in place of junction deviation, 0 for none.
     """
 
     draw_speed: Speed
     travel_speed: Speed
     acceleration: Acceleration
     junction_deviation: Length = Length(0.01)
+    jerk: Speed = Speed(0.0)
     steps_per_mm: float = 80.0
 
 
@@ -187,7 +189,7 @@ Profile = Plotter | Printer
 _BOUNDS: dict[str, tuple[float, float]] = {
     "bed.width": (10, 5000), "bed.height": (10, 5000),
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
-    "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
+    "limits.junction_deviation": (0, 1), "limits.jerk": (0, 100), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
