@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from handout.errors import DeviceError
+from handout.plotting.blocks import Move, Pen
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.marlin import connecting, words
 from handout.plotting.dialects.marlin.held import Held
@@ -25,7 +26,7 @@ class Marlin:
         self.sent = self.taken = 0
         self.queued: int | None = None
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
-        self._lost = False  # it was stopped dead and no longer knows where it is
+        self._certain: int | None = None  # commands executed before it was stopped dead; its place is lost then
         self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
         self.profile, self.able = connecting.meet(self.link, profile, log)
         self._held = Held(self.profile.port.queue, self.profile.limits.steps_per_mm)
@@ -33,7 +34,7 @@ class Marlin:
     @property
     def executed(self) -> int:
         """Commands certainly executed: those taken, but for the moves that its queue may still hold."""
-        return min(self._held.executed, self.taken)
+        return min(self._held.executed, self.taken) if self._certain is None else self._certain
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as it has room for one more."""
@@ -42,6 +43,7 @@ class Marlin:
 
     def _worked(self, line: Line, reply: Ok) -> None:
         self.taken = max(self.taken, line.command)
+        self.sent = max(self.sent, self.taken)  # an interrupt may have come between sending and counting
         self._held.worked(line.data, line.command)
         if reply.moves is not None:
             self.queued = max(self.profile.port.queue - reply.moves, 0)
@@ -70,7 +72,7 @@ class Marlin:
         """Machine coordinates, mm, once it stands."""
         self.finish()
         for reply in self.link.ask(words.WHERE):
-            if isinstance(reply, Position) and not self._lost:
+            if isinstance(reply, Position) and self._certain is None:
                 return reply.x, reply.y
         return None
 
@@ -96,7 +98,7 @@ class Marlin:
         try:
             self.link.ask(words.STANDING)
         except KeyboardInterrupt:
-            self._lost = True
+            self._certain = self.executed
             self.link.port.write(b"\n" + words.STOP_DEAD)
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
@@ -107,4 +109,13 @@ class Marlin:
         for line in words.homing(self.profile):
             self.link.grace = _HOMING
             self.link.ask(line)
-        self._lost = False
+
+    def zero(self) -> None:
+        """``G92``, which it forgets with the next reset."""
+        self.link.ask(words.HERE)
+
+    def go(self, x: float, y: float) -> None:
+        """As the beginning of a program would."""
+        way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
+        for command in words.program(way, self.profile):
+            self.link.ask(command.data)

@@ -8,6 +8,7 @@ been received is thrown away and ``Resend: n`` says which line is wanted.
 from __future__ import annotations
 
 import functools
+import math
 import operator
 import re
 from collections.abc import Iterator, Sequence
@@ -23,12 +24,14 @@ WHERE = b"M114\n"
 WHO = b"M115\n"
 SETTINGS = b"M503\n"
 NUMBER = b"M110\n"
+HERE = b"G92X0Y0\n"  # the pen stands at zero
 STOP_DEAD = b"M410\n"
 LONGEST = 95  # bytes of a line that Marlin keeps (MAX_CMD_SIZE); the rest is cut off silently
 # Millimetres, absolute; no percentage from the knob; no slower segments when the queue runs low; motors stay powered
 # while a person changes a pen, or their place would be lost.
 MODES = (b"G21\n", b"G90\n", b"M220S100\n", b"M205B0\n", b"M84S0\n")
-_AT_ONCE = 3  # moves after which Marlin begins; with fewer it waits a tenth of a second for more
+_AT_ONCE = 3  # moves with which Marlin begins; with fewer it waits a tenth of a second for more
+_WORTH = 1.0  # mm of a move that is cut into so many
 
 # part of what Marlin says after "Error:" → what it means and what to do
 ERRORS: tuple[tuple[str, str], ...] = (
@@ -198,7 +201,7 @@ def framed(number: int, data: bytes) -> bytes:
 
 def opening(profile: Plotter) -> list[bytes]:
     """How numbers are meant; and the zero, if it is where the pen stands."""
-    here = [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
+    here = [HERE] if profile.bed.zero == "here" else []
     return [*MODES, *here]
 
 
@@ -237,7 +240,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     yield from (Command(line, 0) for line in opening(profile))
     down: bool | None = None
-    x = y = feed = ""
+    written = _Written()
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
@@ -245,15 +248,52 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
             down = block.down
-            feed = "" if profile.pen.lift == "z" else feed
+            written.feed = "" if profile.pen.lift == "z" else written.feed
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
-            words = [(f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y), (f"F{_number(block.feed, 1)}", feed)]
-            yield Command(("G1" + "".join(word for word, before in words if word != before) + "\n").encode(), index + 1)
-            (x, _), (y, _), (feed, _) = words
+            lone = _rests(blocks, index - 1, profile) and _rests(blocks, index + 1, profile)
+            *first, last = written.move(block, _AT_ONCE if lone else 1)
+            yield from (Command(line, index) for line in first)
+            yield Command(last, index + 1)
     yield from (Command(line, len(blocks)) for line in closing())
+
+
+def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
+    """Whether the machine comes to rest at a block (or beyond the ends of the plan)."""
+    if not 0 <= index < len(blocks):
+        return True
+    block = blocks[index]
+    if isinstance(block, Pen):
+        return profile.pen.lift != "z" or (profile.pen.down_time if block.down else profile.pen.up_time) > 0
+    return isinstance(block, Pause)
+
+
+class _Written:
+    """What the machine remembers of the moves before."""
+
+    def __init__(self) -> None:
+        self.x = self.y = self.feed = ""
+
+    def move(self, block: Move, pieces: int) -> Iterator[bytes]:
+        """The words of a move that the machine does not know yet.
+
+        A move that stands alone is cut into pieces, since Marlin would wait for more before it begins.
+        """
+        if pieces > 1 and self.x and self.y:
+            start = float(self.x), float(self.y)
+            if math.dist(start, (block.x, block.y)) > _WORTH:
+                for share in (piece / pieces for piece in range(1, pieces)):
+                    x, y = (a + share * (b - a) for a, b in zip(start, (block.x, block.y), strict=True))
+                    yield self._line(Move(x, y, block.feed))
+        yield self._line(block)
+
+    def _line(self, block: Move) -> bytes:
+        x, y, feed = _number(block.x), _number(block.y), _number(block.feed, 1)
+        words = [("X", x, self.x), ("Y", y, self.y), ("F", feed, self.feed)]
+        self.x, self.y, self.feed = x, y, feed
+        return f"G1{''.join(letter + now for letter, now, before in words if now != before)}\n".encode()
 
 
 def _number(value: float, digits: int = 3) -> str:
