@@ -8,7 +8,7 @@ import msgspec
 
 from handout.errors import DeviceSilent
 from handout.plotting.dialects.marlin import words
-from handout.plotting.dialects.marlin.link import Link
+from handout.plotting.dialects.marlin.link import WINDOW, Link
 from handout.plotting.dialects.marlin.words import (
     Capability, Fault, Identity, Note, Ok, Reply, Resend, Settings, Start, Unknown,
 )  # fmt: skip
@@ -18,6 +18,9 @@ from handout.profiles import Acceleration, Length, Plotter, Speed
 _FIRST = 10_000
 _GLANCE = 0.25
 _TRY = 1.0  # s to wait for the answer to one attempt
+_TICK = 0.002  # s
+_LONGER = 15  # bytes by which a line that draws is longer than one that asks
+_QUICK = 0.8  # share of the time of a segment in which a line has to be answered if lines are to be sent one by one
 
 
 def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plotter, set[str]]:
@@ -46,9 +49,9 @@ def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plot
     told += link.ask(words.STANDING)
     able = {reply.name for reply in told if isinstance(reply, Capability) and reply.able}
     own = with_settings(profile, told, log)
-    advanced = [reply for reply in told if isinstance(reply, Ok) and reply.commands is not None]
-    if advanced:
-        link.window = (advanced[-1].commands or 0) + 1
+    room = [reply.commands + 1 for reply in told if isinstance(reply, Ok) and reply.commands is not None]
+    if _round_trip(link, profile) * profile.segment_rate > _QUICK:
+        link.window = max(room, default=WINDOW)
     return own, able
 
 
@@ -112,6 +115,22 @@ def _check_numbers(link: Link, log: Callable[[str], None]) -> None:
         if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
             break
     log("The plotter does not check the numbers of its lines: what is damaged on the way to it will not be noticed.")
+
+
+def _round_trip(link: Link, profile: Plotter) -> float:
+    """How long it takes from a line to the answer to it, s; counted by waiting, so that simulated time counts too."""
+    least = _TRY
+    for _ in range(3):
+        waited = 0.0
+        link.send(words.STANDING, 0)
+        while link.under_way and waited < _TRY:
+            replies = link.replies(_TICK)
+            waited += 0.0 if replies else _TICK
+            for reply in replies:
+                link.take(reply)
+        link.drain()
+        least = min(least, waited)
+    return least + _LONGER * 10 / profile.port.baud
 
 
 def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], None]) -> Plotter:

@@ -22,9 +22,10 @@ class Marlin:
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.log = log
+        self.log, self.profile = log, profile
         self.sent = self.taken = 0
         self.queued: int | None = None
+        self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
         self._certain: int | None = None  # commands executed before it was stopped dead; its place is lost then
         self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
@@ -37,7 +38,14 @@ class Marlin:
         return min(self._held.executed, self.taken) if self._certain is None else self._certain
 
     def send(self, data: bytes) -> None:
-        """Write a command as soon as it has room for one more."""
+        """Write a command as soon as it has room for one more.
+
+        Moves over the paper are never under way together with anything else, such as a pen being lifted: see `link`.
+        """
+        moves = data.startswith(b"G1") and b"Z" not in data
+        if not (moves and self._moves):
+            self.link.drain()
+        self._moves = moves
         self.link.send(data, self.sent + 1)
         self.sent += 1
 

@@ -1,9 +1,13 @@
 """A conversation with a Marlin controller: numbered lines out, replies in, lines again that it asks for.
 
-What makes it safe: Marlin takes a line only if its number is the next one and its checksum is right, so whatever is
-lost, damaged or sent twice, every line is executed once and in order.  Its ``ok`` says that one more line has been
-worked through, and serves to keep no more lines under way than it has room for.  Where an ``ok`` may have been lost, a
-harmless numbered question tells both what it is missing and what it has worked through.
+What makes it safe: Marlin takes a numbered line only if its number is the next one and its checksum is right, so what is
+lost, damaged or sent twice is asked for again, and every line is executed once and in order.  Its ``ok`` says that one
+more line has been worked through, and serves to keep no more lines under way than it has room for.  Where an ``ok`` may
+have been lost, a harmless numbered question tells both what it is missing and what it has worked through.
+
+One gap is left, and it is why lines are sent one at a time where the connection is quick enough (`window` is 1): when
+Marlin finds a damaged line it throws away what it has received, which may end in the middle of the next line, just
+behind its number.  What comes after that is a command without a number, which Marlin obeys.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from handout.plotting.dialects.marlin.words import (
 )  # fmt: skip
 from handout.plotting.ports import Port
 
-WINDOW = 4  # commands it can hold (BUFSIZE), the one it works on included
+WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
 _GLANCE = 0.25  # s without a word after which it is asked
 _AGAIN = 1.0  # s between two questions
 _SETTLE = 0.05  # s without a word after which all that was under way has been judged
@@ -55,7 +59,7 @@ class Link:
 
     Attributes
     ----------
-    window : lines it can hold.
+    window : lines that may be under way.
     echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
     again : how many lines were sent more than once.
     grace : how long it may be silent besides `timeout` because it moves, s.
@@ -63,9 +67,10 @@ class Link:
 
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None], worked: Worked) -> None:
         self.port, self.buffer, self.timeout, self.log, self._worked = port, buffer, timeout, log, worked
-        self.window, self.echoes, self.again, self.grace = WINDOW, True, 0, 0.0
+        self.window, self.echoes, self.again, self.grace = 1, True, 0, 0.0
         self._partial = b""
         self._quiet = self._prodded = 0.0
+        self._prods = 0
         self._waiting = False  # for a person
         self._settling = False  # what is under way has not all been judged
         self._listener: list[Reply] | None = None
@@ -166,29 +171,31 @@ class Link:
                     "and that it moves freely."
                 )
             if self._quiet >= self._prodded:
-                self._prodded = self._quiet + _AGAIN
                 self._prod()
-        self._quiet = self._prodded = 0.0
+                self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
+        self._quiet, self._prodded, self._prods = 0.0, 0.0, 0
         while replies:
             for reply in replies:
-                self._take(reply)
+                self.take(reply)
             replies = self.replies(_SETTLE) if self._settling else []
         self._settling = False
 
     def _prod(self) -> None:
-        """Ask something harmless under the next number.
+        """End a line that may have lost its own end; and if that does not help, ask something harmless.
 
-        If a line before it is missing, the controller asks for that; if not, its answer shows that all lines before
-        were worked through, though an ``ok`` was lost.  An empty line first ends a line that lost its own end.
+        The question has the next number.  If a line before it is missing, the controller asks for that; if not, its
+        answer shows that all lines before were worked through, though an ``ok`` was lost.
         """
-        self.port.write(b"\n")
-        if self._next <= self._last:
+        self._prods += 1
+        if self._prods % 2:
+            self.port.write(b"\n")
+        elif self._next <= self._last:
             self._write(self._line(self._next))
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
             self._append(Line(number, words.WHERE, command, words.framed(number, words.WHERE)))
 
-    def _take(self, reply: Reply) -> None:
+    def take(self, reply: Reply) -> None:
         if self._listener is not None:
             self._listener.append(reply)
         if isinstance(reply, Ok):
@@ -239,8 +246,9 @@ class Link:
     def _unknown(self, reply: Unknown) -> None:
         said = reply.command.encode()
         waiting = [line for line in self._lines if line.number > self._done and said.startswith(line.data.strip())]
-        if not waiting:  # the rest of a damaged line; the line itself will be asked for
-            self._skip += 1
+        if not waiting:  # a line that lost its number, or the rest of one
+            self._skip, self._settling = 1, True
+            self._next = self._done + 1
         elif not waiting[0].data.startswith(_OPTIONAL):
             raise DeviceAlarm(
                 f"The plotter does not know {reply.command!r}: its firmware was built without it; check pen.lift and "
