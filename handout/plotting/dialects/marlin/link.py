@@ -191,6 +191,8 @@ class Link:
             self.port.write(b"\n")
         elif self._next <= self._last:
             self._write(self._line(self._next))
+        elif self.under_way and self._lines[-1].data == words.WHERE:
+            self._write(self._lines[-1])
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
             self._append(Line(number, words.WHERE, command, words.framed(number, words.WHERE)))
