@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, lookahead
+from handout.plotting import bed, course, feeds, knots, lookahead, pens
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
@@ -55,7 +55,8 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
     cuts = _cut(path, profile)
-    way = course.lay_out(cuts, _dots(drawing, speed), profile)
+    clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
+    way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
     lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
     feed = _feeds(way, lines, profile)
     motion = lookahead.run(lines, feed / 60.0, profile.port.queue)
@@ -152,7 +153,7 @@ def _capacity(profile: Plotter) -> float:
 def _feeds(way: Course, lines: Blocks, profile: Plotter) -> Array:
     """The feed of every move, mm/min, as it is written."""
     limits = profile.limits
-    feed = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
+    feed = course.pen_up_speeds(way, profile)
     most = feeds.greatest(lines, limits.acceleration, float(limits.draw_speed))
     wanted = way.intended * _crowding(way, 1.0 / _capacity(profile))
     return feeds.round_feed(feeds.fit(lines, wanted, feed, way.draws, most, profile.port.queue))
@@ -171,9 +172,15 @@ def _crowding(way: Course, line_time: float) -> Array:
 
 def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
-    xy, feeds_ = way.points[1:, :2].tolist(), feed.tolist()
+    xyz, feeds_ = way.points[1:].tolist(), feed.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
-    blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
+    follows = way.follows_pressure
+    blocks = tuple(
+        Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if follows and way.draws[row] else None)
+        if block is None
+        else block
+        for block, row in way.told
+    )
     rows = np.array([row for _, row in way.told])
     moves = np.array([block is None for block, _ in way.told])
     return blocks, np.where(moves, starts[rows], rests[rows])
