@@ -154,7 +154,7 @@ def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
 
 
 def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
-    """Square of the speed with which Marlin lets a line begin that is a chord of a curve, mm²/s²; infinite elsewhere."""
+    """Square of the speed with which Marlin begins a line that is a chord of a curve, mm²/s²; infinite elsewhere."""
     cosine = np.clip((unit[:-1] * unit[1:]).sum(axis=1), -1.0, 1.0)
     speed2 = acceleration[1:] * length[1:] / np.maximum(np.arccos(cosine), _LEAST_TURN)
     return np.where((length[1:] < _CHORD) & (cosine > _OCTAGON), speed2, np.inf)

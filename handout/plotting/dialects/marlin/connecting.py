@@ -10,7 +10,16 @@ from handout.errors import DeviceSilent
 from handout.plotting.dialects.marlin import words
 from handout.plotting.dialects.marlin.link import WINDOW, Link
 from handout.plotting.dialects.marlin.words import (
-    Capability, Fault, Identity, Note, Ok, Reply, Resend, Settings, Start, Unknown,
+    Capability,
+    Fault,
+    Identity,
+    Note,
+    Ok,
+    Reply,
+    Resend,
+    Settings,
+    Start,
+    Unknown,
 )  # fmt: skip
 from handout.profiles import Acceleration, Length, Plotter, Speed
 
@@ -20,7 +29,8 @@ _GLANCE = 0.25
 _TRY = 1.0  # s to wait for the answer to one attempt
 _TICK = 0.002  # s
 _LONGER = 15  # bytes by which a line that draws is longer than one that asks
-_QUICK = 0.8  # share of the time of a segment in which a line has to be answered if lines are to be sent one by one
+_QUICK = 0.6  # share of the time of a segment in which a line has to be answered if lines are to be sent one by one
+_SLOW = 2.5  # times of a segment in which even several lines under way are too few
 
 
 def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plotter, set[str]]:
@@ -50,8 +60,14 @@ def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plot
     able = {reply.name for reply in told if isinstance(reply, Capability) and reply.able}
     own = with_settings(profile, told, log)
     room = [reply.commands + 1 for reply in told if isinstance(reply, Ok) and reply.commands is not None]
-    if _round_trip(link, profile) * profile.segment_rate > _QUICK:
+    beat = _round_trip(link, profile)
+    if beat * profile.segment_rate > _QUICK:
         link.window = max(room, default=WINDOW)
+    if beat * profile.segment_rate > _SLOW:
+        log(
+            f"The plotter answers only after {beat * 1000:.0f} ms: it may pause in the middle of strokes; set the "
+            "latency of its USB adapter to 1 ms, or lower segment_rate in the profile."
+        )
     return own, able
 
 

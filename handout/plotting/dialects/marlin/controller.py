@@ -23,26 +23,21 @@ class Marlin:
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.log, self.profile = log, profile
-        self.sent = self.taken = 0
+        self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
-        self._certain: int | None = None  # commands executed before it was stopped dead; its place is lost then
+        self._dead = False  # it was stopped dead: its place is lost, and what it had in hand
         self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
         self.profile, self.able = connecting.meet(self.link, profile, log)
         self._held = Held(self.profile.port.queue, self.profile.limits.steps_per_mm)
-
-    @property
-    def executed(self) -> int:
-        """Commands certainly executed: those taken, but for the moves that its queue may still hold."""
-        return min(self._held.executed, self.taken) if self._certain is None else self._certain
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as it has room for one more.
 
         Moves over the paper are never under way together with anything else, such as a pen being lifted: see `link`.
         """
-        moves = data.startswith(b"G1") and b"Z" not in data
+        moves = data.startswith(b"G1") and (b"X" in data or b"Y" in data)
         if not (moves and self._moves):
             self.link.drain()
         self._moves = moves
@@ -56,6 +51,8 @@ class Marlin:
         if reply.moves is not None:
             self.queued = max(self.profile.port.queue - reply.moves, 0)
             self._held.at_most(self.queued)
+        if not self._dead:
+            self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
 
     def wait(self) -> None:
@@ -80,7 +77,7 @@ class Marlin:
         """Machine coordinates, mm, once it stands."""
         self.finish()
         for reply in self.link.ask(words.WHERE):
-            if isinstance(reply, Position) and self._certain is None:
+            if isinstance(reply, Position) and not self._dead:
                 return reply.x, reply.y
         return None
 
@@ -88,8 +85,8 @@ class Marlin:
         """Send nothing more, let it finish the little that it has in hand, and lift the pen.
 
         Marlin has no feed hold, and its quick stop (M410) forgets the moves in its planner but not the commands behind
-        them: these would be drawn from wherever it stands.  So M410 is for someone who interrupts a second time; it acts
-        when it is received (EMERGENCY_PARSER) or when it is read.
+        them: these would be drawn from wherever it stands.  So M410 is for someone who interrupts a second time; it
+        acts when it is received (EMERGENCY_PARSER) or when it is read.
         """
         link = self.link
         link.timeout = min(link.timeout, _HURRY)
@@ -106,7 +103,7 @@ class Marlin:
         try:
             self.link.ask(words.STANDING)
         except KeyboardInterrupt:
-            self._certain = self.executed
+            self._dead = True
             self.link.port.write(b"\n" + words.STOP_DEAD)
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")

@@ -1,9 +1,9 @@
 """A conversation with a Marlin controller: numbered lines out, replies in, lines again that it asks for.
 
-What makes it safe: Marlin takes a numbered line only if its number is the next one and its checksum is right, so what is
-lost, damaged or sent twice is asked for again, and every line is executed once and in order.  Its ``ok`` says that one
-more line has been worked through, and serves to keep no more lines under way than it has room for.  Where an ``ok`` may
-have been lost, a harmless numbered question tells both what it is missing and what it has worked through.
+What makes it safe: Marlin takes a numbered line only if its number is the next one and its checksum is right, so what
+is lost, damaged or sent twice is asked for again, and every line is executed once and in order.  Its ``ok`` says that
+one more line has been worked through, and serves to keep no more lines under way than it has room for.  Where an ``ok``
+may have been lost, a harmless numbered question tells both what it is missing and what it has worked through.
 
 One gap is left, and it is why lines are sent one at a time where the connection is quick enough (`window` is 1): when
 Marlin finds a damaged line it throws away what it has received, which may end in the middle of the next line, just
@@ -19,7 +19,16 @@ from typing import NamedTuple
 from handout.errors import DeviceAlarm, DeviceSilent
 from handout.plotting.dialects.marlin import words
 from handout.plotting.dialects.marlin.words import (
-    Busy, Error, Ok, Position, Reply, Resend, Start, Struck, Unhomed, Unknown,
+    Busy,
+    Error,
+    Ok,
+    Position,
+    Reply,
+    Resend,
+    Start,
+    Struck,
+    Unhomed,
+    Unknown,
 )  # fmt: skip
 from handout.plotting.ports import Port
 

@@ -1,7 +1,7 @@
-"""The dialect of Marlin: blocks → commands, lines → replies, and how a line is numbered.  Nothing here waits or remembers.
+"""The dialect of Marlin: blocks → commands, lines → replies, how a line is numbered.  Nothing here waits or remembers.
 
-Source: Marlin's own documentation and sources, read for facts (G-code reference; queue of commands, planner, messages):
-a line ``Nn …*cs`` is taken if n is the last number + 1 and cs the XOR of all bytes before the asterisk; if not, what has
+Source: Marlin's documentation and sources, read for facts (G-code reference; queue of commands, planner, messages): a
+line ``Nn …*cs`` is taken if n is the last number + 1 and cs the XOR of all bytes before the asterisk; if not, what has
 been received is thrown away and ``Resend: n`` says which line is wanted.
 """
 
@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from handout.plotting import pens
 from handout.plotting.blocks import Block, Move, Pause, Pen
 from handout.plotting.dialect import Command
 from handout.profiles import Pen as PenProfile
@@ -33,16 +34,18 @@ MODES = (b"G21\n", b"G90\n", b"M220S100\n", b"M205B0\n", b"M84S0\n")
 _AT_ONCE = 3  # moves with which Marlin begins; with fewer it waits a tenth of a second for more
 _WORTH = 1.0  # mm of a move that is cut into so many
 
+_HEATERS = "its heater protection struck; nothing has to be hot for drawing: switch its heaters off (M104 S0, M140 S0)"
+_SENSOR = "put it back, or give its firmware a dummy sensor (998, 999)"
 # part of what Marlin says after "Error:" → what it means and what to do
 ERRORS: tuple[tuple[str, str], ...] = (
     ("kill() called", "it was stopped for good (M112, or its own protection); switch it off and on"),
     ("Printer stopped", "it stopped after an error; switch it off and on, or send M999"),
-    ("Thermal Runaway", "its heater protection struck; nothing has to be hot for drawing: switch its heaters off (M104 S0, M140 S0)"),
-    ("Heating failed", "its heater protection struck; nothing has to be hot for drawing: switch its heaters off (M104 S0, M140 S0)"),
-    ("MINTEMP", "a temperature sensor is not connected; put it back, or give its firmware a dummy sensor (998, 999)"),
-    ("MAXTEMP", "a temperature sensor has a short circuit; put it back, or give its firmware a dummy sensor (998, 999)"),
+    ("Thermal Runaway", _HEATERS),
+    ("Heating failed", _HEATERS),
+    ("MINTEMP", f"a temperature sensor is not connected; {_SENSOR}"),
+    ("MAXTEMP", f"a temperature sensor has a short circuit; {_SENSOR}"),
     ("Homing Failed", "a switch was not found; look at switches and cables, and that nothing is in the way"),
-    ("Servo", "it has no servo of that number; build its firmware with NUM_SERVOS, or lift the pen in another way (pen.lift)"),
+    ("Servo", "it has no servo of that number; build its firmware with NUM_SERVOS, or lift the pen otherwise (pen.lift)"),
     ("out of range", "a number that it does not have"),
 )  # fmt: skip
 
@@ -211,13 +214,20 @@ def closing() -> list[bytes]:
 
 
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
-    """Lower or lift the pen and wait for it; a servo acts at once and has to be kept until the moves before are done."""
-    value, wait = (profile.down, profile.down_time) if down else (profile.up, profile.up_time)
-    if profile.lift == "z":
-        lines = [f"G1Z{_number(value)}F{_number(profile.z_speed * 60, 1)}\n".encode()]
-    else:
-        lines = [STANDING, f"M280P0S{_number(value)}\n".encode()]
-    return lines + ([pause(wait)] if wait > 0 else [])
+    """Lower or lift the pen and wait for it; a servo acts at once, so that the moves before must be done."""
+    if profile.lift == "command":
+        own = profile.down_command if down else profile.up_command
+        rest = float(profile.down_time if down else profile.up_time)
+        return [STANDING, *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
+    lines = [] if profile.lift == "z" else [STANDING]
+    for value, wait in pens.way(profile, down):
+        if profile.lift == "z":
+            speed = pens.lowering_speed(profile) if down else profile.z_speed
+            lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
+        else:
+            lines.append(f"M280P0S{round(value)}\n".encode())
+        lines += [pause(wait)] if wait > 0 else []
+    return lines
 
 
 def pause(seconds: float) -> bytes:
@@ -226,7 +236,7 @@ def pause(seconds: float) -> bytes:
 
 
 def homing(profile: Plotter) -> list[bytes]:
-    """Lift the pen and find the zero of X and Y.  Z is left alone: a pen reaches lower than what its switch is set for."""
+    """Lift the pen and find the zero of X and Y.  Z is left alone: a pen reaches lower than its switch allows for."""
     if profile.pen.lift == "z":
         rise = f"G1Z{_number(profile.pen.up - profile.pen.down)}F{_number(profile.pen.z_speed * 60, 1)}\n".encode()
         return [b"G91\n", rise, b"G90\n", b"G28XY\n"]
@@ -247,8 +257,8 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
                 *first, last = pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
+                written.turned(profile.pen)
             down = block.down
-            written.feed = "" if profile.pen.lift == "z" else written.feed
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
         else:
@@ -266,7 +276,7 @@ def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
         return True
     block = blocks[index]
     if isinstance(block, Pen):
-        return profile.pen.lift != "z" or (profile.pen.down_time if block.down else profile.pen.up_time) > 0
+        return profile.pen.lift != "z" or pens.wait(profile.pen, block.down, 0.0) > 0
     return isinstance(block, Pause)
 
 
@@ -274,7 +284,14 @@ class _Written:
     """What the machine remembers of the moves before."""
 
     def __init__(self) -> None:
-        self.x = self.y = self.feed = ""
+        self.x = self.y = self.z = self.feed = ""
+
+    def turned(self, pen: PenProfile) -> None:
+        """The pen has been moved, by commands that may have changed all of it if they are the user's own."""
+        self.z = ""
+        self.feed = self.feed if pen.lift == "servo" else ""
+        if pen.lift == "command":
+            self.x = self.y = ""
 
     def move(self, block: Move, pieces: int) -> Iterator[bytes]:
         """The words of a move that the machine does not know yet.
@@ -291,8 +308,9 @@ class _Written:
 
     def _line(self, block: Move) -> bytes:
         x, y, feed = _number(block.x), _number(block.y), _number(block.feed, 1)
-        words = [("X", x, self.x), ("Y", y, self.y), ("F", feed, self.feed)]
-        self.x, self.y, self.feed = x, y, feed
+        z = self.z if block.z is None else _number(block.z)
+        words = [("X", x, self.x), ("Y", y, self.y), ("Z", z, self.z), ("F", feed, self.feed)]
+        self.x, self.y, self.z, self.feed = x, y, z, feed
         return f"G1{''.join(letter + now for letter, now, before in words if now != before)}\n".encode()
 
 

@@ -1,7 +1,7 @@
 """The simulated Marlin's planner: blocks, the speeds between them, and what it does when few of them are left.
 
-Source: Marlin's planner, read for facts: acceleration of travel moves along the path, junction deviation with a limit for
-the curves that short segments make, or classic jerk; a block under way is not planned anew.
+Source: Marlin's planner, read for facts: acceleration of travel moves along the path, junction deviation with a limit
+for the curves that short segments make, or classic jerk; a block under way is not planned anew.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Planner:
 
     @property
     def leave(self) -> float:
-        """Square of the speed at which the first block ends; the stepper asks when it begins it, and then it is settled."""
+        """Square of the speed at which the first block ends; settled once the stepper has asked, as it begins it."""
         self._running = self.lines[0]
         return self.lines[1].entry if len(self.lines) > 1 else 0.0
 
