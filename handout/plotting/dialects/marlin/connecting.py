@@ -11,6 +11,7 @@ from handout.plotting.dialects.marlin import words
 from handout.plotting.dialects.marlin.link import WINDOW, Link
 from handout.plotting.dialects.marlin.words import (
     Capability,
+    Error,
     Fault,
     Identity,
     Note,
@@ -94,7 +95,7 @@ def _number(link: Link, patience: float, before: list[Reply]) -> list[Reply]:
             link.start(_FIRST)
             return heard
         waited += _TRY
-    if any(isinstance(reply, Note) for reply in before + heard):
+    if any(isinstance(reply, Note | Error) for reply in before + heard):
         raise DeviceSilent(
             "Something answers, but not as a Marlin controller does: check baud and dialect in the profile."
         )
@@ -105,7 +106,7 @@ def _number(link: Link, patience: float, before: list[Reply]) -> list[Reply]:
 
 
 def _damaged(answer: list[Reply]) -> bool:
-    return any(isinstance(reply, Resend | Fault | Unknown) for reply in answer)
+    return any(isinstance(reply, Resend | Fault | Unknown | Error) for reply in answer)
 
 
 def _answer(link: Link, patience: float) -> list[Reply]:

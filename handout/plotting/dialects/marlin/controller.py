@@ -15,6 +15,7 @@ from handout.profiles import Plotter
 _HOMING = 180.0  # s a machine may take to find its switches, even one that does not say that it is busy
 _HURRY = 2.0  # s to wait for an answer when something has gone wrong already; it speaks every 2 s when it is busy
 _MOMENT = 0.05  # s between two questions how much room it has
+_DROPS = 1.05  # s after M410 in which it takes no moves
 _NOTICED = 1.0  # s of motion to come that a person who stops it is told of
 
 
@@ -30,7 +31,8 @@ class Marlin:
         self._dead = False  # it was stopped dead: its place is lost, and what it had in hand
         self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
         self.profile, self.able = connecting.meet(self.link, profile, log)
-        self._held = Held(self.profile.port.queue, self.profile.limits.steps_per_mm)
+        place = next((reply for reply in self.link.ask(words.WHERE) if isinstance(reply, Position)), None)
+        self._held = Held(self.profile.port.queue, self.profile.limits.steps_per_mm, place)
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as it has room for one more.
@@ -104,9 +106,17 @@ class Marlin:
             self.link.ask(words.STANDING)
         except KeyboardInterrupt:
             self._dead = True
-            self.link.port.write(b"\n" + words.STOP_DEAD)
+            self._stop_dead()
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
+
+    def _stop_dead(self) -> None:
+        """Stop at once; and once more as it begins what stood behind, a second later, before that moves far."""
+        for _ in range(2):
+            self.link.port.write(b"\n" + words.STOP_DEAD)
+            waited = 0.0
+            while waited < _DROPS:
+                waited += 0.0 if self.link.replies(_MOMENT) else _MOMENT
 
     def home(self) -> None:
         """Lift the pen, and find the zero of X and Y by the switches."""

@@ -30,13 +30,14 @@ class Held:
     Parameters
     ----------
     queue : moves the planner can hold.
-    steps : steps/mm.
+    steps : steps/mm; at : where the machine stands, mm.
     """
 
-    def __init__(self, queue: int, steps: float) -> None:
+    def __init__(self, queue: int, steps: float, at: tuple[float, float, float] | None = None) -> None:
         self.queue, self.steps = queue, steps
         self._blocks: deque[_Block] = deque()
-        self._at: dict[bytes, float] = {}  # where the last queued move ends, as far as it is known
+        # where the last queued move ends, as far as it is known
+        self._at: dict[bytes, float] = {} if at is None else dict(zip((b"X", b"Y", b"Z"), at, strict=True))
         self._feed = 0.0  # mm/s
         self._short: int | None = None  # first command whose way is not made yet since it was too short
         self._worked = 0
