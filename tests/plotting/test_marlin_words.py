@@ -100,7 +100,10 @@ def test_moves_are_read_back_as_they_were_meant(moves):
             b"Error:Line Number is not Last Line Number+1, Last Line: 3",
             words.Fault("Line Number is not Last Line Number+1, Last Line: 3"),
         ),
-        (b"Error:No Checksum with line number, Last Line: 3", words.Fault("No Checksum with line number, Last Line: 3")),
+        (
+            b"Error:No Checksum with line number, Last Line: 3",
+            words.Fault("No Checksum with line number, Last Line: 3"),
+        ),
         (b"Error:Printer halted. kill() called!", words.Error("Printer halted. kill() called!")),
         (b"echo:busy: processing", words.Busy(False)),
         (b"echo:busy: paused for user", words.Busy(True)),

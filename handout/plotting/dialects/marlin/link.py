@@ -35,6 +35,7 @@ from handout.plotting.ports import Port
 WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
 _GLANCE = 0.25  # s without a word after which it is asked
 _AGAIN = 1.0  # s between two questions
+_BUSY = 2.5  # s without a word from a machine that says every 2 s that it is busy
 _SETTLE = 0.05  # s without a word after which all that was under way has been judged
 _KEPT = 64  # lines that are remembered after they were worked through
 _PATIENCE = 40  # times in a row that it may ask for the same line; one damaged line makes up to four
@@ -183,6 +184,8 @@ class Link:
                 self._prod()
                 self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
         self._quiet, self._prodded, self._prods = 0.0, 0.0, 0
+        if any(isinstance(reply, Busy) or reply == Resend(self._last + 1) for reply in replies):
+            self._prodded = _BUSY  # it is well, and has all it was sent
         while replies:
             for reply in replies:
                 self.take(reply)
@@ -242,7 +245,7 @@ class Link:
 
     def _resend(self, number: int) -> None:
         """Go back to the line it asks for, once everything that was under way has been judged."""
-        self._times = self._times + 1 if number == self._asked else 1
+        self._times = self._times + 1 if number == self._asked and number <= self._last else 1
         self._asked = number
         if self._times > _PATIENCE:
             raise DeviceSilent(
