@@ -1,4 +1,4 @@
-"""The simulated Marlin behaves as Marlin does: numbers, checksums, queue, planner, signs of life; and the plan knows it."""
+"""The simulated Marlin does as Marlin does: numbers, checksums, queue, planner, signs of life; the plan knows it."""
 
 import math
 
@@ -114,10 +114,10 @@ def test_killed_it_hears_nothing():
 def test_a_lone_move_waits_for_company():
     port = awake()
     say(port, "G1X10F600", "M400", patience=2)
-    begins = [time for time, at in port.paper.trace if at[0] > 0][0]
+    begins = next(time for time, at in port.paper.trace if at[0] > 0)
     port = awake()
     say(port, "G1X3F600", "G1X6", "G1X10", "M400", patience=2)
-    assert begins - [time for time, at in port.paper.trace if at[0] > 0][0] == pytest.approx(0.1, abs=0.02)
+    assert begins - next(time for time, at in port.paper.trace if at[0] > 0) == pytest.approx(0.1, abs=0.02)
 
 
 def speeds(port):
@@ -134,7 +134,7 @@ def test_acceleration_is_along_the_path():
 
 
 def test_short_segments_in_a_curve_keep_the_acceleration():
-    """Chords of half a degree of a circle: v²/R is at most the acceleration, which junction deviation alone allows twice."""
+    """Chords of four degrees: v²/R is at most the acceleration, of which junction deviation alone allows more."""
     port = awake()
     turn = np.radians(np.arange(0, 300, 4))
     circle = [f"G1X{5 - 5 * math.cos(a):.3f}Y{5 * math.sin(a):.3f}F9000" for a in turn]
