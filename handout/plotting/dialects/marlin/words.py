@@ -45,7 +45,7 @@ ERRORS: tuple[tuple[str, str], ...] = (
     ("MINTEMP", f"a temperature sensor is not connected; {_SENSOR}"),
     ("MAXTEMP", f"a temperature sensor has a short circuit; {_SENSOR}"),
     ("Homing Failed", "a switch was not found; look at switches and cables, and that nothing is in the way"),
-    ("Servo", "it has no servo of that number; build its firmware with NUM_SERVOS, or lift the pen otherwise (pen.lift)"),
+    ("Servo", "it has no servo of that number; build it with NUM_SERVOS, or lift the pen otherwise (pen.lift)"),
     ("out of range", "a number that it does not have"),
 )  # fmt: skip
 
