@@ -8,6 +8,8 @@ from handout import units
 from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
+_LONGEST = 69  # characters of a line; some senders and controllers count those of comments too
+
 
 def header(plan: Plan, profile: Plotter) -> list[bytes]:
     """Lines of comments that say what a program is."""
@@ -21,8 +23,8 @@ def header(plan: Plan, profile: Plotter) -> list[bytes]:
         ("time", units.duration(plan.duration)),
         ("pen", f"{plan.pen_down / 1000:.2f} m drawn, {plan.pen_up / 1000:.2f} m travelled"),
     ]
-    written = [f"; {name}: {comment(str(value))}\n" for name, value in facts if value is not None]
-    return [b"; written by handout\n", *(line.encode("ascii") for line in written)]
+    written = [f"; {name}: {comment(str(value))}"[:_LONGEST].rstrip() for name, value in facts if value is not None]
+    return [b"; written by handout\n", *(line.encode("ascii") + b"\n" for line in written)]
 
 
 def comment(text: str) -> str:
@@ -32,4 +34,4 @@ def comment(text: str) -> str:
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     kept = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
-    return " ".join("".join(char for char in kept if char not in "?!~").split())[:200]
+    return " ".join("".join(char for char in kept if char not in "?!~").split())
