@@ -71,13 +71,15 @@ class Bed(_Table, frozen=True):
 class Limits(_Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
-    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
+    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``; jerk: of a
+    Marlin that uses it in place of junction deviation, 0 for none.
     """
 
     draw_speed: Speed
     travel_speed: Speed
     acceleration: Acceleration
     junction_deviation: Length = Length(0.01)
+    jerk: Speed = Speed(0.0)
     steps_per_mm: float = 80.0
 
 
@@ -220,7 +222,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "bed.width": (10, 5000), "bed.height": (10, 5000), "bed.inset_x": (0, 100), "bed.inset_y": (0, 100),
     "hpgl.speed_step": (0.1, 100), "hpgl.pens": (1, 16), "hpgl.pen": (1, 16), "hpgl.pen_time": (0, 60),
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
-    "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
+    "limits.junction_deviation": (0, 1), "limits.jerk": (0, 100), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 65535), "pen.down": (-1000, 65535), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),

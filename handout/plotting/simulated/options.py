@@ -23,6 +23,7 @@ FAULTS = {
     "flipped-byte": "the same byte comes with its bit number `bit` turned over",
     "doubled-byte": "the same byte comes twice",
     "lost-ok": "one ok is lost on the way back",
+    "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
