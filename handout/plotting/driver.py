@@ -81,9 +81,8 @@ def run(
 
 
 def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
-    """Connect to a machine; it does not move, and where its zero is remains to be told."""
-    kept = msgspec.structs.replace(profile.bed, zero="kept")
-    return dialect(profile.dialect).connect(port, msgspec.structs.replace(profile, bed=kept), log)
+    """Connect to a machine; it does not move."""
+    return dialect(profile.dialect).connect(port, profile, log)
 
 
 def draw(

@@ -127,6 +127,8 @@ class _Run:
         resumed = standing.begun or standing.part > 0
         knows = resumed and not at_zero and self._look(controller)
         if profile.homing:
+            if knows:
+                controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
             controller.home()
         elif knows:
             self.log(
