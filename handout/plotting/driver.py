@@ -233,8 +233,8 @@ def ink(plan: Plan) -> Array:
 
 def _strokes(plan: Plan) -> Array:
     """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
-    way = plan.course
-    return np.array([-1, *(way.stroke[row] if block is None and way.draws[row] else -1 for block, row in way.told)])
+    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
 
 
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
