@@ -26,7 +26,7 @@ _RESUMING = {"resume", "port", "at_zero", "yes", "as_json", "quiet"}  # what may
 @click.command("plot")
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
-@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, or sim: for the simulated plotter.")
+@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)

@@ -54,7 +54,17 @@ def place(page: Page, profile: Plotter) -> Placement:
     ]
     away = -1.0 if profile.bed.y == "up" else 1.0
     flip = np.array([1.0, away])
-    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(flip * (shift - [left, above]), 2), turned)
+    corner = flip * (shift - [left, above]) - _inset(profile)
+    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), turned)
+
+
+def _inset(profile: Plotter) -> Array:
+    """Machine coordinates of the machine's zero if the page's corner were zero: (2,) float, mm."""
+    bed = profile.bed
+    if bed.origin == "centre":
+        return np.zeros(2)
+    ahead = (bed.origin == "bottom-left") == (bed.y == "up")
+    return np.array([bed.inset_x, bed.inset_y if ahead else -bed.inset_y], dtype=float)
 
 
 def _covered(profile: Plotter, width: float, height: float) -> float:
@@ -101,9 +111,13 @@ def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     corner = np.array([min(left, 0.0), min(top, 0.0)])
     width, height = np.array([max(right, drawing.page.width), max(bottom, drawing.page.height)]) - corner
     bed = profile.bed
-    scale = min(1.0, max(min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)))
-    strokes = tuple(_scaled(stroke, corner, scale) for stroke in drawing.strokes)
-    return dataclasses.replace(drawing, strokes=strokes, page=Page(width * scale, height * scale, drawing.page.name))
+    straight, turned = min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)
+    scale = min(1.0, max(straight, turned))
+    edge = np.abs(_inset(profile))  # the sheet is larger than what the machine reaches, by so much all around
+    edge = edge if straight >= turned else edge[::-1]
+    strokes = tuple(_scaled(stroke, corner - edge / scale, scale) for stroke in drawing.strokes)
+    page = Page(width * scale + 2 * edge[0], height * scale + 2 * edge[1], drawing.page.name)
+    return dataclasses.replace(drawing, strokes=strokes, page=page)
 
 
 def _scaled(stroke: Stroke, corner: Array, scale: float) -> Stroke:
