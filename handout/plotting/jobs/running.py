@@ -173,7 +173,8 @@ class _Run:
                 job.profile,
                 fresh=fresh,
                 progress=self._progress(number, made),
-                watch=keeper,
+                watch=keeper.note,
+                secure=keeper.secure,
                 overlap=job.options.overlap,
                 log=self.log,
             )
@@ -204,7 +205,7 @@ class _Run:
 
 
 class _Keeper:
-    """Writes into the journal how far a part has come; a `driver.Watch`."""
+    """Writes into the journal how far a part has come, as the driver tells it."""
 
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
