@@ -94,6 +94,23 @@ def check(xy: Array, profile: Plotter) -> None:
             )
 
 
+def beyond_paper(drawing: Drawing) -> str | None:
+    """What hangs off the paper, in a sentence that names the stroke that is farthest out; None if nothing does."""
+    worst, said = _SLACK, None
+    size = np.array([drawing.page.width, drawing.page.height])
+    for number, stroke in enumerate(drawing.strokes, 1):
+        out = np.concatenate([-stroke.xy.min(axis=0), stroke.xy.max(axis=0) - size])
+        side = int(np.argmax(out))
+        if out[side] > worst:
+            worst, where = float(out[side]), ("left", "upper", "right", "lower")[side]
+            word = f" (of word {stroke.word + 1})" if stroke.word >= 0 else ""
+            said = (
+                f"Stroke {number}{word} reaches {worst:.3g} mm beyond the {where} edge of the paper "
+                f"({size[0]:g} x {size[1]:g} mm): the pen will write on what lies under it."
+            )
+    return said
+
+
 def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     """The drawing, made smaller with its page if it does not fit the bed of the machine; times stay as they are.
 

@@ -117,3 +117,13 @@ def test_what_is_made_to_fit_keeps_off_the_edge_that_is_out_of_reach(sheet):
     there = bed.place(fitted.page, inside).to_machine(fitted.strokes[0].xy)
     bed.check(there, inside)
     assert (np.ptp(there, axis=0) / [inside.bed.width, inside.bed.height]).max() > 0.97
+
+
+def test_what_hangs_off_the_paper_is_named():
+    page = Page(100, 50)
+    inside = Stroke(np.array([0.0, 1.0]), np.array([[0, 0], [100, 50]]))
+    assert bed.beyond_paper(Drawing((inside,), page)) is None
+    for xy, edge, far in (((-3, 10), "left", 3), ((10, -4), "upper", 4), ((105, 9), "right", 5), ((9, 56), "lower", 6)):
+        out = Stroke(np.array([2.0, 3.0]), np.array([[50, 25], xy]), word=6)
+        said = bed.beyond_paper(Drawing((inside, out), page))
+        assert f"Stroke 2 (of word 7) reaches {far} mm beyond the {edge} edge of the paper (100 x 50 mm)" in said
