@@ -61,7 +61,20 @@ def plan(drawing: Drawing, profile: Plotter, timing: Timing, placement: Placemen
     correlation, rms, stretched = feeds.likeness(lines, intended, motion, way.draws)
     blocks, begins = _blocks(way, motion, starts)
     return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
+        drawing,
+        profile,
+        speed,
+        order,
+        placement,
+        way,
+        motion,
+        starts,
+        blocks,
+        begins,
+        stretched,
+        correlation,
+        rms,
+        intended,
     )
 
 
