@@ -1,4 +1,4 @@
-"""A drawing where a text could stand: what `plot` and `export` take besides words."""
+"""A file where a text could stand: what `plot` and `export` take besides words, a text in a file or a drawing."""
 
 from __future__ import annotations
 
@@ -35,6 +35,14 @@ def given(text: Sequence[str], file: str | None, *, quiet: bool) -> Drawing | No
     if drawing.about.get("left_out"):
         results.talk(quiet)(f"Left out of {name}: {', '.join(drawing.about['left_out'])}.")
     return drawing
+
+
+def named_file(text: tuple[str, ...], file: str | None, quiet: bool) -> tuple[tuple[str, ...], str | None]:
+    """A single argument that names a file is that file."""
+    if file is None and len(text) == 1 and text[0] != "-" and len(text[0]) < 256 and Path(text[0]).is_file():
+        results.talk(quiet)(f"Reading the file {text[0]}.")
+        return (), text[0]
+    return text, file
 
 
 def unwritten(drawing: Drawing) -> Manuscript:

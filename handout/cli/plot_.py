@@ -27,7 +27,7 @@ _RESUMING = {"resume", "port", "at_zero", "yes", "as_json", "quiet"}  # what may
 @click.command("plot")
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
-@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, or sim: for the simulated plotter.")
+@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
@@ -117,7 +117,7 @@ def command(
     pages: list[Manuscript]
     drawings: Iterator[Drawing]
     if drawing is None:
-        words = options.text_of(*_named_file(text, file, given["quiet"]))
+        words = options.text_of(*drawn_.named_file(text, file, given["quiet"]))
         jobs.drawn_hand(job)
         pages, drawings = jobs.composed(words, job)
     else:
@@ -176,14 +176,6 @@ def _resume(name: str | None, port: str | None, *, at_zero: bool, yes: bool, giv
     result = {**plotting_.facts(job), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _named_file(text: tuple[str, ...], file: str | None, quiet: bool) -> tuple[tuple[str, ...], str | None]:
-    """A single argument that names a file is that file."""
-    if file is None and len(text) == 1 and text[0] != "-" and len(text[0]) < 256 and Path(text[0]).is_file():
-        results.talk(quiet)(f"Reading the file {text[0]}.")
-        return (), text[0]
-    return text, file
 
 
 def _positive(text: str, what: str) -> float:

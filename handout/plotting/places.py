@@ -51,7 +51,7 @@ class Milestones:
         last = np.maximum.accumulate(np.where(drawn, at, -1))
         under_way = (last >= 0) & (course.stroke[rows[last]] == stroke)
         time = np.where(under_way, _reached(plan)[rows[last]], -np.inf)
-        length = np.where(drawn, np.linalg.norm(np.diff(course.points, axis=0), axis=1)[rows], 0.0)
+        length = np.where(drawn, np.hypot(*np.diff(course.points[:, :2], axis=0).T)[rows], 0.0)
         self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
         self.ink = np.append(0.0, np.cumsum(length))
 

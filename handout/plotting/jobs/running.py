@@ -127,6 +127,8 @@ class _Run:
         resumed = standing.begun or standing.part > 0
         knows = resumed and not at_zero and self._look(controller)
         if profile.homing:
+            if knows:
+                controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
             controller.home()
         elif knows:
             self.log(
@@ -171,7 +173,8 @@ class _Run:
                 job.profile,
                 fresh=fresh,
                 progress=self._progress(number, made),
-                watch=keeper,
+                watch=keeper.note,
+                secure=keeper.secure,
                 overlap=job.options.overlap,
                 log=self.log,
             )
@@ -202,7 +205,7 @@ class _Run:
 
 
 class _Keeper:
-    """Writes into the journal how far a part has come; a `driver.Watch`."""
+    """Writes into the journal how far a part has come, as the driver tells it."""
 
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
