@@ -34,7 +34,7 @@ def command(
     order: Literal["writing", "travel"],
     **given: Any,
 ) -> None:
-    """Write TEXT (a file, - for standard input, or a drawing) as the program of a plotter, to be sent by something else.
+    """Write TEXT (a file, a drawing, or - for standard input) as the program of a plotter, for something else to send.
 
     \b
     handout export letter.txt -o job.gcode
