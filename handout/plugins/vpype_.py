@@ -13,6 +13,7 @@ import numpy as np
 import vpype
 import vpype_cli
 
+from handout import pathdata
 from handout.cli import jobs, options
 from handout.errors import HandoutError, InputError
 from handout.values import Drawing, Page, Stroke
@@ -153,7 +154,7 @@ def _strokes(document: Any) -> Iterator[Stroke]:
         for line in layer:
             xy = np.column_stack([line.real, line.imag]) * _PX
             step = np.hypot(*np.diff(xy, axis=0).T)
-            kept = xy[np.concatenate([[True], step > 1e-4])]
+            kept = pathdata.anchored(xy[np.concatenate([[True], step > 1e-4])])
             t = clock + np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept, axis=0).T)) / _PACE])
             yield Stroke(t, kept, layer=name, colour=shade)
             clock = float(t[-1]) + _LIFT

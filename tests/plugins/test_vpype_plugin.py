@@ -55,7 +55,7 @@ def test_a_drawing_there_and_back():
     back = vpype_.from_document(document)
     assert (back.page.width, back.page.height) == pytest.approx((100, 90))
     assert [(s.layer, s.colour) for s in back.strokes] == [("snail", "#c01020"), ("frame", ""), ("frame", "")]
-    assert back.strokes[1].xy == pytest.approx(strokes[1].xy) and back.strokes[2].length < 0.01
+    assert back.strokes[1].xy[[0, -1]] == pytest.approx(strokes[1].xy) and back.strokes[2].length < 0.01
     assert len(back.strokes[0].t) < 400 and back.strokes[0].length == pytest.approx(strokes[0].length, rel=1e-3)
     assert not back.timed
 

@@ -105,7 +105,7 @@ def _points(path: Array) -> Array:
         far = xy[np.abs(xy).max(axis=1).argmax()]
         raise InputError(f"A line runs to {far[0]:.4g}, {far[1]:.4g} mm; no page is larger than {_LARGEST:g} mm.")
     moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
-    return np.asarray(xy[np.concatenate([[True], moved])])
+    return pathdata.anchored(xy[np.concatenate([[True], moved])])
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
