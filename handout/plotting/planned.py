@@ -28,6 +28,8 @@ class Plan:
     starts : (n + 1,) float, s, when each move of the course begins, and when all is done.
     stretched : time the strokes take over the time they were meant to take.
     correlation, rms : of the speeds along the strokes with the drawing's; rms as a share of its greatest speed.
+    meant : (n,) float: what the drawn moves of a stroke take in the drawing, in any unit; how far it has come tells the
+        place in the drawing.
     """
 
     drawing: Drawing
@@ -43,6 +45,7 @@ class Plan:
     stretched: float
     correlation: float
     rms: float
+    meant: Array
 
     @property
     def duration(self) -> float:

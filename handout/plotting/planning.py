@@ -67,7 +67,20 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     starts = course.starts(way, motion, profile)
     blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
+        drawing,
+        profile,
+        speed,
+        order,
+        placement,
+        way,
+        motion,
+        starts,
+        blocks,
+        begins,
+        stretched,
+        correlation,
+        rms,
+        intended,
     )
 
 
