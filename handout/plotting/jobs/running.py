@@ -16,7 +16,7 @@ import numpy as np
 from handout.errors import DeviceError
 from handout.plotting import bed
 from handout.plotting.dialect import Controller
-from handout.plotting.driver import Progress, Report, draw, meet
+from handout.plotting.driver import Progress, Report, draw, meet, park
 from handout.plotting.jobs.finding import found
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.parts import asked
@@ -184,6 +184,7 @@ class _Run:
             keeper.write()
             with contextlib.suppress(DeviceError):
                 self._look(controller)
+            park(controller)
             raise
         self.reports.append(report)
 
