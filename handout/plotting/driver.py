@@ -6,7 +6,6 @@ import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -23,19 +22,11 @@ from handout.profiles import Plotter
 from handout.values import Array
 
 Progress = Callable[[float, float], None]
+Watch = Callable[[int, int, int, int], None]
+Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
 _WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
-
-
-class Watch(Protocol):
-    """Someone who keeps how far a plot has come."""
-
-    def note(self, sent: int, taken: int, executed: int, done: int) -> None:
-        """So many commands have been sent, taken and certainly executed, and so many blocks of the plan are done."""
-
-    def secure(self) -> None:
-        """Make sure that what was noted last outlives this program; only what is secured counts as executed."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +59,7 @@ def run(
     *,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
 ) -> Report:
@@ -84,7 +76,9 @@ def run(
         controller.halt()
         raise
     try:
-        return draw(plan, controller, port, profile, progress=progress, watch=watch, overlap=overlap, log=log)
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
     except KeyboardInterrupt:
         park(controller)
         raise
@@ -114,6 +108,7 @@ def draw(
     fresh: bool = True,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
 ) -> Report:
@@ -123,7 +118,9 @@ def draw(
     ----------
     fresh : whether the sheet is new; a simulated plotter asks.
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
-    watch : told whenever a count changes.
+    watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
+        how many blocks of the plan have certainly been done.
+    secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
         with by drawing no more than that twice.
     log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
@@ -151,7 +148,7 @@ def draw(
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    stream = _Stream(plan, commands, controller, progress, watch)
+    stream = _Stream(plan, commands, controller, progress, watch, secure)
     try:
         stream.run(overlap)
     except DeviceError as error:
@@ -177,9 +174,10 @@ class _Stream:
         controller: Controller,
         progress: Progress | None,
         watch: Watch | None,
+        secure: Secure | None,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch = progress, watch
+        self.progress, self.watch, self.secure = progress, watch, secure
         self.min_queue: int | None = None
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
@@ -226,8 +224,8 @@ class _Stream:
         return executed >= sent or bool(gained >= _WORTH * overlap)
 
     def _secure(self) -> None:
-        if self.watch is not None:
-            self.watch.secure()
+        if self.secure is not None:
+            self.secure()
         self._secured = self._counts[2]
 
     def _note(self) -> None:
@@ -240,7 +238,7 @@ class _Stream:
         executed = max(self._counts[2], 0)
         done = self.commands[executed - 1].done if executed else 0
         if self.watch is not None:
-            self.watch.note(*self._counts, done)
+            self.watch(*self._counts, done)
         at, whole = float(self.plan.begins[min(done, len(self.plan.begins) - 1)]), max(self.plan.duration, 1e-9)
         if self.progress is not None and at - self._told >= _OFTEN:
             self._told = at

@@ -62,7 +62,20 @@ def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan
     starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
     begins = np.where(moves, starts[rows], np.append(0.0, starts[:-1] + motion.duration)[rows])
     return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
+        drawing,
+        profile,
+        speed,
+        order,
+        placement,
+        way,
+        motion,
+        starts,
+        blocks,
+        begins,
+        stretched,
+        correlation,
+        rms,
+        intended,
     )
 
 

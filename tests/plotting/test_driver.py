@@ -248,7 +248,9 @@ class Watching:
 @pytest.mark.parametrize("overlap", [3.0, 20.0])
 def test_no_more_ink_is_on_its_way_than_may_be_drawn_twice(profile, overlap):
     made, watching = plan(DRAWING, profile), Watching()
-    report = run(made, open_port("sim:", profile), profile, watch=watching, overlap=overlap)
+    report = run(
+        made, open_port("sim:", profile), profile, watch=watching.note, secure=watching.secure, overlap=overlap
+    )
     noted, drawn = np.array(watching.noted), np.append(0.0, np.cumsum(ink(made)))
     assert (np.diff(noted, axis=0) >= 0).all() and tuple(noted[-1]) == (report.lines,) * 3 + (len(made.blocks),)
     assert (noted[:, 0] >= noted[:, 1]).all() and (noted[:, 1] >= noted[:, 2]).all()

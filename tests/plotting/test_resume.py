@@ -118,6 +118,23 @@ def test_a_machine_that_forgot_its_place_is_asked_about(tmp_path, fault, profile
     assert len(person.asked) == (0 if profile is HOMING else 1)
 
 
+@pytest.mark.parametrize("fault", ["unplugged", "power-cut", "lost-byte"])
+def test_a_plotter_of_vectors_finds_its_zero_by_itself(tmp_path, fault):
+    profile = profiles.find("hp-7475a", "plotter")
+    plotter, person = SimulatedPlotter(profile, Simulated(fault=fault, after=60)), Somebody()
+    job = made(tmp_path, profile)
+    with pytest.raises((DeviceError, KeyboardInterrupt)):
+        running.run_job(job, lambda: plotter, person, progress=Stop(0.9))
+
+    def opened():
+        plotter.power_on() if fault == "power-cut" else plotter.replug()
+        return plotter
+
+    running.run_job(job, opened, person)
+    judged(plotter, 1)
+    assert person.asked == []
+
+
 def test_again_and_again(tmp_path):
     plotter, person = SimulatedPlotter(PROFILE), Somebody()
     job = made(tmp_path, drawings=(LONGER,))

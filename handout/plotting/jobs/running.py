@@ -16,7 +16,7 @@ import numpy as np
 from handout.errors import DeviceError
 from handout.plotting import bed
 from handout.plotting.dialect import Controller
-from handout.plotting.driver import Progress, Report, draw, meet, park
+from handout.plotting.driver import Progress, Report, draw, meet
 from handout.plotting.jobs.finding import found
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.parts import asked
@@ -173,7 +173,8 @@ class _Run:
                 job.profile,
                 fresh=fresh,
                 progress=self._progress(number, made),
-                watch=keeper,
+                watch=keeper.note,
+                secure=keeper.secure,
                 overlap=job.options.overlap,
                 log=self.log,
             )
@@ -184,7 +185,6 @@ class _Run:
             keeper.write()
             with contextlib.suppress(DeviceError):
                 self._look(controller)
-            park(controller)
             raise
         self.reports.append(report)
 
@@ -205,7 +205,7 @@ class _Run:
 
 
 class _Keeper:
-    """Writes into the journal how far a part has come; a `driver.Watch`."""
+    """Writes into the journal how far a part has come, as the driver tells it."""
 
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
