@@ -78,7 +78,7 @@ class Plan:
         row = int(np.searchsorted(self.starts, t, side="right")) - 1
         moves = len(self.course.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
-            share = self.motion.travelled(row, t - float(self.starts[row])) / float(self.motion.length[row])
+            share = self.motion.travelled(row, t - float(self.starts[row])) / max(float(self.motion.length[row]), 1e-9)
             a, b = self.course.points[row], self.course.points[row + 1]
             return (*self._on_page(a + share * (b - a)), bool(self.course.draws[row]))
         return (*self._on_page(self.course.points[min(row + 1, moves)]), False)

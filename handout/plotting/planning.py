@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, lookahead, pens, vectors
+from handout.plotting import bed, course, feeds, knots, literal, lookahead, pens, vectors
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
@@ -19,6 +19,7 @@ from handout.values import Array, Drawing, Stroke
 
 _DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
 _SHORTEST = 4.0  # steps a segment has at least
+_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 _DENSE = 0.15  # mm between points at which a path is looked at to find how fast it can be drawn
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
 _BUSY = 0.8  # share of what the controller can read that is asked of it
@@ -55,6 +56,9 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
+    if profile.dialect in literal.DIALECTS:
+        timing = literal.Timing(path, meant, _dots(drawing, speed))
+        return literal.plan(drawing, profile, timing, placement, speed, order)
     cuts = _cut(path, profile)
     clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
     way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
@@ -111,7 +115,7 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Track(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = knots.cut(distance, 1.0 / _DENSE, _SHORTEST / profile.limits.steps_per_mm, _DEVIATION / 2)
+    dense = knots.cut(distance, 1.0 / _DENSE, _shortest(profile), _DEVIATION / 2)
     lines, within = _lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
@@ -133,7 +137,7 @@ def _lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
 
 def _cut(path: Track, profile: Plotter) -> Track:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    shortest = _SHORTEST / profile.limits.steps_per_mm
+    shortest = _shortest(profile)
     capacity = _capacity(profile)
     rate = min(profile.segment_rate, capacity)
     cuts = knots.cut(path, rate, shortest, _DEVIATION)
@@ -151,6 +155,12 @@ def _cut(path: Track, profile: Plotter) -> Track:
         t = np.sort(np.append(cuts.t, middle[halve]))
         cuts = Track(t, path.at(t), path.stroke_at(t))
     return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
+
+
+def _shortest(profile: Plotter) -> float:
+    """How long a segment is at least, mm."""
+    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
+    return float(steps / profile.limits.steps_per_mm)
 
 
 def _capacity(profile: Plotter) -> float:
