@@ -55,6 +55,7 @@ MAY = {
         "colour",
         "calibrating",
     },
+    "plugins": {"cli"},
     "__main__": {"cli"},
 }
 HEAVY = {

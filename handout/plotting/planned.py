@@ -28,6 +28,8 @@ class Plan:
     starts : (n + 1,) float, s, when each move of the course begins, and when all is done.
     stretched : time the strokes take over the time they were meant to take.
     correlation, rms : of the speeds along the strokes with the drawing's; rms as a share of its greatest speed.
+    meant : (n,) float: what the drawn moves of a stroke take in the drawing, in any unit; how far it has come tells the
+        place in the drawing.
     """
 
     drawing: Drawing
@@ -43,6 +45,7 @@ class Plan:
     stretched: float
     correlation: float
     rms: float
+    meant: Array
 
     @property
     def duration(self) -> float:
@@ -75,7 +78,7 @@ class Plan:
         row = int(np.searchsorted(self.starts, t, side="right")) - 1
         moves = len(self.course.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
-            share = self.motion.travelled(row, t - float(self.starts[row])) / float(self.motion.length[row])
+            share = self.motion.travelled(row, t - float(self.starts[row])) / max(float(self.motion.length[row]), 1e-9)
             a, b = self.course.points[row], self.course.points[row + 1]
             return (*self._on_page(a + share * (b - a)), bool(self.course.draws[row]))
         return (*self._on_page(self.course.points[min(row + 1, moves)]), False)

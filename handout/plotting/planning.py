@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, lookahead
+from handout.plotting import bed, course, feeds, knots, literal, lookahead, pens, vectors
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
@@ -19,6 +19,7 @@ from handout.values import Array, Drawing, Stroke
 
 _DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
 _SHORTEST = 4.0  # steps a segment has at least
+_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 _DENSE = 0.15  # mm between points at which a path is looked at to find how fast it can be drawn
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
 _BUSY = 0.8  # share of what the controller can read that is asked of it
@@ -32,7 +33,8 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
 
     Parameters
     ----------
-    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can.
+    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
+        without times is always drawn.
     order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
         about, or in a drawing without times in any way.
 
@@ -49,13 +51,20 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     segments are equal steps in time, since the hand's speed falls where its path turns.
     """
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
+    speed = speed if drawing.timed else "fast"
+    if profile.dialect == "hpgl":
+        return vectors.plan(drawing, profile, speed, order)
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
+    if profile.dialect in literal.DIALECTS:
+        timing = literal.Timing(path, meant, _dots(drawing, speed))
+        return literal.plan(drawing, profile, timing, placement, speed, order)
     cuts = _cut(path, profile)
-    way = course.lay_out(cuts, _dots(drawing, speed), profile)
+    clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
+    way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
     lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
     feed = _feeds(way, lines, profile)
     motion = lookahead.run(lines, feed / 60.0, profile.port.queue)
@@ -65,7 +74,20 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     starts = course.starts(way, motion, profile)
     blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, stretched, correlation, rms
+        drawing,
+        profile,
+        speed,
+        order,
+        placement,
+        way,
+        motion,
+        starts,
+        blocks,
+        begins,
+        stretched,
+        correlation,
+        rms,
+        intended,
     )
 
 
@@ -98,7 +120,7 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Track(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = knots.cut(distance, 1.0 / _DENSE, _SHORTEST / profile.limits.steps_per_mm, _DEVIATION / 2)
+    dense = knots.cut(distance, 1.0 / _DENSE, _shortest(profile), _DEVIATION / 2)
     lines, within = _lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
@@ -120,7 +142,7 @@ def _lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
 
 def _cut(path: Track, profile: Plotter) -> Track:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    shortest = _SHORTEST / profile.limits.steps_per_mm
+    shortest = _shortest(profile)
     capacity = _capacity(profile)
     rate = min(profile.segment_rate, capacity)
     cuts = knots.cut(path, rate, shortest, _DEVIATION)
@@ -140,6 +162,12 @@ def _cut(path: Track, profile: Plotter) -> Track:
     return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 
 
+def _shortest(profile: Plotter) -> float:
+    """How long a segment is at least, mm."""
+    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
+    return float(steps / profile.limits.steps_per_mm)
+
+
 def _capacity(profile: Plotter) -> float:
     """Lines a second that the connection carries and the controller reads, with something to spare."""
     return float(_BUSY / max(profile.port.line_time, _LINE * 10 / profile.port.baud, 1e-4))
@@ -148,7 +176,7 @@ def _capacity(profile: Plotter) -> float:
 def _feeds(way: Course, lines: Blocks, profile: Plotter) -> Array:
     """The feed of every move, mm/min, as it is written."""
     limits = profile.limits
-    feed = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
+    feed = course.pen_up_speeds(way, profile)
     most = feeds.greatest(lines, limits.acceleration, float(limits.draw_speed))
     wanted = way.intended * _crowding(way, 1.0 / _capacity(profile))
     return feeds.round_feed(feeds.fit(lines, wanted, feed, way.draws, most, profile.port.queue))
@@ -167,9 +195,15 @@ def _crowding(way: Course, line_time: float) -> Array:
 
 def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
-    xy, feeds_ = way.points[1:, :2].tolist(), feed.tolist()
+    xyz, feeds_ = way.points[1:].tolist(), feed.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
-    blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
+    follows = way.follows_pressure
+    blocks = tuple(
+        Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if follows and way.draws[row] else None)
+        if block is None
+        else block
+        for block, row in way.told
+    )
     rows = np.array([row for _, row in way.told])
     moves = np.array([block is None for block, _ in way.told])
     return blocks, np.where(moves, starts[rows], rests[rows])
