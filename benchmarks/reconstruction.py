@@ -102,8 +102,6 @@ def _timed(strokes: list[Stroke]) -> None:
         f"  with its times {_spread(speeds)} dB; {enough:.1%} at 25 dB or more; strokes median {np.median(counts):.0f}"
     )
     short = np.mean(np.array(chords) <= 3)
-    print(
-        f"                 chords within 3 extents {short:.1%}; {1000 * each:.0f} ms each (goals: 95 % at 25 dB, 8 strokes)"
-    )
+    print(f"                 chords within 3 extents {short:.1%}; {1000 * each:.0f} ms each (goals: 95 %, 8 strokes)")
     slowest = max(float(np.ptp(sampled(plan))) for plan in plans)
     print(f"                 movements last up to {slowest:.1f} s")
