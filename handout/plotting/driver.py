@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from handout.errors import DeviceError
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
 from handout.plotting.dialect import Command, Controller, dialect
@@ -65,13 +67,31 @@ def run(
     log = log or (lambda _: None)
     controller = meet(port, profile, log)
     bed.check(plan.course.points[:, :2], controller.profile)
-    if profile.homing:
-        controller.home()
-    elif profile.bed.zero == "here":
-        controller.zero()
-    return draw(
-        plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
-    )
+    try:
+        if profile.homing:
+            controller.home()
+        elif profile.bed.zero == "here":
+            controller.zero()
+    except BaseException:
+        controller.halt()
+        raise
+    try:
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
+    except KeyboardInterrupt:
+        park(controller)
+        raise
+
+
+def park(controller: Controller) -> None:
+    """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
+    with contextlib.suppress(DeviceError, KeyboardInterrupt):
+        if controller.position() is not None:
+            try:
+                controller.go(0.0, 0.0)
+            except KeyboardInterrupt:
+                controller.halt()
 
 
 def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
@@ -112,7 +132,7 @@ def draw(
     DeviceSilent, DeviceAlarm, PortError
         The pen has been lifted then if the machine still answered.
     KeyboardInterrupt
-        As it came; the machine has been stopped and its pen lifted.
+        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
     bed.check(plan.course.points[:, :2], controller.profile)
@@ -122,6 +142,8 @@ def draw(
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
     if plan.placement.turned and fresh:
         log("The page is turned to fit the bed: its top edge lies to the left.")
+    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
+        log(said)
     if isinstance(port, SimulatedPlotter) and fresh:
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
@@ -129,6 +151,9 @@ def draw(
     stream = _Stream(plan, commands, controller, progress, watch, secure)
     try:
         stream.run(overlap)
+    except DeviceError as error:
+        controller.halt()
+        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
         controller.halt()
         raise
@@ -178,6 +203,13 @@ class _Stream:
         self._secure()
         if self.progress is not None:
             self.progress(1.0, 0.0)
+
+    def under_way(self) -> str:
+        """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
+        executed = max(self.controller.executed - self._before, 0)
+        begun = self._strokes[: executed + 2]
+        strokes = len(self.plan.drawing.strokes)
+        return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
 
     def _under_way(self, number: int) -> float:
         """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""

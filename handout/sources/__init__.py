@@ -34,12 +34,45 @@ def _inkml(data: bytes) -> Drawing:
     return from_inkml(data)
 
 
-_FORMATS: dict[str, Callable[[bytes], Drawing]] = {".svg": _svg, ".json": _json, ".inkml": _inkml}
+def _svc(data: bytes) -> Drawing:
+    from handout.sources.svc import from_svc
+
+    return from_svc(data)
+
+
+def _gml(data: bytes) -> Drawing:
+    from handout.sources.gml import from_gml
+
+    return from_gml(data)
+
+
+def _unipen(data: bytes, path: Path) -> Drawing:
+    from handout.sources.unipen import from_unipen
+
+    def include(name: str) -> bytes | None:
+        """Looked for beside the file, and in ``include`` beside each folder above it, as the public collections lie."""
+        relative = Path(name)
+        if relative.is_absolute() or ".." in relative.parts:
+            return None
+        places = [path.parent / relative, *(folder / "include" / relative for folder in path.resolve().parents)]
+        return next((place.read_bytes() for place in places if place.is_file()), None)
+
+    return from_unipen(data, include)
+
+
+_FORMATS: dict[str, Callable[[bytes], Drawing]] = {
+    ".svg": _svg,
+    ".json": _json,
+    ".inkml": _inkml,
+    ".svc": _svc,
+    ".gml": _gml,
+}
+_WITH_PATH: dict[str, Callable[[bytes, Path], Drawing]] = {".dat": _unipen, ".unp": _unipen}
 
 
 def suffixes() -> list[str]:
     """All suffixes that can be read."""
-    return sorted(_FORMATS)
+    return sorted([*_FORMATS, *_WITH_PATH])
 
 
 def read_drawing(path: str | Path) -> Drawing:
@@ -57,7 +90,8 @@ def read_drawing(path: str | Path) -> Drawing:
         not what its suffix says.
     """
     path = Path(path)
-    if path.suffix.lower() not in _FORMATS:
+    suffix = path.suffix.lower()
+    if suffix not in suffixes():
         raise InputError(f"{path}: {path.suffix or 'no suffix'!r} is not one of {', '.join(suffixes())}.")
     try:
         with path.open("rb") as stream:
@@ -67,6 +101,6 @@ def read_drawing(path: str | Path) -> Drawing:
     if len(data) > _LARGEST:
         raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
     try:
-        return _FORMATS[path.suffix.lower()](data)
+        return _WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

@@ -220,7 +220,7 @@ def test_readers_by_suffix(tmp_path):
 
     (tmp_path / "a.json").write_bytes(to_json(svg('<path d="M0 0h1"/>')))
     assert not read_drawing(tmp_path / "a.json").timed
-    with pytest.raises(InputError, match=r"\.inkml, \.json, \.svg"):
+    with pytest.raises(InputError, match=r"\.inkml, \.json, \.svc, \.svg"):
         read_drawing(tmp_path / "a.dxf")
     with pytest.raises(InputError, match="No such file"):
         read_drawing(tmp_path / "b.svg")
