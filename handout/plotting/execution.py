@@ -1,0 +1,106 @@
+"""How a machine executes what it is told, by the dialect it speaks: where its paths are cut, how fast it goes, in what words.
+
+A controller that plans (GRBL) is given feeds from which it makes its own speeds, within its acceleration; here its
+planner is run in advance and the feeds are chosen for what it will make of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from handout.plotting import course, feeds, knots, lookahead, streaming
+from handout.plotting.blocks import Block, Move
+from handout.plotting.course import Course
+from handout.plotting.knots import Track
+from handout.plotting.lookahead import Blocks, Flags, Motion
+from handout.profiles import Plotter
+from handout.values import Array
+
+DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
+SHORTEST = 3.0  # steps a segment has at least: fewer have no direction, and their feeds make a GRBL crawl
+_BURST = 8  # segments; half a queue
+_SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
+_CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters from here
+
+
+class Execution(NamedTuple):
+    """How machines of one kind execute a plan.
+
+    cut : the path of the pen, in machine coordinates, cut into the segments it will be told.
+    run : what the machine makes of a course: the feed of every move, mm/min, as it is written, and the motion.
+    move : a move as it is told: to x, y in mm, at a feed in mm/min, or in so many seconds.
+    """
+
+    cut: Callable[[Track, Plotter], Track]
+    run: Callable[[Course, Plotter], tuple[Array, Motion]]
+    move: Callable[[float, float, float, float], Block]
+
+
+def execution(profile: Plotter) -> Execution:
+    """How the machine of a profile executes a plan."""
+    return _BY_DIALECT[profile.dialect]
+
+
+def lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
+    """The lines between all cuts, and which of them are drawn (the others lead from stroke to stroke)."""
+    within = cuts.stroke[1:] == cuts.stroke[:-1]
+    stands = ~(within & np.append(False, within[:-1]))
+    points = np.column_stack([cuts.xy, np.zeros(len(cuts.t))])
+    return lookahead.blocks(points, stands, course.machine(profile)), within
+
+
+def _cut_for_planner(path: Track, profile: Plotter) -> Track:
+    """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
+    shortest = SHORTEST / profile.limits.steps_per_mm
+    capacity = streaming.capacity(profile)
+    cuts = knots.cut(path, min(profile.segment_rate, capacity), shortest, DEVIATION)
+    straight, within = lines(cuts, profile)
+    if len(within) > 1:
+        took = np.where(within, np.diff(cuts.t), np.inf)
+        wanted = np.append(0.0, np.minimum(straight.length[1:] / took[1:], straight.length[:-1] / took[:-1])) ** 2
+        could = _SLOWED * np.minimum(wanted, profile.limits.acceleration * straight.radius)
+        slowed = straight.corner < could
+        halve = within & (slowed | np.append(slowed[1:], False))
+        middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
+        off = path.at(middle)  # a pen that rested may not have left an end by then
+        room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
+        halve &= (room >= shortest) & (took > 2.0 / capacity)
+        t = np.sort(np.append(cuts.t, middle[halve]))
+        cuts = Track(t, path.at(t), path.stroke_at(t))
+    return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
+
+
+def _run_planner(way: Course, profile: Plotter) -> tuple[Array, Motion]:
+    """Feeds fitted to a planner, and what it makes of them."""
+    limits, queue = profile.limits, profile.port.queue
+    blocks = lookahead.blocks(way.points, way.stands, course.machine(profile))
+    given = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
+    most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
+    wanted = way.intended * _crowding(way, 1.0 / streaming.capacity(profile))
+    feed = feeds.round_feed(feeds.fit(blocks, wanted, given, way.draws, most, queue))
+    motion = lookahead.run(blocks, feed / 60.0, queue)
+    seen = streaming.depth(way, motion, profile)
+    short = lookahead.run(blocks, feed / 60.0, seen)
+    return feed, short if abs(float((short.duration - motion.duration).sum())) > _CHANGED else motion
+
+
+def _crowding(way: Course, line_time: float) -> Array:
+    """How much slower segments have to be run where too many follow on each other, or the queue would run empty.
+
+    The queue makes up for a few short ones; what counts is the mean over `_BURST` of them.
+    """
+    if not way.draws.any():
+        return np.ones(len(way.kind))
+    time = np.convolve(np.where(way.draws, way.intended, 1.0), np.ones(_BURST), "same")
+    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
+
+
+def _at_feed(x: float, y: float, feed: float, seconds: float) -> Block:
+    return Move(x, y, feed)
+
+
+_PLANNER = Execution(_cut_for_planner, _run_planner, _at_feed)
+_BY_DIALECT = {"grbl": _PLANNER, "marlin": _PLANNER, "ebb": _PLANNER, "hpgl": _PLANNER}
