@@ -44,7 +44,7 @@ def test_plotter_runs_through_the_simulated_device(path):
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
     assert found.correlation > 0.98
-    assert port.lost == 0 and not port.pen_is_down and port.firmware.state == "Idle"
+    assert port.lost == 0 and not port.pen_is_down and port.at_rest
     assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
     assert to_gcode(made).endswith(b"G4P0\n")
 

@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from handout.errors import InputError
-from handout.plotting.link import Sent
 
 
 class Journal:
@@ -30,9 +29,9 @@ class Journal:
                 raise InputError(f"Cannot write the journal {path}: {error.strerror or error}.") from error
         self._write({"lines": len(program), "sha256": hashlib.sha256(b"".join(program)).hexdigest()})
 
-    def acknowledged(self, sent: Sent) -> None:
+    def acknowledged(self, number: int, data: bytes) -> None:
         """The controller has taken a line."""
-        self._write({"line": sent.number, "text": sent.line.decode("ascii").strip()})
+        self._write({"line": number, "text": data.decode("ascii").strip()})
 
     def _write(self, entry: dict[str, Any]) -> None:
         if self._stream is not None:

@@ -9,7 +9,8 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit, InputError, PortError
-from handout.plotting import fidelity, grbl, open_port, plan, run
+from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting.dialect import dialect
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=6)
@@ -41,7 +42,7 @@ def test_every_fault_is_named_and_the_pen_is_lifted_if_the_machine_answers(profi
     assert any("could not be lifted" in word for word in words) == (not lifted)
     if lifted:
         assert not port.pen_is_down
-        assert port.firmware.state == "Idle" and not port.firmware.queue.lines
+        assert port.at_rest
 
 
 def test_late_answers_are_no_fault():
@@ -215,7 +216,7 @@ def test_the_journal_is_exact(tmp_path):
     made = plan(DRAWING, PROFILE)
     report = run(made, open_port("sim:", PROFILE), PROFILE, journal=path)
     entries = [json.loads(line) for line in path.read_text().splitlines()]
-    program = [*grbl.opening(PROFILE), *(line for _, line in grbl.lines(made.blocks, PROFILE)), *grbl.closing()]
+    program = [command.data for command in dialect("grbl").program(made.blocks, PROFILE)]
     assert entries[0] == {"lines": report.lines, "sha256": hashlib.sha256(b"".join(program)).hexdigest()}
     assert entries[-1] == {"done": True}
     assert [entry["line"] for entry in entries[1:-1]] == list(range(report.lines))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent
 from handout.plotting import open_port
-from handout.plotting.link import Link, Sent
+from handout.plotting.dialects.grbl.link import Link, Sent
 
 PROFILE = profiles.find("simulated", "plotter")
 

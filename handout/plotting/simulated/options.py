@@ -1,4 +1,8 @@
-"""What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``."""
+"""What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+
+A fault strikes after so many instructions of the plot have been read (`after`); the faults of `BYTE_FAULTS` can instead
+be told the byte, counted from 0 over all that is written to the port, at which they strike (`at`).
+"""
 
 from __future__ import annotations
 
@@ -13,21 +17,28 @@ from handout.errors import InputError
 FAULTS = {
     "jam": "it stands still and never answers again",
     "late": "every ok comes late by the time `late`",
-    "lost-byte": "the end of a line is lost on the way to it",
+    "lost-byte": "the end of a line, or the byte `at`, is lost on the way to it",
+    "flipped-byte": "the same byte comes with its bit number `bit` turned over",
+    "doubled-byte": "the same byte comes twice",
     "lost-ok": "one ok is lost on the way back",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
     "reset": "it starts again, as after a break in its power",
-    "unplugged": "the connection is gone",
+    "unplugged": "the connection is gone; it goes on with what it has received",
+    "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
 }
-_NUMBERS = {"after": (0, 10**9), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1)}
+BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
+_NUMBERS = {
+    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
+}  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
 
 class Options(msgspec.Struct, frozen=True, kw_only=True):
     """How a simulated plotter differs from its profile.
 
-    fault : what goes wrong, one of `FAULTS`; after : how many lines of G-code are read before that.
+    fault : what goes wrong, one of `FAULTS`; after : how many instructions of the plot are read before that.
+    at : the byte at which one of `BYTE_FAULTS` strikes (−1: after `after` instructions); bit : that is turned over.
     buffer, queue : bytes and moves it can hold (0: as the profile says).
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
@@ -36,6 +47,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
 
     fault: str = ""
     after: int = 20
+    at: int = -1
+    bit: int = 0
     buffer: int = 0
     queue: int = 0
     late: float = 0.5

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import msgspec
 
 from handout.errors import DeviceSilent
-from handout.plotting import grbl
-from handout.plotting.grbl import Banner, Reply, Setting, Sizes, Status
-from handout.plotting.link import Link
+from handout.plotting.dialects.grbl import words
+from handout.plotting.dialects.grbl.link import Link
+from handout.plotting.dialects.grbl.words import Banner, Reply, Setting, Sizes, Status
 from handout.plotting.ports import Port
 from handout.profiles import Acceleration, Length, Plotter, Speed
 
@@ -18,7 +18,7 @@ _HOMING = 180.0  # s a machine may take to find its switches
 
 
 def connect(port: Port, profile: Plotter, log: Callable[[str], None]) -> tuple[Link, Plotter]:
-    """Wake the controller, unlock or home it, read its settings.
+    """Wake the controller, unlock it unless it can be homed, read its settings.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def connect(port: Port, profile: Plotter, log: Callable[[str], None]) -> tuple[L
     DeviceSilent
         Nothing answers, or something that is not GRBL.
     DeviceAlarm
-        It refuses, or homing fails.
+        It refuses.
     """
     link = Link(port, profile.port.buffer, profile.port.timeout, log)
     _wake(link, profile)
@@ -54,13 +54,13 @@ def _wake(link: Link, profile: Plotter) -> None:
             break
         garbage |= bool(heard)
         waited += _GLANCE
-        link.port.write(grbl.STATUS)
+        link.port.write(words.STATUS)
     reset(link, profile.port.timeout, garbage)
 
 
 def reset(link: Link, patience: float, garbage: bool = False) -> None:
     """Soft-reset the controller and wait for its greeting."""
-    link.port.write(grbl.RESET)
+    link.port.write(words.RESET)
     link.forget()
     waited, greeted = 0.0, False
     while waited < patience:
@@ -81,17 +81,20 @@ def reset(link: Link, patience: float, garbage: bool = False) -> None:
 
 
 def _unlock(link: Link, profile: Plotter, log: Callable[[str], None]) -> None:
-    if profile.homing:
-        log("Homing: the plotter looks for its zero.")
-        link.ask(b"$H\n", _HOMING)
-    elif state(link) == "Alarm":
+    if not profile.homing and state(link) == "Alarm":
         log("The plotter was locked and is unlocked ($X): make sure that its zero is where the profile says.")
         link.ask(b"$X\n")
 
 
+def home(link: Link, log: Callable[[str], None]) -> None:
+    """Let the machine find its zero by its switches."""
+    log("Homing: the plotter looks for its zero.")
+    link.ask(b"$H\n", _HOMING)
+
+
 def state(link: Link) -> str:
     """The state the controller is in: Idle, Run, Hold, Alarm …"""
-    link.port.write(grbl.STATUS)
+    link.port.write(words.STATUS)
     while True:
         for reply in link.attend():
             if isinstance(reply, Status):

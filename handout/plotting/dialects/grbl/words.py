@@ -6,10 +6,11 @@ Source: the specification of GRBL 1.1 as measured on the firmware (lines, real-t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.plotting.blocks import Block, Move, Pause, Pen
+from handout.plotting.dialect import Command
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -151,27 +152,31 @@ def pause(seconds: float) -> bytes:
     return f"G4P{_number(seconds)}\n".encode()
 
 
-def lines(blocks: Iterable[Block], profile: Plotter) -> Iterator[tuple[int, bytes]]:
-    """The lines of a program, each with the index of its block.
+def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
+    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
 
     What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
     """
+    yield from (Command(line, 0) for line in opening(profile))
     down: bool | None = None
     motion = x = y = feed = ""
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                yield from ((index, line) for line in pen(block.down, profile.pen))
+                *first, last = pen(block.down, profile.pen)
+                yield from (Command(line, index) for line in first)
+                yield Command(last, index + 1)
             down = block.down
             feed = "" if profile.pen.lift == "z" else feed
         elif isinstance(block, Pause):
-            yield index, pause(block.seconds)
+            yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             words = [("G1", motion), (f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y)]
             words.append((f"F{_number(block.feed, 1)}", feed))
-            yield index, ("".join(word for word, before in words if word != before) + "\n").encode()
+            yield Command(("".join(word for word, before in words if word != before) + "\n").encode(), index + 1)
             (motion, _), (x, _), (y, _), (feed, _) = words
+    yield from (Command(line, len(blocks)) for line in closing())
 
 
 def _number(value: float, digits: int = 3) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 
 from handout import units
-from handout.plotting import grbl
+from handout.plotting.dialects.grbl import words
 from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
@@ -25,9 +25,7 @@ def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
     profile = profile or plan.profile
     lines = [*_header(plan, profile)]
     lines += [b"$H\n"] if profile.homing else []
-    lines += grbl.opening(profile)
-    lines += [line for _, line in grbl.lines(plan.blocks, profile)]
-    return b"".join([*lines, *grbl.closing()])
+    return b"".join([*lines, *(command.data for command in words.program(plan.blocks, profile))])
 
 
 def _header(plan: Plan, profile: Plotter) -> list[bytes]:

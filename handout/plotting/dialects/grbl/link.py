@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceSilent
-from handout.plotting import grbl
-from handout.plotting.grbl import Alarm, Banner, Error, Ok, Reply, Status
+from handout.plotting.dialects.grbl import words
+from handout.plotting.dialects.grbl.words import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
 
 _GLANCE = 0.25  # s without a word after which the controller is asked how it is
@@ -44,17 +44,18 @@ class Link:
         self._partial = b""
         self._idle = 0.0
         self._held = False
+        self.told: Callable[[Status], None] = lambda status: None  # every state that is heard
 
     def replies(self, patience: float) -> list[Reply]:
         """What the controller says within `patience` s; returns with the first complete lines, or with none."""
         data = self.port.read(patience)
         *complete, self._partial = (self._partial + data).split(b"\n")
-        return [grbl.reply(line) for line in complete if line.strip()]
+        return [words.reply(line) for line in complete if line.strip()]
 
     def send(self, sent: Sent, acknowledged: Callable[[Sent], None]) -> None:
         """Send a line as soon as the controller has room for it."""
         while self._under_way and self._bytes + len(sent.line) > self.buffer - 1:
-            self._hear(acknowledged)
+            self.hear(acknowledged)
         self.port.write(sent.line)
         self._under_way.append(sent)
         self._bytes += len(sent.line)
@@ -62,7 +63,7 @@ class Link:
     def drain(self, acknowledged: Callable[[Sent], None]) -> None:
         """Wait until every line has been acknowledged."""
         while self._under_way:
-            self._hear(acknowledged)
+            self.hear(acknowledged)
 
     def ask(self, line: bytes, patience: float = 0.0) -> list[Reply]:
         """Send a line alone and wait for its answer; everything said until then.
@@ -102,13 +103,14 @@ class Link:
             if replies := self.replies(glance):
                 return replies
             quiet += glance
-            self.port.write(grbl.STATUS)
+            self.port.write(words.STATUS)
         raise DeviceSilent(
             f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, "
             "and that it moves freely."
         )
 
-    def _hear(self, acknowledged: Callable[[Sent], None]) -> None:
+    def hear(self, acknowledged: Callable[[Sent], None]) -> None:
+        """Wait for the next replies and heed them; a controller that says nothing is asked for its state."""
         for reply in self.attend():
             if isinstance(reply, Status):
                 self._look(reply)
@@ -135,13 +137,14 @@ class Link:
 
     def _look(self, status: Status) -> None:
         """Make sense of a state: at rest although lines are unanswered, something was lost."""
+        self.told(status)
         if status.state == "Alarm":
             raise DeviceAlarm("The plotter is locked after an alarm: bring it back to its zero and start again.")
         held = status.state in ("Hold", "Door")
         if held and not self._held:
             self.log("The plotter is on hold; it goes on when it is told to (~ or its cycle-start button).")
         self._held = held
-        self._idle = self._idle + _GLANCE if status.state == "Idle" else 0.0
+        self._idle = self._idle + _GLANCE if status.state == "Idle" and self._under_way else 0.0
         if self._idle > self.timeout:
             raise DeviceSilent(
                 "The plotter is at rest but has not answered all lines it was sent: something was lost on the way; "
