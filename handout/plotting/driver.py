@@ -195,8 +195,7 @@ def _report(stream: _Stream, port: Port, wall: float) -> Report:
     plan = stream.plan
     executed_s, stretched = wall, plan.stretched
     if isinstance(port, SimulatedPlotter):
-        factor = 1.0 if plan.speed == "fast" else float(plan.speed)
-        executed_s, stretched = port.executed_s, fidelity.stretched(plan.drawing, port.executed()) * factor
+        executed_s, stretched = port.executed_s, fidelity.stretched(plan.meant(), port.executed())
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
     return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)

@@ -1,4 +1,4 @@
-"""How a machine executes what it is told, by the dialect it speaks: where its paths are cut, how fast it goes, in what words.
+"""How a machine executes what it is told, by the dialect it speaks: its segments, its speeds, its words.
 
 A controller that plans (GRBL) is given feeds from which it makes its own speeds, within its acceleration; here its
 planner is run in advance and the feeds are chosen for what it will make of them.
@@ -39,7 +39,7 @@ class Execution(NamedTuple):
     move: Callable[[float, float, float, float], Block]
 
 
-def execution(profile: Plotter) -> Execution:
+def of(profile: Plotter) -> Execution:
     """How the machine of a profile executes a plan."""
     return _BY_DIALECT[profile.dialect]
 

@@ -1,0 +1,126 @@
+"""The report of a plot: how the motion that was executed, or is predicted, compares with the writing's, by page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handout import atomic
+from handout.plotting import fidelity, streaming
+from handout.plotting.planned import Plan
+from handout.values import Array, Drawing, Stroke
+
+_WINDOW = 0.1  # s over which time is compared with time
+_NOTED = 1.05  # a stretch beyond this is told with its place
+
+Row = dict[str, Any]
+
+
+def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: int | None = None) -> Row:
+    """What is to be said of one page.
+
+    Parameters
+    ----------
+    page : its number, from 1.
+    executed : what the simulated plotter drew; None: what the plan predicts.
+    min_queue : as the machine said; None: as the plan predicts.
+
+    Returns
+    -------
+    dict
+        correlation, rms_of_peak : of the speeds at the same times; in_place : the same at the same places.
+        intended_s, executed_s : time of the strokes alone; stretched : their ratio; announced_s : of everything.
+        segments, segments_per_s : of the strokes; min_queue : moves in hand in the middle of a stroke, the least.
+        deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
+    """
+    measured = executed is not None
+    meant, done = plan.meant(), executed if executed is not None else plan.predicted()
+    segments = int(np.count_nonzero(plan.course.draws))
+    took = float(plan.motion.duration[plan.course.draws].sum())
+    if min_queue is None:
+        have = streaming.depth(plan.course, plan.motion, plan.profile)
+        min_queue = streaming.least(plan.course, have, plan.profile.port.queue)
+    found = fidelity.compare(meant, done) if any(fidelity.moves(*pair) for pair in _pairs(meant, done)) else None
+    intended_s, executed_s = fidelity.times(meant, done)
+    return {
+        "page": page,
+        "measured": measured,
+        "correlation": None if found is None else round(found.timed, 5),
+        "rms_of_peak": None if found is None else round(found.timed_rms, 5),
+        "in_place": None
+        if found is None
+        else {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
+        "deviation_mm": None if found is None else round(found.deviation, 4),
+        "intended_s": round(intended_s, 3),
+        "executed_s": round(executed_s, 3),
+        "stretched": round(executed_s / intended_s, 5) if intended_s > 0 else 1.0,
+        "announced_s": round(plan.duration, 3),
+        "segments": segments,
+        "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
+        "min_queue": min_queue,
+        "stretched_at": list(stretches(meant, done)),
+    }
+
+
+def stretches(meant: Drawing, done: Drawing) -> list[Row]:
+    """The strokes in which a tenth of a second took noticeably longer than it was meant to.
+
+    Returns
+    -------
+    list of dict
+        stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the tenth of a
+        second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
+    """
+    rows = []
+    for number, (a, b) in enumerate(_pairs(meant, done)):
+        if not fidelity.moves(a, b):
+            continue
+        clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 4)
+        share = np.interp(np.append(clock, clock + _WINDOW), a.t - a.t[0], _share(a.xy))
+        when = np.interp(share, _share(b.xy), b.t)
+        local = (when[len(clock) :] - when[: len(clock)]) / min(_WINDOW, a.t[-1] - a.t[0])
+        worst = int(np.argmax(local))
+        if local[worst] > _NOTED:
+            factor = (b.t[-1] - b.t[0]) / (a.t[-1] - a.t[0])
+            found = {"factor": round(float(factor), 4), "worst": round(float(local[worst]), 3)}
+            rows.append({"stroke": number, "word": a.word, **found, "at_s": round(float(clock[worst]), 3)})
+    return rows
+
+
+def whole(rows: Sequence[Row]) -> Row:
+    """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
+    intended, executed = (sum(row[key] for row in rows) for key in ("intended_s", "executed_s"))
+    least = [row["correlation"] for row in rows if row["correlation"] is not None]
+    most = [row["rms_of_peak"] for row in rows if row["rms_of_peak"] is not None]
+    queues = [row["min_queue"] for row in rows if row["min_queue"] is not None]
+    return {
+        "measured": all(row["measured"] for row in rows),
+        "correlation": min(least, default=None),
+        "rms_of_peak": max(most, default=None),
+        "intended_s": round(intended, 3),
+        "executed_s": round(executed, 3),
+        "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
+        "announced_s": round(sum(row["announced_s"] for row in rows), 3),
+        "segments": sum(row["segments"] for row in rows),
+        "min_queue": min(queues, default=None),
+        "pages": list(rows),
+    }
+
+
+def write(path: Path, rows: Sequence[Row]) -> None:
+    """Write the report of all pages as JSON; all of it or nothing."""
+    atomic.write(path, (json.dumps(whole(rows), indent=1) + "\n").encode())
+
+
+def _pairs(meant: Drawing, done: Drawing) -> Iterator[tuple[Stroke, Stroke]]:
+    return zip(meant.strokes, done.strokes, strict=True)
+
+
+def _share(xy: Array) -> Array:
+    """How much of the length of a path lies before each of its points, 0 to 1."""
+    along = fidelity.along_path(xy)
+    return np.asarray(along / along[-1])
