@@ -67,6 +67,9 @@ class Controller(Protocol):
     def zero(self) -> None:
         """Take the place where the pen stands for its zero: a person has put it there."""
 
+    def go(self, x: float, y: float) -> None:
+        """Lift the pen, travel there (machine coordinates, mm) and wait until it stands there."""
+
     def halt(self) -> None:
         """Stop as soon as the protocol allows (what waits in its queue is dropped), and lift the pen.
 

@@ -6,6 +6,7 @@ import contextlib
 import re
 
 from handout.errors import DeviceError, DeviceSilent
+from handout.plotting.blocks import Move, Pen
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, state
@@ -71,6 +72,12 @@ class Grbl:
     def zero(self) -> None:
         """``G92``, which it forgets with the next reset."""
         self.link.ask(b"G92X0Y0\n")
+
+    def go(self, x: float, y: float) -> None:
+        """As the beginning of a program would."""
+        way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
+        for command in words.program(way, self.profile):
+            self.link.ask(command.data)
 
     def halt(self) -> None:
         """Stop the machine and lift the pen, as far as it still answers."""
