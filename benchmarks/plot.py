@@ -88,7 +88,7 @@ def execute(made: Plan, latency: float = 0.001) -> tuple[fidelity.Fidelity, Repo
     """What the simulated plotter makes of a plan."""
     port = SimulatedPlotter(made.profile, Options(latency=latency))
     report = run(made, port, made.profile)
-    return fidelity.compare(made.meant(), port.executed()), report
+    return fidelity.compare(made.intended(), port.executed()), report
 
 
 def fidelity_of_hands() -> None:
@@ -102,7 +102,7 @@ def fidelity_of_hands() -> None:
             mean = with_mean_feeds(made)
             ours, report = execute(made)
             naive, _ = execute(mean)
-            predicted = [fidelity.compare(made.meant(), one.predicted()) for one in (made, mean)]
+            predicted = [fidelity.compare(made.intended(), one.predicted()) for one in (made, mean)]
             print(f"  {hand:<13} fitted, predicted   {_figures(predicted[0])}")
             print(f"  {'':<13} fitted, simulated   {_figures(ours)}  {report.executed_s / made.duration:.4f}")
             print(f"  {'':<13} mean F, predicted   {_figures(predicted[1])}")

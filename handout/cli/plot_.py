@@ -14,6 +14,7 @@ from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.plotting import Plan, Port, Report
+    from handout.plotting.reporting import Row
     from handout.profiles import Plotter
 
 _SIMULATED = "sim:"
@@ -25,6 +26,7 @@ _SIMULATED = "sim:"
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, or sim: for the simulated plotter.")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
+@click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
 @click.option(
     "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
@@ -41,6 +43,7 @@ def command(
     port: str | None,
     device: str | None,
     dry_run: tuple[Path, ...],
+    report: Path | None,
     copies: int,
     order: Literal["writing", "travel"],
     journal: Path | None,
@@ -54,12 +57,15 @@ def command(
     handout plot --port sim: "to see that it works"
     handout plot --dry-run preview.svg "to see how it looks"
     """
-    from handout.plotting import fit_to_bed, plan
+    from handout import atomic
+    from handout.plotting import fit_to_bed, plan, reporting
     from handout.sinks import check_outputs
 
     if port is None and not dry_run:
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
     check_outputs(dry_run)
+    if report is not None:
+        atomic.check_writable(report)
     look = options.look(given)
     profile = _profile(device, port)
     words = options.text_of(text, file)
@@ -76,11 +82,16 @@ def command(
 
         files = write_drawings(drawings, dry_run, **look)
         result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
+        if report is not None:
+            reporting.write(report, [reporting.row(one, page) for page, one in enumerate(plans, 1)])
         said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     else:
         assert port is not None
-        reports = _plot(plans, port, profile, copies, journal, yes=yes, quiet=given["quiet"])
-        executed = sum(report.executed_s for report in reports)
+        rows: list[Row] | None = None if report is None else []
+        reports = _plot(plans, port, profile, copies, journal, rows, yes=yes, quiet=given["quiet"])
+        if report is not None and rows is not None:
+            reporting.write(report, rows)
+        executed = sum(one.executed_s for one in reports)
         result |= {
             "copies": copies,
             "planned_s": round(planned, 2),
@@ -111,10 +122,18 @@ def _stretched(parts: list[Plan] | list[Report]) -> float:
 
 
 def _plot(
-    plans: list[Plan], address: str, profile: Plotter, copies: int, journal: Path | None, *, yes: bool, quiet: bool
+    plans: list[Plan],
+    address: str,
+    profile: Plotter,
+    copies: int,
+    journal: Path | None,
+    rows: list[Row] | None,
+    *,
+    yes: bool,
+    quiet: bool,
 ) -> list[Report]:
-    """All sheets, one after the other, over one connection."""
-    from handout.plotting import open_port, run
+    """All sheets, one after the other, over one connection; `rows` takes what is to be reported of each."""
+    from handout.plotting import open_port, reporting, run
 
     say = results.talk(quiet)
     total = sum(p.duration for p in plans) * copies
@@ -126,6 +145,8 @@ def _plot(
             if number:
                 _change_sheet(number + 1, yes or address.startswith(_SIMULATED), port)
             reports.append(run(plan, port, profile, progress=_progress(quiet), journal=journal, log=say))
+            if rows is not None:
+                rows.append(reporting.plotted(reports[-1], port, number + 1))
     finally:
         port.close()
     return reports

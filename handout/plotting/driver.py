@@ -128,6 +128,7 @@ class _Stream:
         self.kept, self.progress, self.watch = kept, progress, watch
         self.min_queue: int | None = None
         self._counts = (0, 0, 0)
+        self._queued: int | None = None  # as last heard; it says nothing about any later moment
         self._told = 0.0
         done = np.array([command.done for command in commands])
         self._ink = np.append(0.0, np.cumsum(ink(plan)))[done]  # mm drawn when a command has been executed
@@ -171,8 +172,8 @@ class _Stream:
     def _watch_queue(self) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
         queued, taken = self.controller.queued, self.controller.taken
-        first = taken - self.plan.profile.port.queue
-        if queued is None or first < 1 or taken >= len(self.commands):
+        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
+        if queued is None or not heard or first < 1 or taken >= len(self.commands):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -195,7 +196,7 @@ def _report(stream: _Stream, port: Port, wall: float) -> Report:
     plan = stream.plan
     executed_s, stretched = wall, plan.stretched
     if isinstance(port, SimulatedPlotter):
-        executed_s, stretched = port.executed_s, fidelity.stretched(plan.meant(), port.executed())
+        executed_s, stretched = port.executed_s, fidelity.stretched(plan.intended(), port.executed())
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
     return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)

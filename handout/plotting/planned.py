@@ -28,7 +28,7 @@ class Plan:
     drawing : as it will be drawn, strokes in their order; profile : the machine; speed, order : as asked for.
     blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
     starts : (n + 1,) float, s, when each move of the course begins, and when all is done.
-    intended : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
+    meant : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
     """
 
     drawing: Drawing
@@ -41,7 +41,7 @@ class Plan:
     starts: Array
     blocks: tuple[Block, ...]
     begins: Array
-    intended: Array
+    meant: Array
 
     @property
     def duration(self) -> float:
@@ -51,8 +51,8 @@ class Plan:
     @cached_property
     def stretched(self) -> float:
         """Time the strokes take over the time they were meant to take."""
-        meant = float(self.intended.sum())
-        return float(self.motion.duration[self.course.draws].sum()) / meant if meant > 0 else 1.0
+        whole = float(self.meant.sum())
+        return float(self.motion.duration[self.course.draws].sum()) / whole if whole > 0 else 1.0
 
     @cached_property
     def pen_down(self) -> float:
@@ -112,7 +112,7 @@ class Plan:
             strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[own]]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about)
 
-    def meant(self) -> Drawing:
+    def intended(self) -> Drawing:
         """The strokes as they were meant to be drawn: at the speed asked for, or the best for one without time."""
         if not self.drawing.timed:
             return self._at_best()
@@ -125,6 +125,6 @@ class Plan:
         count = np.bincount(way.stroke[way.draws], minlength=len(way.first))
         strokes = []
         for row, many, stroke in zip(way.first, count, self.drawing.strokes, strict=True):
-            t = np.append(0.0, np.cumsum(self.intended[row : row + many]))
+            t = np.append(0.0, np.cumsum(self.meant[row : row + many]))
             strokes.append(Stroke(t, self._on_page(way.points[row : row + many + 1]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)

@@ -11,11 +11,14 @@ import numpy as np
 
 from handout import atomic
 from handout.plotting import fidelity, streaming
+from handout.plotting.driver import Report
 from handout.plotting.planned import Plan
+from handout.plotting.ports import Port
+from handout.plotting.simulated import SimulatedPlotter
 from handout.values import Array, Drawing, Stroke
 
-_WINDOW = 0.1  # s over which time is compared with time
-_NOTED = 1.05  # a stretch beyond this is told with its place
+_WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
+_NOTED = 1.03  # a stretch beyond this is told with its place
 
 Row = dict[str, Any]
 
@@ -38,7 +41,7 @@ def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: in
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
     measured = executed is not None
-    meant, done = plan.meant(), executed if executed is not None else plan.predicted()
+    meant, done = plan.intended(), executed if executed is not None else plan.predicted()
     segments = int(np.count_nonzero(plan.course.draws))
     took = float(plan.motion.duration[plan.course.draws].sum())
     if min_queue is None:
@@ -66,20 +69,26 @@ def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: in
     }
 
 
+def plotted(report: Report, port: Port, page: int) -> Row:
+    """What is to be said of a page that has just been plotted: measured if the plotter is simulated, else predicted."""
+    executed = port.executed() if isinstance(port, SimulatedPlotter) else None
+    return row(report.plan, page, executed=executed, min_queue=report.min_queue)
+
+
 def stretches(meant: Drawing, done: Drawing) -> list[Row]:
-    """The strokes in which a tenth of a second took noticeably longer than it was meant to.
+    """The strokes in which half a second took noticeably longer than it was meant to.
 
     Returns
     -------
     list of dict
-        stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the tenth of a
+        stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the half of a
         second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
     """
     rows = []
     for number, (a, b) in enumerate(_pairs(meant, done)):
         if not fidelity.moves(a, b):
             continue
-        clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 4)
+        clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 10)
         share = np.interp(np.append(clock, clock + _WINDOW), a.t - a.t[0], _share(a.xy))
         when = np.interp(share, _share(b.xy), b.t)
         local = (when[len(clock) :] - when[: len(clock)]) / min(_WINDOW, a.t[-1] - a.t[0])

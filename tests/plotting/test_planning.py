@@ -43,7 +43,7 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     assert found.deviation < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.stretched == pytest.approx(made.stretched, rel=0.01) == pytest.approx(report.stretched, rel=0.01)
-    predicted = fidelity.compare(made.meant(), made.predicted())
+    predicted = fidelity.compare(made.intended(), made.predicted())
     assert found.correlation == pytest.approx(predicted.correlation, abs=0.01)
     assert found.timed == pytest.approx(predicted.timed, abs=0.01)
     assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
@@ -67,7 +67,7 @@ def test_speed_is_a_multiple_of_the_hand():
     assert durations[1].sum() > durations[0].sum() * 1.3
     slow = plan(drawing, PROFILE, speed=0.5)
     assert slow.stretched == pytest.approx(1, abs=0.01)
-    assert fidelity.compare(slow.meant(), slow.predicted()).correlation > 0.995
+    assert fidelity.compare(slow.intended(), slow.predicted()).correlation > 0.995
     fast = plan(drawing, PROFILE, speed="fast")
     assert fast.stretched < 0.9 and fast.duration < plan(drawing, PROFILE).duration
     assert draws.any()

@@ -16,6 +16,7 @@ from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
 _AHEAD = 6  # moves that the controller has taken out of its queue and not yet executed, at most
+_GLANCE = 16  # lines after which it is asked how full its queue is
 _MOMENT = 0.02  # s between two looks at a machine that brakes
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
@@ -35,13 +36,18 @@ class Grbl:
         """Write a line as soon as the receive buffer has room for it."""
         self.link.send(Sent(self.sent, data), self._acknowledged)
         self.sent += 1
+        if self.sent % _GLANCE == 0:
+            self._ask()
 
     def wait(self) -> None:
         """Hear what it says next; it is asked for its state, of which its queue is a part."""
+        self._ask()
+        self.link.hear(self._acknowledged)
+
+    def _ask(self) -> None:
         if not self._asked:
             self._asked = True
             self.link.port.write(words.STATUS)
-        self.link.hear(self._acknowledged)
 
     def finish(self) -> None:
         """Wait until the last line is acknowledged: a pause, which is when the machine stands still."""
