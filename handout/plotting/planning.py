@@ -99,6 +99,8 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
     limit = np.zeros(len(most) + 1)
     limit[1:-1] = np.where(within[1:] & within[:-1], np.minimum(most[1:], most[:-1]) ** 2, 0.0)
+    sharp = np.isinf(lines.radius[1:])  # no curve turns there
+    limit[1:-1][sharp] = np.minimum(limit[1:-1], lines.corner[1:])[sharp]
     speed = np.sqrt(lookahead.reachable(limit, 2.0 * lines.acceleration * lines.length))
     took = lookahead.trapezoid_time(lines.length, lines.acceleration, speed[:-1], speed[1:], most)
     t = np.concatenate([[0.0], np.cumsum(np.where(within, np.maximum(took, 1e-6), 1.0))])

@@ -68,8 +68,7 @@ def _stroke(t: Array, xy: Array, begin: float, end: float, placement: Placement)
     moved = np.flatnonzero((xy[a:b] != xy[a]).any(axis=1))
     if len(moved) == 0:
         return Stroke(t[a : a + 1], placement.to_page(xy[a : a + 1]))
-    a, b = a + int(moved[0]) - 1, a + int(moved[-1]) + 1
-    while b - a > 2 and (xy[b - 1] == xy[b - 2]).all():
-        b -= 1
+    under_way = np.flatnonzero((xy[a:b] != xy[b - 1]).any(axis=1))  # a closed stroke ends where it began
+    a, b = a + int(moved[0]) - 1, a + int(under_way[-1]) + 2
     keep = np.append(True, np.diff(t[a:b]) > 0)
     return Stroke(t[a:b][keep], placement.to_page(xy[a:b][keep]))
