@@ -53,7 +53,7 @@ class Paper:
         """A person lifts the pen."""
         if self.profile.pen.lift == "z":
             self.trace.append((now, (*self.at[:2], round(self.profile.pen.up * self.steps[2]))))
-        self.pen(now, self.profile.pen.up)
+        self.pen(now - self.profile.pen.up_time, self.profile.pen.up)  # by hand it is lifted at once
 
     def push_to_zero(self, now: float) -> None:
         """A person lifts the pen and pushes the carriage to its true zero, which the controller does not notice."""
