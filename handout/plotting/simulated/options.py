@@ -7,6 +7,8 @@ be told the byte, counted from 0 over all that is written to the port, at which 
 from __future__ import annotations
 
 import difflib
+import re
+from typing import Any
 from urllib.parse import parse_qsl
 
 import msgspec
@@ -30,6 +32,7 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
 _NUMBERS = {
     "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
+    "blank": (0, 1),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
@@ -42,6 +45,9 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     buffer, queue : bytes and moves it can hold (0: as the profile says).
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
+    settings : numbers and values of its own settings, as ``$20=1`` in the address (GRBL).
+    variant : a relative of the controller that it is instead: "grblhal" or "fluidnc" (GRBL).
+    blank : its memory is blank (GRBL).
     realtime : pass time as a real machine would, instead of as fast as possible.
     """
 
@@ -56,6 +62,9 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     acceleration: float = 0.0
     speed: float = 0.0
     realtime: bool = False
+    settings: tuple[tuple[int, float], ...] = ()
+    variant: str = ""
+    blank: bool = False
 
 
 def parse(query: str) -> Options:
@@ -66,18 +75,22 @@ def parse(query: str) -> Options:
     InputError
         An unknown option or fault, or a value that cannot be read.
     """
-    given: dict[str, str | int | float | bool] = {}
+    given: dict[str, Any] = {"settings": []}
     for name, text in parse_qsl(query, keep_blank_values=True):
         if name == "fault":
             given[name] = _one_of(text, list(FAULTS), "fault")
         elif name in _QUANTITIES:
             given[name] = units.parse(text, _QUANTITIES[name], name)
+        elif name == "variant":
+            given[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
+        elif re.fullmatch(r"\$\d{1,3}", name):
+            given["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
             given[name] = _whole(name, text)
         else:
-            _one_of(name, ["fault", *_NUMBERS, *_QUANTITIES], "option")
-    if "realtime" in given:
-        given["realtime"] = bool(given["realtime"])
+            _one_of(name, ["fault", "variant", *_NUMBERS, *_QUANTITIES, "$20 and so on"], "option")
+    for name in ("realtime", "blank"):
+        given[name] = bool(given.get(name))
     return msgspec.convert(given, Options)
 
 
@@ -86,6 +99,13 @@ def _whole(name: str, text: str) -> int:
     if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
         raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
     return int(text)
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(f"sim: {name}={text} is not a number.") from error
 
 
 def _one_of(text: str, known: list[str], what: str) -> str:

@@ -64,12 +64,14 @@ class Wire:
 
     Attributes
     ----------
-    lost : how many bytes found the buffer full.
+    lost : how many bytes found the buffer full, or nobody who listened.
+    deaf_until : s; bytes that come in before that are lost.
     """
 
     def __init__(self, size: int, byte: float, framing: Framing) -> None:
         self.size, self.byte, self.framing = size, byte, framing
         self.lost = 0
+        self.deaf_until = 0.0  # s; what comes before that is lost
         self._under_way: deque[_Piece] = deque()
         self._free = 0.0
         self._buffer = bytearray()  # received, not read
@@ -115,6 +117,11 @@ class Wire:
     def _store(self, piece: _Piece, many: int) -> bool:
         """Put the bytes of a piece that have arrived into the buffer; whether that was all of it."""
         fresh = piece.data[piece.given : many]
+        if piece.first + piece.given * self.byte < self.deaf_until:
+            unheard = min(len(fresh), math.ceil((self.deaf_until - piece.first) / self.byte - piece.given))
+            self.lost += unheard
+            piece.given += unheard
+            fresh = fresh[unheard:]
         fits = fresh[: max(self.size - 1 - len(self._buffer), 0)]  # a ring of n bytes holds n − 1
         self._buffer += fits
         if self.framing.blocks:

@@ -36,10 +36,21 @@ ALARMS: dict[int, str] = {
     1: "a limit switch was hit; it no longer knows where it is: bring it back to its zero",
     2: "a move would have left its travel: check its travel ($130, $131) and where its zero is",
     3: "it was reset while it moved and no longer knows where it is: bring it back to its zero",
-    4: "a probe was not as expected", 5: "a probe touched nothing", 6: "homing was interrupted",
+    4: "a probe was not as expected", 5: "a probe touched nothing", 6: "homing was interrupted: home again",
     7: "the safety door was opened while homing", 8: "homing could not leave the limit switch",
-    9: "homing did not find a limit switch", 10: "homing did not find the second limit switch",
+    9: "homing did not find a limit switch: look at the switch and its wire, and home again",
+    10: "homing did not find the second limit switch, or the emergency stop is pressed",
+    11: "it has to be homed before it moves (homing = true in the profile)",
+    12: "a limit switch is pressed: push the carriage off it", 17: "a motor driver reports a fault",
 }  # fmt: skip
+SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
+MARK = b"F600\n"  # a feed tells one that has been driven from one that has restarted
+HELD = {
+    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button).",
+    "Door": "The plotter stands because its safety door is open; close it and press its cycle-start button (~).",
+    "Sleep": "The plotter is asleep, its motors without power: switch it off and on, and start again.",
+    "Tool": "The plotter waits for a change of tool; confirm it on the plotter.",
+}
 
 
 class Ok(NamedTuple):
@@ -73,11 +84,19 @@ class Banner(NamedTuple):
 
 
 class Status(NamedTuple):
-    """The answer to ``?``: a state such as Idle, Run, Hold, Alarm (without its number), and the rest as it came."""
+    """The answer to ``?``: a state such as Idle, Run, Hold, Alarm, with its number apart; and the rest as it came."""
 
     state: str
     detail: str
     fields: str
+
+    def field(self, name: str) -> tuple[float, ...]:
+        """The numbers of a field such as MPos, WCO, Bf or FS; none if it is not there or cannot be read."""
+        found = re.search(rf"\|{name}:([-\d.,]+)", self.fields)
+        try:
+            return tuple(float(part) for part in found.group(1).split(",")) if found else ()
+        except ValueError:
+            return ()
 
 
 class Setting(NamedTuple):
@@ -88,10 +107,30 @@ class Setting(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """From ``$I``: moves and bytes it can hold."""
+    """From ``$I``: moves and bytes it can hold; and whether its axes may count forward from where they are homed."""
 
     queue: int
     buffer: int
+    forward: bool = False
+
+
+class Version(NamedTuple):
+    """From ``$I``: what it is."""
+
+    text: str
+
+
+class Offset(NamedTuple):
+    """From ``$#``: an offset of a coordinate system such as G54, or of G92; mm."""
+
+    name: str
+    place: tuple[float, ...]
+
+
+class Modal(NamedTuple):
+    """From ``$G``: the words that are in force."""
+
+    words: tuple[str, ...]
 
 
 class Note(NamedTuple):
@@ -100,9 +139,11 @@ class Note(NamedTuple):
     text: str
 
 
-Reply = Ok | Error | Alarm | Banner | Status | Setting | Sizes | Note
+Reply = Ok | Error | Alarm | Banner | Status | Setting | Sizes | Version | Offset | Modal | Note
 
-_OPTIONS = re.compile(r"\[OPT:[^,\]]*,(\d+),(\d+)")
+_OPTIONS = re.compile(r"\[OPT:([^,\]]*),(\d+),(\d+)")
+_OFFSET = re.compile(r"\[(G5[4-9]|G92):(-?\d+\.?\d*(?:,-?\d+\.?\d*)*)\]")
+_WRITERS = re.compile(rb"\$(\d+|N\d*|I|RST)=|.*(G10L|G28\.1|G30\.1)", re.IGNORECASE)
 _SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d+)?)")
 
 
@@ -120,10 +161,19 @@ def reply(line: bytes) -> Reply:
     if re.match(r"grbl", text, re.IGNORECASE):
         return Banner(text)
     if match := _OPTIONS.match(text):
-        return Sizes(int(match.group(1)), int(match.group(2)))
+        return Sizes(int(match.group(2)), int(match.group(3)), "Z" in match.group(1))
     if match := _SETTING.match(text):
         return Setting(int(match.group(1)), float(match.group(2)))
-    return Note(text)
+    if match := _OFFSET.match(text):
+        return Offset(match.group(1), tuple(float(part) for part in match.group(2).split(",")))
+    if text.startswith("[GC:"):
+        return Modal(tuple(text[4:].rstrip("]").split()))
+    return Version(text[5:].rstrip("]")) if text.startswith("[VER:") else Note(text)
+
+
+def writes_memory(line: bytes) -> bool:
+    """Whether a line makes the controller write into its memory, deaf meanwhile: it has to be sent alone."""
+    return _WRITERS.match(line.replace(b" ", b"")) is not None
 
 
 def opening(profile: Plotter) -> list[bytes]:
@@ -145,6 +195,17 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
     else:
         lines = [f"M3S{_number(value)}\n".encode()]
     return lines + ([pause(wait)] if wait > 0 else [])
+
+
+def move(x: float, y: float, speed: float) -> bytes:
+    """A straight move to a place, mm, at a speed in mm/s."""
+    return f"G1X{_number(x)}Y{_number(y)}F{_number(speed * 60, 1)}\n".encode()
+
+
+def call_it(place: tuple[float, float, float]) -> bytes:
+    """Where it stands is called so, mm."""
+    x, y, z = place
+    return f"G92X{_number(x)}Y{_number(y)}Z{_number(z)}\n".encode()
 
 
 def pause(seconds: float) -> bytes:

@@ -7,5 +7,5 @@ __all__ = ["Firmware", "framing"]
 
 
 def framing() -> Framing:
-    """Lines end with a line feed; a carriage return does too, but our lines have none."""
-    return Framing(b"\n", b"?!~\x18")
+    """Lines end with a line feed or a carriage return; all that is beyond ASCII acts on reception, or is dropped."""
+    return Framing(b"\n\r", b"?!~\x18" + bytes(range(128, 256)))

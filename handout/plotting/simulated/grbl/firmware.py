@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 from handout.plotting.simulated.firmware import Say, Wait
 from handout.plotting.simulated.grbl import parser
 from handout.plotting.simulated.grbl.parser import Modes, Refused
+from handout.plotting.simulated.grbl.settings import Settings
 from handout.plotting.simulated.options import Options
 from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.queue import Axes, Queue, Steps
+from handout.plotting.simulated.queue import Queue, Steps
 from handout.plotting.simulated.stepper import Stepper
 from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
 
 _STORED = 80
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"
+_WRITING = 0.004  # s it is deaf while it writes into its memory
+_SELDOM = 10  # answers to ? between two that tell the offset
+_BANNERS = {
+    "": "Grbl 1.1h ['$' for help]",
+    "grblhal": "GrblHAL 1.1f ['$' or '$HELP' for help]",
+    "fluidnc": "Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]",
+}
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
-
-
-def _axes(profile: Plotter, options: Options, steps: list[float]) -> Axes:
-    limits, pen = profile.limits, profile.pen
-    fastest = options.speed or max(limits.draw_speed, limits.travel_speed)
-    acceleration = options.acceleration or limits.acceleration
-    return Axes(
-        steps=steps,
-        speed=[fastest, fastest, pen.z_speed],
-        acceleration=[acceleration, acceleration, pen.z_acceleration],
-        deviation=float(limits.junction_deviation),
-    )
 
 
 class Firmware:
@@ -37,15 +34,19 @@ class Firmware:
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
-        self.axes = _axes(profile, options, paper.steps)
+        self.settings = Settings(profile, options)
+        self.axes = self.settings.axes
+        paper.steps[:2] = self.axes.steps[:2]
         self.queue = Queue(self.axes, options.queue or profile.port.queue)
         self.read_time = float(profile.port.line_time)
+        self.variant, self.blank = options.variant, options.blank
         self.modes = Modes()
+        self._untold = 0  # answers to ? until one tells the offset
         self.now = 0.0
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self.queue.clear(self._steps())
         self.stepper = Stepper(self.queue, paper.moved)
-        self.locked = profile.homing
+        self.locked = self.settings.homes
         self.dead = False  # after a limit: deaf to all but a reset
 
     def say(self, line: str) -> None:
@@ -76,7 +77,9 @@ class Firmware:
         self.stepper.start(self.now)
 
     def ready(self, wait: str) -> bool:
-        """Whether the queue has "room", or the machine is at "rest"."""
+        """Whether the queue has "room", the machine is at "rest", or "still" in a hold."""
+        if wait == "still":
+            return not self.stepper.moving
         self.stepper.start(self.now)
         return not (self.queue.full if wait == "room" else (self.stepper.moving or self.queue.lines))
 
@@ -99,7 +102,10 @@ class Firmware:
     def banner(self) -> None:
         """What it says when it starts."""
         self.say("")
-        self.say("Grbl 1.1h ['$' for help]")
+        if self.blank:
+            self.say("error:7")
+            self._tell_settings()
+        self.say(_BANNERS[self.variant])
         if self.locked:
             self.say(_UNLOCK)
 
@@ -108,11 +114,14 @@ class Firmware:
         if self.stepper.moving:
             self.say("ALARM:3")
             self.locked = True
-        self._stand_still()
-        self.modes = Modes()
-        self._switch(0.0)
+        self._forget()
         self.dead = False
         self.banner()
+
+    def _forget(self) -> None:
+        self._stand_still()
+        self.modes, self._untold = Modes(work=self.modes.work), 0
+        self._switch(0.0)
 
     def stop(self) -> None:
         """Power goes off."""
@@ -121,7 +130,7 @@ class Firmware:
 
     def start(self) -> None:
         """Power comes on: where it stands is its zero, and a Z axis has been cranked up and set."""
-        self.locked, self.dead, self.modes = self.profile.homing, False, Modes()
+        self.locked, self.dead, self.modes = self.settings.homes, False, Modes(work=self.modes.work)
         self.paper.lifted(self.now)
         self.at = (0.0, 0.0, self.paper.at[2] / self.axes.steps[2])
         self._stand(self._steps())
@@ -155,10 +164,17 @@ class Firmware:
         return False
 
     def _status(self) -> str:
-        x, y, z = (count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True))
-        free = self.queue.size - len(self.queue.lines)
-        feed = round(self.modes.feed) if self.stepper.moving else 0
-        return f"<{self.state}|MPos:{x:.3f},{y:.3f},{z:.3f}|Bf:{free},{self.wire.room}|FS:{feed},0>"
+        place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
+        shift, machine = self.modes.shift, self.settings.report % 2 == 1
+        said = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
+        fields = [f"{'M' if machine else 'W'}Pos:" + _three(said)]
+        if self.settings.report & 2:
+            fields.append(f"Bf:{self.queue.size - len(self.queue.lines)},{self.wire.room}")
+        fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self.paper.power[-1][1]:.0f}")
+        if not self._untold:
+            fields.append("WCO:" + _three(shift))
+        self._untold = (self._untold + 1) % _SELDOM
+        return f"<{self.state}|{'|'.join(fields)}>"
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Read a line, do what it says as far as that makes the controller wait, and answer."""
@@ -181,6 +197,11 @@ class Firmware:
 
     def _code(self, line: str) -> Iterator[Wait]:
         request = parser.read(line, self.modes, self.at)
+        if "G92" in line or request.writes:
+            self._untold = 0
+        if request.writes:
+            yield "rest"
+            yield from self._write()
         if request.spindle:
             yield "rest"
             self._switch(self.modes.power if self.modes.spindle else 0.0)
@@ -190,6 +211,11 @@ class Firmware:
         if request.target is not None:
             if self.queue.full:
                 yield "room"
+            if self.settings.limited and not self._within_travel(request.target):
+                self.stepper.hold()
+                yield "still"
+                self.alarm(2)
+                return
             if self._beyond(request.target):
                 self.alarm()
                 return
@@ -199,12 +225,23 @@ class Firmware:
             self.stepper.prepare()
 
     def _switch(self, power: float) -> None:
-        self.paper.pen(self.now, power)
+        least, greatest = self.settings.power
+        self.paper.pen(self.now, min(max(power, least), greatest) if power > 0 else 0.0)
+
+    def _write(self) -> Iterator[Wait]:
+        """Write into its memory, and lose what comes in meanwhile."""
+        self.wire.deaf_until = self.now + _WRITING
+        yield _WRITING
+
+    def _within_travel(self, target: tuple[float, float, float]) -> bool:
+        """Machine space is negative."""
+        return all(-self.settings.value(130 + axis) <= at <= 0.0 for axis, at in enumerate(target[:2]))
 
     def _beyond(self, target: tuple[float, float, float]) -> bool:
         """Whether a move would run into the end of an axis."""
         width, height = self.profile.bed.width + 1.0, self.profile.bed.height + 1.0
-        return not (-width <= target[0] <= width and -height <= target[1] <= height)
+        x, y, _ = (at + by / per for at, by, per in zip(target, self.paper.shift, self.axes.steps, strict=True))
+        return not (-width <= x <= width and -height <= y <= height)
 
     def refuse(self) -> None:
         """Refuse a line that was understood."""
@@ -223,7 +260,7 @@ class Firmware:
                 self.locked = False
                 self.say("[MSG:Caution: Unlocked]")
         elif line == "$H":
-            if not self.profile.homing:
+            if not self.settings.homes:
                 raise Refused(5)
             yield "rest"
             yield _HOMING
@@ -233,20 +270,36 @@ class Firmware:
         elif self.stepper.moving:
             raise Refused(8)
         elif line == "$$":
-            for number, value in self._settings():
-                self.say(f"${number}={value}")
+            self._tell_settings()
+        elif line == "$G":
+            self.say(f"[GC:{self.modes.words()}]")
+        elif line == "$#":
+            self.say(f"[G54:{_three(self.modes.work)}]")
+            self.say(f"[G92:{_three(self.modes.offset)}]")
         elif line == "$I":
-            self.say("[VER:1.1h.20190830:handout]")
-            self.say(f"[OPT:V,{self.queue.size},{self.wire.size}]")
+            self._introduce()
+        elif match := re.fullmatch(r"\$(\d+)=(-?\d+\.?\d*)", line):
+            yield from self._set(int(match.group(1)), float(match.group(2)))
         else:
             raise Refused(3)
 
-    def _settings(self) -> list[tuple[int, str]]:
-        axes, bed = self.axes, self.profile.bed
-        homing = int(self.profile.homing)
-        table = [(10, "1"), (11, f"{axes.deviation:.3f}"), (13, "0"), (20, "0"), (21, "1"), (22, str(homing))]
-        table += [(30, "1000"), (31, "0"), (32, "0")]
-        table += [(100 + axis, f"{axes.steps[axis]:.3f}") for axis in range(3)]
-        table += [(110 + axis, f"{axes.speed[axis] * 60:.3f}") for axis in range(3)]
-        table += [(120 + axis, f"{axes.acceleration[axis]:.3f}") for axis in range(3)]
-        return [*table, (130, f"{bed.width:.3f}"), (131, f"{bed.height:.3f}"), (132, "50.000")]
+    def _introduce(self) -> None:
+        version = {"": "1.1h.20190830", "grblhal": "1.1f.20230101", "fluidnc": "3.7 FluidNC v3.7.8"}[self.variant]
+        self.say(f"[VER:{version}:handout]")
+        if self.variant == "fluidnc":
+            self.say("[OPT:MPHS]")
+        else:
+            more = ",3,0" if self.variant else ""
+            self.say(f"[OPT:V,{self.queue.size},{self.wire.size}{more}]")
+
+    def _set(self, number: int, value: float) -> Iterator[Wait]:
+        self.settings.change(number, value)
+        yield from self._write()
+
+    def _tell_settings(self) -> None:
+        for number, value in sorted(self.settings.table.items()):
+            self.say(f"${number}={value}")
+
+
+def _three(values: Sequence[float]) -> str:
+    return ",".join(f"{value:.3f}" for value in values)

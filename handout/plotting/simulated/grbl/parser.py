@@ -10,6 +10,7 @@ _COMMENT = re.compile(r"\([^)]*\)?|;.*")
 # G and M words the machine knows, and the group of which a line may hold one
 _GROUPS = {
     "G0": "motion", "G1": "motion", "G80": "motion", "G4": "other", "G92": "other", "G92.1": "other",
+    "G10": "other", "G28.1": "other", "G30.1": "other", "G18": "plane", "G19": "plane",
     "G17": "plane", "G20": "units", "G21": "units", "G40": "radius", "G49": "tool", "G54": "system",
     "G90": "distance", "G91": "distance", "G94": "feed",
     "M0": "stop", "M2": "stop", "M30": "stop", "M3": "spindle", "M4": "spindle", "M5": "spindle",
@@ -36,6 +37,18 @@ class Modes:
     spindle: bool = False
     power: float = 0.0
     offset: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # G92, mm
+    work: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # G54, mm; kept in its memory
+
+    @property
+    def shift(self) -> list[float]:
+        """From work to machine coordinates, mm."""
+        return [a + b for a, b in zip(self.offset, self.work, strict=True)]
+
+    def words(self) -> str:
+        """As ``$G`` tells them."""
+        units, distance = "G20" if self.inches else "G21", "G91" if self.relative else "G90"
+        spindle = "M3" if self.spindle else "M5"
+        return f"{self.motion} G54 G17 {units} {distance} G94 {spindle} M9 T0 F{self.feed:g} S{self.power:g}"
 
 
 @dataclass
@@ -46,6 +59,7 @@ class Request:
     rapid: bool = False
     dwell: float | None = None
     spindle: bool = False
+    writes: bool = False  # into its memory, deaf meanwhile
 
 
 def strip(line: str) -> str:
@@ -75,15 +89,19 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     moves = other is None and any(value is not None for value in given)
     if other == "G4" and "P" not in words:
         raise Refused(28)
-    if other == "G92" and not any(value is not None for value in given):
+    if other in ("G92", "G10") and not any(value is not None for value in given):
         raise Refused(26)
+    if other == "G10" and words.get("L") not in (2.0, 20.0):
+        raise Refused(20 if "L" in words else 28)
     if moves and motion == "G80":
         raise Refused(31)
     if moves and motion == "G1" and feed <= 0:
         raise Refused(22)
     _set(modes, codes, words, feed, motion)
     _offset(modes, other, given, at)
-    request = Request(dwell=words["P"] if other == "G4" else None)
+    if other == "G10":
+        _store(modes, given, at if words["L"] == 20.0 else None)
+    request = Request(dwell=words["P"] if other == "G4" else None, writes=other in ("G10", "G28.1", "G30.1"))
     request.spindle = "S" in words or bool({"M3", "M4", "M5", "M2", "M30"} & set(codes))
     if moves:
         request.target, request.rapid = _target(modes, given, at), motion == "G0"
@@ -107,7 +125,7 @@ def _words(line: str) -> tuple[dict[str, float], list[str]]:
                 raise Refused(21)
             groups.add(_GROUPS[code])
             codes.append(code)
-        elif letter not in "FNPSTXYZ":
+        elif letter not in "FLNPSTXYZ":
             raise Refused(20)
         elif letter in words:
             raise Refused(25)
@@ -134,11 +152,18 @@ def _set(modes: Modes, codes: list[str], words: dict[str, float], feed: float, m
 
 def _offset(modes: Modes, other: str | None, given: list[float | None], at: tuple[float, float, float]) -> None:
     if other == "G92":
-        modes.offset = [
-            old if value is None else here - value for old, value, here in zip(modes.offset, given, at, strict=True)
-        ]
+        rows = zip(modes.offset, given, at, modes.work, strict=True)
+        modes.offset = [old if value is None else here - work - value for old, value, here, work in rows]
     elif other == "G92.1":
         modes.offset = [0.0, 0.0, 0.0]
+
+
+def _store(modes: Modes, given: list[float | None], at: tuple[float, float, float] | None) -> None:
+    """G10: the work offset is given (L2), or such that the place where it stands is called so (L20)."""
+    here = [0.0, 0.0, 0.0] if at is None else [a - b for a, b in zip(at, modes.offset, strict=True)]
+    sign = 1.0 if at is None else -1.0
+    rows = zip(modes.work, given, here, strict=True)
+    modes.work = [old if value is None else place + sign * value for old, value, place in rows]
 
 
 def _target(modes: Modes, given: list[float | None], at: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -146,6 +171,6 @@ def _target(modes: Modes, given: list[float | None], at: tuple[float, float, flo
         x, y, z = (here + (value or 0.0) for value, here in zip(given, at, strict=True))
     else:
         x, y, z = (
-            here if value is None else value + shift for value, here, shift in zip(given, at, modes.offset, strict=True)
+            here if value is None else value + shift for value, here, shift in zip(given, at, modes.shift, strict=True)
         )
     return x, y, z
