@@ -19,7 +19,7 @@ from handout.plotting import Plan, fidelity, lookahead, plan, run
 from handout.plotting.blocks import Move
 from handout.plotting.course import DRAW, machine, starts
 from handout.plotting.dialect import dialect
-from handout.plotting.driver import Report
+from handout.plotting.driver import OVERLAP, Report
 from handout.plotting.planned import Order
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.options import Options
@@ -84,10 +84,10 @@ def with_mean_feeds(made: Plan) -> Plan:
     return dataclasses.replace(made, blocks=blocks, motion=motion, starts=starts(way, motion, made.profile))
 
 
-def execute(made: Plan, latency: float = 0.001) -> tuple[fidelity.Fidelity, Report]:
+def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, Report]:
     """What the simulated plotter makes of a plan."""
     port = SimulatedPlotter(made.profile, Options(latency=latency))
-    report = run(made, port, made.profile)
+    report = run(made, port, made.profile, overlap=overlap)
     return fidelity.compare(made.intended(), port.executed()), report
 
 
@@ -129,9 +129,11 @@ def straight_line() -> None:
     limits = msgspec.structs.replace(profile.limits, draw_speed=Speed(300.0), travel_speed=Speed(300.0))
     profile = msgspec.structs.replace(profile, limits=limits)
     made = plan(Drawing((stroke,), Page(148, 210)), profile)
-    print(f"straight 40 mm in 0.5 s, peak {stroke.speed.max():.0f} mm/s, 2000 mm/s²")
-    print(f"  fitted {_figures(execute(made)[0])}")
-    print(f"  mean F {_figures(execute(with_mean_feeds(made))[0])}")
+    print(f"straight 40 mm in 0.5 s, peak {stroke.speed.max():.0f} mm/s, 2000 mm/s², by the ink that may be under way")
+    for overlap in (OVERLAP, 30.0):
+        fitted, mean = (execute(one, overlap=overlap)[0] for one in (made, with_mean_feeds(made)))
+        print(f"  {overlap:.0f} mm: fitted {_figures(fitted)}")
+        print(f"         mean F {_figures(mean)}")
 
 
 def latencies() -> None:

@@ -79,7 +79,10 @@ def _run_planner(way: Course, profile: Plotter) -> tuple[Array, Motion]:
     blocks = lookahead.blocks(way.points, way.stands, course.machine(profile))
     given = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
     most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
-    wanted = way.intended * _crowding(way, 1.0 / streaming.capacity(profile))
+    crowding = _crowding(way, 1.0 / streaming.capacity(profile))
+    wanted = way.intended * crowding
+    crowded = crowding > 1.0  # no time is to be made up where lines could not follow
+    most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
     feed = feeds.round_feed(feeds.fit(blocks, wanted, given, way.draws, most, queue))
     motion = lookahead.run(blocks, feed / 60.0, queue)
     seen = streaming.depth(way, motion, profile)

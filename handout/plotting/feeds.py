@@ -102,6 +102,10 @@ def greatest(lines: Blocks, acceleration: float, fastest: float) -> Array:
 
 
 def round_feed(feed: Array) -> Array:
-    """Feeds in mm/min as they are written: whole numbers, a tenth below 100; never less than 1.  (n,) mm/s in."""
+    """Feeds in mm/min as they are written: whole numbers, a tenth below 100; never less than 1.  (n,) mm/s in.
+
+    Exact ones gain nothing (the correlations agree to four places), so inverse time (G93) would not either: to the
+    planner it is the same feed, written as a time.
+    """
     minute = np.maximum(feed * 60.0, 1.0)
     return np.where(minute < 100.0, np.round(minute, 1), np.round(minute))

@@ -220,6 +220,18 @@ def test_a_slow_line_is_not_asked_for_more_than_it_carries():
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
 
 
+def test_nothing_makes_a_machine_crawl():
+    """Segments of a few steps at least, no more of them than it can read, none that lasts without need."""
+    for speed, rate in ((0.3, 100), (1.0, 200), (3.0, 1000)):
+        made = plan(page(words=6), msgspec.structs.replace(PROFILE, segment_rate=float(rate)), speed=speed)
+        drawn = made.course.draws
+        steps, took = made.motion.length[drawn] * PROFILE.limits.steps_per_mm, made.motion.duration[drawn]
+        assert steps.min() >= 2 and np.percentile(steps, 2) >= 3
+        assert np.convolve(took, np.ones(8), "valid").min() > 8 * PROFILE.port.line_time
+        assert min(block.feed for block in made.blocks if isinstance(block, Move)) >= 10
+        assert (took <= 3 * made.meant[drawn] + 0.05).all()
+
+
 def test_a_long_page_is_planned_in_a_few_seconds():
     drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
     assert sum(len(s.t) for s in drawing.strokes) > 30_000
