@@ -7,6 +7,7 @@ The fields are documented for people who do not program in `devices/README.md`.
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, Literal
@@ -75,17 +76,23 @@ class Limits(_Table, frozen=True):
 
 
 class Pen(_Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, or by commands of the user's own.
 
-    up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long to wait for the pen
-    after the command; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
+    up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
+    follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
+    the command; ramp: how long the pen is on its way down; up_command, down_command: lines for ``lift = "command"``;
+    z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
-    lift: Literal["servo", "z"]
+    lift: Literal["servo", "z", "command"]
     up: float
     down: float
     up_time: Time
     down_time: Time
+    pressed: float | None = None
+    ramp: Time = Time(0.0)
+    up_command: tuple[str, ...] = ()
+    down_command: tuple[str, ...] = ()
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
@@ -189,6 +196,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
     "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
@@ -237,6 +245,8 @@ def read(path: Path) -> Profile:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
     if "name" in table:
         raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
+    if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
+        table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:
         profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
     except msgspec.ValidationError as error:
@@ -261,8 +271,27 @@ def _check_pen(pen: Pen, path: Path) -> None:
         raise ProfileError(
             f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis)."
         )
+    if pen.pressed is not None and (pen.lift != "z" or pen.pressed > pen.down):
+        raise ProfileError(
+            f'{path}: pen.pressed = {pen.pressed:g} needs lift = "z", and must not be higher than pen.down = '
+            f"{pen.down:g}."
+        )
+    _check_commands(pen, path)
     if pen.up == pen.down:
         raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
+
+
+def _check_commands(pen: Pen, path: Path) -> None:
+    """Commands of the user's own must be lines that a controller reads, and none that act out of turn."""
+    for name, lines in (("up_command", pen.up_command), ("down_command", pen.down_command)):
+        if (pen.lift == "command") != bool(lines):
+            raise ProfileError(f'{path}: pen.{name} and lift = "command" belong together.')
+        for line in lines:
+            if not re.fullmatch(r"[ -~]{1,70}", line) or set("?!~") & set(line) or not line.strip():
+                raise ProfileError(
+                    f"{path}: pen.{name} has {line!r}, which is not a line of 1 to 70 printable ASCII characters other "
+                    "than ? ! ~."
+                )
 
 
 def _hint(message: str, kind: type) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting import pens
 from handout.plotting.blocks import Pause, Pen
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Flags, Machine, Motion, to_steps
@@ -38,6 +39,12 @@ class Course:
     pause: Array
     first: NDArray[np.intp]
     told: tuple[tuple[Pen | Pause | None, int], ...]
+
+    @property
+    def follows_pressure(self) -> bool:
+        """Whether the pen changes its height while it draws."""
+        heights = self.points[1:, 2][self.draws]
+        return bool(heights.size) and bool((heights != heights[0]).any())
 
     @property
     def draws(self) -> Flags:
@@ -100,22 +107,23 @@ class _Builder:
 
     def move_pen(self, down: bool) -> None:
         """Lift or lower the pen and wait for it."""
-        wait = self.pen.down_time if down else self.pen.up_time
+        wait = pens.wait(self.pen, down, float(self.profile.port.line_time))
         self.told.append((Pen(down), self.count))
         if self.on_z:
             height = self.pen.down if down else self.pen.up
             self.go(LOWER if down else LIFT, np.array([[self.at[0], self.at[1], height]]))
-        if wait > 0 or not self.on_z:
-            self.rest(wait + self.profile.port.line_time)
+        if wait > 0:
+            self.rest(wait)
 
 
-def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
+def lay_out(knots: Track, dots: Array, profile: Plotter, heights: Array | None = None) -> Course:
     """The course that draws the strokes one after the other.
 
     Parameters
     ----------
     knots : in machine coordinates.
     dots : (strokes,) float, s: how long the pen rests on the paper in a stroke that goes nowhere.
+    heights : (n,) float, mm: of the pen at the knots, where it follows the pressure.
     """
     build = _Builder(profile)
     build.told.append((Pen(down=False), 0))
@@ -127,7 +135,8 @@ def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
         build.move_pen(down=True)
         first.append(build.count)
         if b - a > 1:
-            points = np.column_stack([knots.xy[a + 1 : b], np.full(b - a - 1, build.at[2])])
+            z = np.full(b - a - 1, build.at[2]) if heights is None else heights[a + 1 : b]
+            points = np.column_stack([knots.xy[a + 1 : b], z])
             build.go(DRAW, points, stroke, np.diff(knots.t[a:b]))
         elif dots[stroke] > 0:
             build.told.append((Pause(float(dots[stroke])), build.count))
@@ -135,6 +144,14 @@ def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
         build.move_pen(down=False)
     build.travel(0.0, 0.0)
     return _course(build, np.array(first, dtype=np.intp))
+
+
+def pen_up_speeds(course: Course, profile: Plotter) -> Array:
+    """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
+    pen = profile.pen
+    speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
+    speeds[LOWER] = pens.lowering_speed(pen)
+    return np.array([speeds[kind] for kind in range(4)])[course.kind]
 
 
 def _course(build: _Builder, first: NDArray[np.intp]) -> Course:

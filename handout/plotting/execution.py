@@ -26,17 +26,21 @@ _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed²
 _CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters from here
 
 
+Told = Callable[[float, float, float | None, float, float], Block]
+
+
 class Execution(NamedTuple):
     """How machines of one kind execute a plan.
 
     cut : the path of the pen, in machine coordinates, cut into the segments it will be told.
     run : what the machine makes of a course: the feed of every move, mm/min, as it is written, and the motion.
-    move : a move as it is told: to x, y in mm, at a feed in mm/min, or in so many seconds.
+    move : a move as it is told: to x, y and, if the pen changes its height, z in mm, at a feed in mm/min, or in so many
+        seconds.
     """
 
     cut: Callable[[Track, Plotter], Track]
     run: Callable[[Course, Plotter], tuple[Array, Motion]]
-    move: Callable[[float, float, float, float], Block]
+    move: Told
 
 
 def of(profile: Plotter) -> Execution:
@@ -77,7 +81,7 @@ def _run_planner(way: Course, profile: Plotter) -> tuple[Array, Motion]:
     """Feeds fitted to a planner, and what it makes of them."""
     limits, queue = profile.limits, profile.port.queue
     blocks = lookahead.blocks(way.points, way.stands, course.machine(profile))
-    given = np.where(way.kind == course.TRAVEL, float(limits.travel_speed), float(profile.pen.z_speed))
+    given = course.pen_up_speeds(way, profile)
     most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
     crowding = _crowding(way, 1.0 / streaming.capacity(profile))
     wanted = way.intended * crowding
@@ -101,8 +105,8 @@ def _crowding(way: Course, line_time: float) -> Array:
     return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
 
 
-def _at_feed(x: float, y: float, feed: float, seconds: float) -> Block:
-    return Move(x, y, feed)
+def _at_feed(x: float, y: float, z: float | None, feed: float, seconds: float) -> Block:
+    return Move(x, y, feed, z)
 
 
 _PLANNER = Execution(_cut_for_planner, _run_planner, _at_feed)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, execution, feeds, knots, lookahead
+from handout.plotting import bed, course, execution, feeds, knots, lookahead, pens
 from handout.plotting.blocks import Block
 from handout.plotting.course import Course
 from handout.plotting.execution import DEVIATION, SHORTEST
@@ -50,11 +49,12 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
-    meant = meant if drawing.timed else path.t
     machine = execution.of(profile)
     cuts = machine.cut(path, profile)
-    way = course.lay_out(cuts, _dots(drawing, speed), profile)
+    clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
+    way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
     feed, motion = machine.run(way, profile)
+    meant = meant if drawing.timed else path.t
     intended = way.intended.copy()
     intended[way.draws] = np.diff(np.interp(cuts.t, path.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
     starts = course.starts(way, motion, profile)
@@ -108,13 +108,17 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
 
 
 def _blocks(
-    way: Course, feed: Array, starts: Array, motion: Motion, move: Callable[[float, float, float, float], Block]
+    way: Course, feed: Array, starts: Array, motion: Motion, move: execution.Told
 ) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
-    xy, feeds_, seconds = way.points[1:, :2].tolist(), feed.tolist(), motion.duration.tolist()
+    xyz, feeds_, seconds = way.points[1:].tolist(), feed.tolist(), motion.duration.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
+    height = (way.draws & way.follows_pressure).tolist()
     blocks = tuple(
-        move(xy[row][0], xy[row][1], feeds_[row], seconds[row]) if block is None else block for block, row in way.told
+        move(xyz[row][0], xyz[row][1], xyz[row][2] if height[row] else None, feeds_[row], seconds[row])
+        if block is None
+        else block
+        for block, row in way.told
     )
     rows = np.array([row for _, row in way.told])
     moves = np.array([block is None for block, _ in way.told])

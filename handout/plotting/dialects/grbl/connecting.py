@@ -264,7 +264,7 @@ def _own_bed(profile: Plotter, known: Known) -> Bed:
         if size < _LEAST or not low <= 0.05 or not high >= -0.05:
             raise DoesNotFit(
                 f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {name} from {low:.4g} to "
-                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner, or switch them off ($20=0)."
+                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner or switch them off ($20=0)."
             )
         sizes.append(Length(size))
     return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])

@@ -45,7 +45,7 @@ class Track:
 
     def __init__(self, at: Place, span: tuple[float, float] = (0.0, 1000.0)) -> None:
         self.at, self._span = at, span
-        self._power, self._on = 0.0, False
+        self._power, self._on, self._relative = 0.0, False, False
         self._ways: deque[Way] = deque()
         self._power_is_told = False
 
@@ -54,8 +54,10 @@ class Track:
         letters = {match.group(1): float(match.group(2)) for match in _WORD.finditer(line)}
         codes = {match.group(0) for match in _WORD.finditer(line) if match.group(1) in b"GM"}
         before, was = self.at, self._shown()
+        self._relative = (self._relative or b"G91" in codes) and b"G90" not in codes
         if b"G4" not in codes:
-            x, y, z = (letters.get(axis, at) for axis, at in zip((b"X", b"Y", b"Z"), before, strict=True))
+            axes = zip((b"X", b"Y", b"Z"), before, strict=True)
+            x, y, z = (letters.get(axis, 0.0 if self._relative else at) + at * self._relative for axis, at in axes)
             self.at = (x, y, z)
         if b"G92" in codes:  # the same place has another name
             before = self.at
