@@ -45,7 +45,7 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
         They have not the same number of strokes, or none of them moves.
     """
     pairs = list(zip(intended.strokes, executed.strokes, strict=True))
-    moving = [(a, b) for a, b in pairs if moves(a, b) and len(_grid(a)) > 1]
+    moving = [pair for pair in pairs if comparable(*pair)]
     if not moving:
         raise ValueError("no stroke of the drawing moves")
     places = [_speeds_in_place(a, b) for a, b in moving]
@@ -69,7 +69,12 @@ def times(intended: Drawing, executed: Drawing) -> tuple[float, float]:
 
 def moves(intended: Stroke, executed: Stroke) -> bool:
     """Whether a stroke goes somewhere, as it was meant and as it was executed."""
-    return intended.length > 0 and len(executed.t) > 1
+    return intended.length > 0 and executed.length > 0
+
+
+def comparable(intended: Stroke, executed: Stroke) -> bool:
+    """Whether a stroke moves, and for long enough to have a speed."""
+    return moves(intended, executed) and len(_grid(intended)) > 1
 
 
 def deviation_of(a: Stroke, b: Stroke) -> float:

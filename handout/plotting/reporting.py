@@ -40,24 +40,17 @@ def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: in
         segments, segments_per_s : of the strokes; min_queue : moves in hand in the middle of a stroke, the least.
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
-    measured = executed is not None
-    meant, done = plan.intended(), executed if executed is not None else plan.predicted()
+    meant, done = plan.intended(), plan.predicted() if executed is None else executed
     segments = int(np.count_nonzero(plan.course.draws))
     took = float(plan.motion.duration[plan.course.draws].sum())
     if min_queue is None:
         have = streaming.depth(plan.course, plan.motion, plan.profile)
         min_queue = streaming.least(plan.course, have, plan.profile.port.queue)
-    found = fidelity.compare(meant, done) if any(fidelity.moves(*pair) for pair in _pairs(meant, done)) else None
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,
-        "measured": measured,
-        "correlation": None if found is None else round(found.timed, 5),
-        "rms_of_peak": None if found is None else round(found.timed_rms, 5),
-        "in_place": None
-        if found is None
-        else {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
-        "deviation_mm": None if found is None else round(found.deviation, 4),
+        "measured": executed is not None,
+        **_likeness(meant, done),
         "intended_s": round(intended_s, 3),
         "executed_s": round(executed_s, 3),
         "stretched": round(executed_s / intended_s, 5) if intended_s > 0 else 1.0,
@@ -65,13 +58,30 @@ def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: in
         "segments": segments,
         "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
         "min_queue": min_queue,
-        "stretched_at": list(stretches(meant, done)),
+        "stretched_at": stretches(meant, done),
+    }
+
+
+def _likeness(meant: Drawing, done: Drawing) -> Row:
+    """How alike two drawings of the same strokes are; all None if nothing in them moves."""
+    if not any(fidelity.comparable(*pair) for pair in _pairs(meant, done)):
+        return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
+    found = fidelity.compare(meant, done)
+    return {
+        "correlation": round(found.timed, 5),
+        "rms_of_peak": round(found.timed_rms, 5),
+        "in_place": {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
+        "deviation_mm": round(found.deviation, 4),
     }
 
 
 def plotted(report: Report, port: Port, page: int) -> Row:
     """What is to be said of a page that has just been plotted: measured if the plotter is simulated, else predicted."""
-    executed = port.executed() if isinstance(port, SimulatedPlotter) else None
+    executed, many = None, len(report.plan.drawing.strokes)
+    if isinstance(port, SimulatedPlotter):
+        sheet = port.executed()
+        if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
+            executed = Drawing(sheet.strokes[-many:], sheet.page)
     return row(report.plan, page, executed=executed, min_queue=report.min_queue)
 
 

@@ -1,5 +1,6 @@
 """The report of a plot: what it says is what happened, of one page and of many."""
 
+import dataclasses
 import json
 
 import msgspec
@@ -68,6 +69,22 @@ def test_pages_are_summed_up(tmp_path):
     assert told["stretched"] == pytest.approx(told["executed_s"] / told["intended_s"], abs=1e-4)
     with pytest.raises(InputError, match="Cannot write"):
         reporting.write(tmp_path / "nowhere" / "fidelity.json", rows)
+
+
+def test_a_tick_too_short_for_a_speed_is_no_fault():
+    tick = Drawing((Stroke([0.0, 0.004], [[20.0, 20.0], [20.3, 20.0]]),), Page(100, 100))
+    assert reporting.row(plan(tick, PROFILE), 1)["correlation"] is None
+
+
+def test_a_part_is_told_of_by_what_was_drawn_last():
+    drawing = page(words=3)
+    port = open_port("sim:", PROFILE)
+    report = run(plan(drawing, PROFILE), port, PROFILE)
+    part = dataclasses.replace(report, plan=plan(Drawing(drawing.strokes[2:], drawing.page), PROFILE))
+    told = reporting.plotted(part, port, 1)
+    assert told["measured"] and told["correlation"] > 0.99
+    more = Drawing((*drawing.strokes, drawing.strokes[0]), drawing.page)  # the sheet has not seen all of it
+    assert not reporting.plotted(dataclasses.replace(report, plan=plan(more, PROFILE)), port, 1)["measured"]
 
 
 def test_a_page_of_dots_has_nothing_to_compare():
