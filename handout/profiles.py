@@ -81,7 +81,7 @@ class Pen(_Table, frozen=True):
     up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
     follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
     the command; ramp: how long the pen is on its way down; up_command, down_command: lines for ``lift = "command"``;
-    z_speed, z_acceleration: of the Z axis; width: of the pen's line.
+    z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
     lift: Literal["servo", "z", "command"]
@@ -93,6 +93,7 @@ class Pen(_Table, frozen=True):
     ramp: Time = Time(0.0)
     up_command: tuple[str, ...] = ()
     down_command: tuple[str, ...] = ()
+    z: Literal["up", "down"] = "up"
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
@@ -267,11 +268,13 @@ def _check_trays(printer: Printer, path: Path) -> None:
 
 
 def _check_pen(pen: Pen, path: Path) -> None:
-    if pen.lift == "z" and pen.up <= pen.down:
+    sign = 1 if pen.z == "up" else -1
+    if pen.lift == "z" and sign * pen.up <= sign * pen.down:
         raise ProfileError(
-            f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis)."
+            f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis, which counts "
+            f'{pen.z}wards: pen.z = "{pen.z}").'
         )
-    if pen.pressed is not None and (pen.lift != "z" or pen.pressed > pen.down):
+    if pen.pressed is not None and (pen.lift != "z" or sign * pen.pressed > sign * pen.down):
         raise ProfileError(
             f'{path}: pen.pressed = {pen.pressed:g} needs lift = "z", and must not be higher than pen.down = '
             f"{pen.down:g}."

@@ -23,7 +23,7 @@ _SIMULATED = "sim:"
 @click.command("plot")
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
-@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, or sim: for the simulated plotter.")
+@click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
 @click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")

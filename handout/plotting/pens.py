@@ -28,7 +28,7 @@ def way(pen: Pen, down: bool) -> list[tuple[float, float]]:
 
 def lowering_speed(pen: Pen) -> float:
     """Of a Z axis on its way down, mm/s: as slow as the ramp asks for."""
-    return min(float(pen.z_speed), (pen.up - pen.down) / pen.ramp) if pen.ramp > 0 else float(pen.z_speed)
+    return min(float(pen.z_speed), abs(pen.up - pen.down) / pen.ramp) if pen.ramp > 0 else float(pen.z_speed)
 
 
 def wait(pen: Pen, down: bool, line_time: float) -> float:

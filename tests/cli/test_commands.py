@@ -240,3 +240,22 @@ def test_pens_and_papers(call):
     assert [Image.open(name).mode for name in ("a.png", "c.png", "d.png")] == ["RGB", "RGBA", "P"]
     corner = Image.open("a.png").getpixel((350, 100))
     assert min(corner) > 235
+
+
+def test_devices_probe_and_ports(call, monkeypatch):
+    from serial.tools import list_ports
+    from serial.tools.list_ports_common import ListPortInfo
+
+    found = json.loads(call("devices", "probe", "--port", "sim:", "--device", "grbl-z", "--json")[0])
+    assert found["dialect"] == "grbl" and found["firmware"].startswith("1.1h")
+    assert found["limits"]["limits.acceleration"] == 1500 and found["limits"]["port.queue"] == 15
+    out, err = call("devices", "probe", "--port", "sim:?acceleration=600mm/s2")
+    assert "sim: speaks grbl" in out.replace("?acceleration=600mm/s2", "") and "own 600" in err
+    call("devices", "probe", "--port", "/dev/tty-none", code=3)
+    rows = [ListPortInfo("/dev/ttyACM0")]
+    rows[0].vid, rows[0].pid, rows[0].description = 0x04D8, 0xFD92, "EiBotBoard"
+    monkeypatch.setattr(list_ports, "comports", lambda: rows)
+    assert call("devices", "list", "--ports")[0] == "/dev/ttyACM0  04d8:fd92  EiBotBoard\n"
+    assert json.loads(call("devices", "list", "--ports", "--json")[0])["ports"][0]["usb"] == "04d8:fd92"
+    monkeypatch.setattr(list_ports, "comports", lambda: [])
+    assert "No serial port was found" in call("devices", "list", "--ports")[1]

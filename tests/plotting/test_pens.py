@@ -75,6 +75,14 @@ def test_a_z_axis_follows_the_pressure():
     assert -0.8 <= lowest < -0.4
 
 
+def test_a_z_axis_may_count_downwards():
+    drawing = with_pressure(page(words=2), np.random.default_rng(3))
+    profile = with_pen(ON_Z, z="down", up=0.0, down=5.0, pressed=6.0)
+    port, made = drawn(drawing, profile)
+    assert fidelity.compare(drawing, port.executed()).deviation < 0.1 and not port.pen_is_down
+    assert 5.3 < max(block.z for block in made.blocks if isinstance(block, Move) and block.z is not None) <= 6
+
+
 def test_what_does_not_follow_says_nothing_of_heights():
     drawing = with_pressure(page(words=1), np.random.default_rng(3))
     assert all(block.z is None for block in plan(drawing, ON_Z).blocks if isinstance(block, Move))
@@ -130,6 +138,7 @@ COMMAND = 'lift = "command"\nup_command = ["M9"]\ndown_command = ["{}"]\n'
         (SERVO_PEN + 'up_command = ["M9"]\n', "belong together"),
         (SERVO_PEN + "pressed = -1\n", r'pressed = -1 needs lift = "z"'),
         ('lift = "z"\nup = 3\ndown = 0\npressed = 1\n', "must not be higher than pen.down = 0"),
+        ('lift = "z"\nup = 3\ndown = 0\nz = "down"\n', "must be higher .* counts downwards"),
         (SERVO_PEN + 'ramp = "3s"\n', r"pen\.ramp = 3 is outside 0 to 2"),
         ('lift = "servo"\ndown = 90\n', r"pen\.up is missing"),
     ],

@@ -79,7 +79,8 @@ class Paper:
         """Whether the pen is on the paper, or was last told to go there."""
         pen = self.profile.pen
         if pen.lift == "z":
-            return self.at[2] / self.steps[2] < 0.5 * (pen.up + pen.down)
+            height = self.at[2] / self.steps[2]
+            return abs(height - pen.down) < abs(height - pen.up)
         power = self.power[-1][1] if self.power else 0.0
         return power > 0 and abs(power - pen.down) < abs(power - pen.up)
 

@@ -39,7 +39,8 @@ def strokes(
 
 
 def _by_height(t: Array, z: Array, pen: Pen) -> Iterator[tuple[float, float]]:
-    low = np.concatenate([[False], z <= pen.down + 0.1 * (pen.up - pen.down), [False]])
+    share = (z - pen.down) / (pen.up - pen.down)  # of the way from the paper to where the pen is lifted
+    low = np.concatenate([[False], share <= 0.1, [False]])
     change = np.flatnonzero(np.diff(low.astype(int)))
     for begin, end in change.reshape(-1, 2):
         yield float(t[begin]), float(t[end - 1])
@@ -73,5 +74,5 @@ def _stroke(t: Array, at: Array, begin: float, end: float, placement: Placement,
     rows = np.arange(a, b)[np.append(True, np.diff(t[a:b]) > 0)]
     pressure = None
     if pen.pressed is not None:
-        pressure = np.clip((at[rows, 2] - pen.down) / min(pen.pressed - pen.down, -1e-9), 0.0, 1.0)
+        pressure = np.clip((at[rows, 2] - pen.down) / ((pen.pressed - pen.down) or 1.0), 0.0, 1.0)
     return Stroke(t[rows], placement.to_page(at[rows, :2]), pressure)
