@@ -235,9 +235,9 @@ def test_nothing_makes_a_machine_crawl():
 def test_a_long_page_is_planned_in_a_few_seconds():
     drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
     assert sum(len(s.t) for s in drawing.strokes) > 30_000
-    begin = time.perf_counter()
+    begin = time.process_time()
     made = plan(drawing, PROFILE)
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5
     assert len(made.blocks) > 15_000
 
 
