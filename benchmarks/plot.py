@@ -165,7 +165,8 @@ def long_page() -> None:
         first = time.process_time() - begin
         print(
             f"{characters} characters, order {order}: {len(made.blocks)} blocks planned in {took:.2f} s of CPU, "
-            f"first command after {first:.2f} s, {made.duration / took:.0f} times as fast as plotted; pen up {made.pen_up:.0f} mm"
+            f"first command after {first:.2f} s, {made.duration / took:.0f} times as fast as plotted; "
+            f"pen up {made.pen_up:.0f} mm"
         )
     begin = time.process_time()
     _, report = execute(made)

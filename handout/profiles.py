@@ -52,7 +52,8 @@ class Bed(_Table, frozen=True):
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
     which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
-    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins.
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; inset_x,
+    inset_y: how far the zero lies inside the page's corner, on machines that cannot reach the edge of a sheet.
     """
 
     width: Length
@@ -60,6 +61,8 @@ class Bed(_Table, frozen=True):
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
     y: Literal["up", "down"] = "up"
     zero: Literal["kept", "here"] = "kept"
+    inset_x: Length = Length(0.0)
+    inset_y: Length = Length(0.0)
 
 
 class Limits(_Table, frozen=True):
@@ -76,7 +79,8 @@ class Limits(_Table, frozen=True):
 
 
 class Pen(_Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, or by commands of the user's own.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
+    has words for it.
 
     up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
     follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
@@ -84,7 +88,7 @@ class Pen(_Table, frozen=True):
     z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
-    lift: Literal["servo", "z", "command"]
+    lift: Literal["servo", "z", "command", "own"]
     up: float
     down: float
     up_time: Time
@@ -97,6 +101,20 @@ class Pen(_Table, frozen=True):
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
+
+
+class Hpgl(_Table, frozen=True):
+    """What differs between plotters that speak HP-GL.
+
+    rotation: of the coordinates, in degrees (``RO``); speed_step: of ``VS``; pens: in the carousel; pen: the one to
+    write with; pen_time: what fetching or putting away a pen takes.
+    """
+
+    rotation: Literal[0, 90, 180, 270] = 0
+    speed_step: Speed = Speed(10.0)
+    pens: int = 1
+    pen: int = 1
+    pen_time: Time = Time(0.0)
 
 
 class Port(_Table, frozen=True):
@@ -128,6 +146,7 @@ class Plotter(_Table, frozen=True):
     limits: Limits
     pen: Pen
     port: Port = Port()
+    hpgl: Hpgl = Hpgl()
     homing: bool = False
     segment_rate: float = 100.0
     notes: str = ""
@@ -193,8 +212,9 @@ Profile = Plotter | Printer
 
 # key path → (least, greatest); a number outside is an error
 _BOUNDS: dict[str, tuple[float, float]] = {
-    "bed.width": (10, 5000), "bed.height": (10, 5000),
-    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
+    "bed.width": (10, 5000), "bed.height": (10, 5000), "bed.inset_x": (0, 100), "bed.inset_y": (0, 100),
+    "hpgl.speed_step": (0.1, 100), "hpgl.pens": (1, 16), "hpgl.pen": (1, 16), "hpgl.pen_time": (0, 60),
+    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
     "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
     "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
@@ -255,6 +275,7 @@ def read(path: Path) -> Profile:
     _check_bounds(profile, path)
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
+        _check_hpgl(profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
         _check_trays(profile, path)
@@ -284,6 +305,17 @@ def _check_pen(pen: Pen, path: Path) -> None:
         raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
 
 
+def _check_hpgl(plotter: Plotter, path: Path) -> None:
+    if (plotter.pen.lift == "own") != (plotter.dialect == "hpgl"):
+        raise ProfileError(f'{path}: pen.lift = "own" and dialect = "hpgl" belong together.')
+    if plotter.dialect == "hpgl" and plotter.bed.zero != "kept":
+        raise ProfileError(
+            f'{path}: bed.zero = {plotter.bed.zero!r} must be "kept": the zero of HP-GL is on its sheet.'
+        )
+    if plotter.hpgl.pen > plotter.hpgl.pens:
+        raise ProfileError(f"{path}: hpgl.pen = {plotter.hpgl.pen} is beyond hpgl.pens = {plotter.hpgl.pens}.")
+
+
 def _check_commands(pen: Pen, path: Path) -> None:
     """Commands of the user's own must be lines that a controller reads, and none that act out of turn."""
     for name, lines in (("up_command", pen.up_command), ("down_command", pen.down_command)):
@@ -304,7 +336,7 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
+        tables = (kind, Bed, Limits, Pen, Hpgl, Port, Margins, Nudge, Envelope)
         known = {f.name for t in tables for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")

@@ -44,8 +44,10 @@ def test_plotter_runs_through_the_simulated_device(path):
     found = fidelity.compare(drawing, port.executed())
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
-    assert found.correlation > 0.98 or profile.limits.acceleration <= 1000  # a slow machine, which is told:
-    assert fidelity.compare(made.predicted(), port.executed()).correlation > 0.98
+    # HP-GL has no times within a stroke, which its plan admits; of a slow machine it is told what it will do
+    timeless = profile.dialect == "hpgl"
+    assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
+    assert timeless or fidelity.compare(made.predicted(), port.executed()).correlation > 0.98
     assert port.lost == 0 and not port.pen_is_down and port.at_rest
     turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
     homed = ["Homing: the plotter looks for its zero."] if profile.homing else []
@@ -126,7 +128,7 @@ def edited(tmp_path, stem, old, new):
         (r'^width = "300mm"', 'width = "300"', r"bed\.width: '300s?' is not a length"),
         (r'^width = "300mm"', 'width = "300s"', r"bed\.width: '300s?' is not a length"),
         (r'^width = "300mm"', 'width = "9999mm"', r"bed\.width = 9999 is outside 10 to 5000"),
-        (r'^acceleration = "2000mm/s2"', 'acceleration = "0mm/s2"', r"limits\.acceleration = 0 is outside 1 to 50000"),
+        (r'^acceleration = "2000mm/s2"', 'acceleration = "0mm/s2"', r"limits\.acceleration = 0 is outside 1 to 100000"),
         (r'^down_time = "200ms"', 'down_time = "9s"', r"pen\.down_time = 9 is outside 0 to 5"),
         (r"^segment_rate = 100", "segment_rate = 4000", r"segment_rate = 4000 is outside 5 to 1000"),
         (r"^buffer = 128", "buffer = 8", r"port\.buffer = 8 is outside 32 to 65536"),

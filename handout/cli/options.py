@@ -127,7 +127,7 @@ picture_options = _all(_RASTER)
 
 
 def text_of(words: Sequence[str], file: str | None) -> str:
-    """The text to write: the arguments, a file, or standard input for ``-``.
+    """The text to write: the arguments, a file, or standard input for ``-``; one argument may be the name of a file.
 
     Raises
     ------
@@ -138,6 +138,8 @@ def text_of(words: Sequence[str], file: str | None) -> str:
         raise InputError("Both a text and --file are given; give one of them.")
     if file is None and not words:
         raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
+    if file is None and len(words) == 1 and _is_file(words[0]):
+        file = words[0]
     if file is None and list(words) != ["-"]:
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
@@ -146,6 +148,14 @@ def text_of(words: Sequence[str], file: str | None) -> str:
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decoded(data, name)
+
+
+def _is_file(word: str) -> bool:
+    """Whether a text is the name of a file; most texts could not even be one."""
+    try:
+        return Path(word).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def decoded(data: bytes, name: str) -> str:

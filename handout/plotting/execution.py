@@ -48,6 +48,13 @@ def of(profile: Plotter) -> Execution:
     return _BY_DIALECT[profile.dialect]
 
 
+def least_queue(way: Course, motion: Motion, profile: Plotter) -> int | None:
+    """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
+    if _BY_DIALECT.get(profile.dialect) is not _PLANNER:
+        return None
+    return streaming.least(way, streaming.depth(way, motion, profile), profile.port.queue)
+
+
 def lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
     """The lines between all cuts, and which of them are drawn (the others lead from stroke to stroke)."""
     within = cuts.stroke[1:] == cuts.stroke[:-1]
@@ -110,4 +117,4 @@ def _at_feed(x: float, y: float, z: float | None, feed: float, seconds: float) -
 
 
 _PLANNER = Execution(_cut_for_planner, _run_planner, _at_feed)
-_BY_DIALECT = {"grbl": _PLANNER, "marlin": _PLANNER, "ebb": _PLANNER, "hpgl": _PLANNER}
+_BY_DIALECT = {"grbl": _PLANNER, "marlin": _PLANNER, "ebb": _PLANNER}  # HP-GL has plans of its own: `vectors`

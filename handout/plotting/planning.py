@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, execution, feeds, knots, lookahead, pens
+from handout.plotting import bed, course, execution, feeds, knots, lookahead, pens, vectors
 from handout.plotting.blocks import Block
 from handout.plotting.course import Course
 from handout.plotting.execution import DEVIATION, SHORTEST
@@ -44,6 +44,8 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     """
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, speed, order))
     speed = speed if drawing.timed else "fast"
+    if profile.dialect == "hpgl":
+        return vectors.plan(drawing, profile, speed, order)
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)

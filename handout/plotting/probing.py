@@ -31,7 +31,7 @@ _QUESTIONS = (
     _Question("grbl", b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
     _Question("ebb", b"V\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
     _Question("marlin", b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
-    _Question("hpgl", b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*\r", re.MULTILINE), (9600,)),
+    _Question("hpgl", b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
 )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from handout import atomic
-from handout.plotting import fidelity, streaming
+from handout.plotting import execution, fidelity
 from handout.plotting.driver import Report
 from handout.plotting.planned import Plan
 from handout.plotting.ports import Port
@@ -44,8 +44,7 @@ def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: in
     segments = int(np.count_nonzero(plan.course.draws))
     took = float(plan.motion.duration[plan.course.draws].sum())
     if min_queue is None:
-        have = streaming.depth(plan.course, plan.motion, plan.profile)
-        min_queue = streaming.least(plan.course, have, plan.profile.port.queue)
+        min_queue = execution.least_queue(plan.course, plan.motion, plan.profile)
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,

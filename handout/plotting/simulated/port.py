@@ -178,7 +178,8 @@ class SimulatedPlotter:
         self.now = self.firmware.now = now
 
     def _say(self, data: bytes) -> None:
-        ok = data.strip().lower().startswith(b"ok")
+        # HP-GL has no ok: a plotter says nothing but what it is asked
+        ok = self.profile.dialect == "hpgl" or data.strip().lower().startswith(b"ok")
         if self._silent or (ok and self.faults.strikes("lost-ok")):
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0

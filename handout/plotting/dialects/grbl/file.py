@@ -9,6 +9,8 @@ from handout.plotting.dialects.grbl import words
 from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
+_LONGEST = 69  # characters of a line; some senders and controllers count those of comments too
+
 
 def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
     """The plan as a complete program for GRBL, with a header of comments.
@@ -39,8 +41,8 @@ def _header(plan: Plan, profile: Plotter) -> list[bytes]:
         ("time", units.duration(plan.duration)),
         ("pen", f"{plan.pen_down / 1000:.2f} m drawn, {plan.pen_up / 1000:.2f} m travelled"),
     ]
-    written = [f"; {name}: {comment(str(value))}\n" for name, value in facts if value is not None]
-    return [b"; written by handout\n", *(line.encode("ascii") for line in written)]
+    written = [f"; {name}: {comment(str(value))}"[:_LONGEST].rstrip() for name, value in facts if value is not None]
+    return [b"; written by handout\n", *(line.encode("ascii") + b"\n" for line in written)]
 
 
 def comment(text: str) -> str:
@@ -50,4 +52,4 @@ def comment(text: str) -> str:
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     kept = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
-    return " ".join("".join(char for char in kept if char not in "?!~").split())[:200]
+    return " ".join("".join(char for char in kept if char not in "?!~").split())

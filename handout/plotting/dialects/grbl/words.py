@@ -236,9 +236,8 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
                 feed, z = ("" if profile.pen.lift != "servo" else feed), ""
-                motion, x, y = (
-                    ("", "", "") if profile.pen.lift == "command" else (motion, x, y)
-                )  # its lines may change all
+                if profile.pen.lift == "command":  # whose lines may change them all
+                    motion = x = y = ""
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)

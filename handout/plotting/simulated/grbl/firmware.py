@@ -169,12 +169,12 @@ class Firmware:
         place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
         shift, machine = self.modes.shift, self.settings.report % 2 == 1
         said = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
-        fields = [f"{'M' if machine else 'W'}Pos:" + _three(said)]
+        fields = [f"{'M' if machine else 'W'}Pos:" + self._told(said)]
         if self.settings.report & 2:
             fields.append(f"Bf:{self.queue.size - len(self.queue.lines)},{self.wire.room}")
         fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self._output:.0f}")
         if not self._untold:
-            fields.append("WCO:" + _three(shift))
+            fields.append("WCO:" + self._told(shift))
         self._untold = (self._untold + 1) % _SELDOM
         return f"<{self.state}|{'|'.join(fields)}>"
 
@@ -289,8 +289,8 @@ class Firmware:
         elif line == "$G":
             self.say(f"[GC:{self.modes.words()}]")
         elif line == "$#":
-            self.say(f"[G54:{_three(self.modes.work)}]")
-            self.say(f"[G92:{_three(self.modes.offset)}]")
+            self.say(f"[G54:{self._told(self.modes.work)}]")
+            self.say(f"[G92:{self._told(self.modes.offset)}]")
         elif line == "$I":
             self._introduce()
         elif match := re.fullmatch(r"\$(\d+)=(-?\d+\.?\d*)", line):
@@ -315,6 +315,8 @@ class Firmware:
         for number, value in sorted(self.settings.table.items()):
             self.say(f"${number}={value}")
 
-
-def _three(values: Sequence[float]) -> str:
-    return ",".join(f"{value:.3f}" for value in values)
+    def _told(self, place: Sequence[float]) -> str:
+        """A place as it is told: in mm with three digits, or in inches with four."""
+        if self.settings.value(13):
+            return ",".join(f"{value / 25.4:.4f}" for value in place)
+        return ",".join(f"{value:.3f}" for value in place)
