@@ -52,8 +52,10 @@ class Bed(_Table, frozen=True):
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
     which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
-    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; inset_x,
-    inset_y: how far the zero lies inside the page's corner, on machines that cannot reach the edge of a sheet.
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; gantry:
+    "cartesian", each motor moves one axis, or "corexy", one moves x + y and the other x − y (only where that is not
+    left to the controller: EBB); inset_x, inset_y: how far the zero lies inside the page's corner, on machines that
+    cannot reach the edge of a sheet.
     """
 
     width: Length
@@ -61,6 +63,7 @@ class Bed(_Table, frozen=True):
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
     y: Literal["up", "down"] = "up"
     zero: Literal["kept", "here"] = "kept"
+    gantry: Literal["cartesian", "corexy"] = "cartesian"
     inset_x: Length = Length(0.0)
     inset_y: Length = Length(0.0)
 
@@ -68,13 +71,15 @@ class Bed(_Table, frozen=True):
 class Limits(_Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
-    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
+    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``; jerk: of a
+    Marlin that uses it in place of junction deviation, 0 for none.
     """
 
     draw_speed: Speed
     travel_speed: Speed
     acceleration: Acceleration
     junction_deviation: Length = Length(0.01)
+    jerk: Speed = Speed(0.0)
     steps_per_mm: float = 80.0
 
 
@@ -136,6 +141,7 @@ class Plotter(_Table, frozen=True):
     """A pen plotter.
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
+    firmware: its version, where a dialect depends on it (EBB); "": not known, what every version understands is used.
     name: the name of its file, without ``.toml``.
     """
 
@@ -149,6 +155,7 @@ class Plotter(_Table, frozen=True):
     hpgl: Hpgl = Hpgl()
     homing: bool = False
     segment_rate: float = 100.0
+    firmware: str = ""
     notes: str = ""
     name: str = ""
 
@@ -215,8 +222,8 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "bed.width": (10, 5000), "bed.height": (10, 5000), "bed.inset_x": (0, 100), "bed.inset_y": (0, 100),
     "hpgl.speed_step": (0.1, 100), "hpgl.pens": (1, 16), "hpgl.pen": (1, 16), "hpgl.pen_time": (0, 60),
     "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
-    "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
-    "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "limits.junction_deviation": (0, 1), "limits.jerk": (0, 100), "limits.steps_per_mm": (1, 10000),
+    "pen.up": (-1000, 65535), "pen.down": (-1000, 65535), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
     "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
@@ -275,11 +282,32 @@ def read(path: Path) -> Profile:
     _check_bounds(profile, path)
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
+        _check_dialect(profile, path)
         _check_hpgl(profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
         _check_trays(profile, path)
     return profile
+
+
+def _check_dialect(profile: Plotter, path: Path) -> None:
+    """What a dialect cannot do must not be asked of it."""
+    if profile.dialect != "ebb":
+        if profile.bed.gantry != "cartesian":
+            raise ProfileError(
+                f'{path}: bed.gantry = "{profile.bed.gantry}" is left to the controller unless it is an EBB.'
+            )
+        return
+    if profile.pen.lift != "servo":
+        raise ProfileError(f'{path}: pen.lift = "{profile.pen.lift}" is not known to an EBB, whose pen has a servo.')
+    if not (1 <= profile.pen.up <= 65535 and 1 <= profile.pen.down <= 65535):
+        raise ProfileError(
+            f"{path}: pen.up and pen.down of an EBB are lengths of pulses, 1 to 65535 in units of 83.3 ns."
+        )
+    if profile.homing:
+        raise ProfileError(f"{path}: homing = true, but an EBB has no switches to find its zero by.")
+    if not re.fullmatch(r"|\d{1,3}(\.\d{1,3}){1,2}", profile.firmware, re.ASCII):
+        raise ProfileError(f'{path}: firmware = {profile.firmware!r} is not a version such as "2.8.1".')
 
 
 def _check_trays(printer: Printer, path: Path) -> None:

@@ -62,6 +62,9 @@ def machine(profile: Plotter) -> Machine:
         steps=np.array([limits.steps_per_mm, limits.steps_per_mm, Z_STEPS], dtype=float),
         deviation=float(limits.junction_deviation),
         queue=profile.port.queue,
+        path=float(limits.acceleration) if profile.dialect == "marlin" else np.inf,
+        curves=profile.dialect == "marlin",
+        jerk=float(limits.jerk),
     )
 
 

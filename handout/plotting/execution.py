@@ -1,18 +1,14 @@
-"""How a machine executes what it is told, by the dialect it speaks: its segments, its speeds, its words.
+"""Controllers that plan: the segments and feeds they are told, and the motion they make of them.
 
-A controller that plans (GRBL) is given feeds from which it makes its own speeds, within its acceleration; here its
-planner is run in advance and the feeds are chosen for what it will make of them.
+Such a controller (GRBL, Marlin) is given feeds from which it makes its own speeds, within its acceleration; here its
+planner is run in advance, and the feeds are chosen for what it will make of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 
 from handout.plotting import course, feeds, knots, lookahead, streaming
-from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Blocks, Flags, Motion
@@ -20,37 +16,17 @@ from handout.profiles import Plotter
 from handout.values import Array
 
 DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
-SHORTEST = 3.0  # steps a segment has at least: fewer have no direction, and their feeds make a GRBL crawl
+_PLANNING = frozenset({"grbl", "marlin"})  # dialects of controllers that plan; the others have plans of their own
+_SHORTEST = 3.0  # steps a segment has at least: fewer have no direction, and their feeds make a GRBL crawl
+_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 _BURST = 8  # segments; half a queue
 _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 _CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters from here
 
 
-Told = Callable[[float, float, float | None, float, float], Block]
-
-
-class Execution(NamedTuple):
-    """How machines of one kind execute a plan.
-
-    cut : the path of the pen, in machine coordinates, cut into the segments it will be told.
-    run : what the machine makes of a course: the feed of every move, mm/min, as it is written, and the motion.
-    move : a move as it is told: to x, y and, if the pen changes its height, z in mm, at a feed in mm/min, or in so many
-        seconds.
-    """
-
-    cut: Callable[[Track, Plotter], Track]
-    run: Callable[[Course, Plotter], tuple[Array, Motion]]
-    move: Told
-
-
-def of(profile: Plotter) -> Execution:
-    """How the machine of a profile executes a plan."""
-    return _BY_DIALECT[profile.dialect]
-
-
 def least_queue(way: Course, motion: Motion, profile: Plotter) -> int | None:
     """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
-    if _BY_DIALECT.get(profile.dialect) is not _PLANNER:
+    if profile.dialect not in _PLANNING:
         return None
     return streaming.least(way, streaming.depth(way, motion, profile), profile.port.queue)
 
@@ -63,11 +39,16 @@ def lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
     return lookahead.blocks(points, stands, course.machine(profile)), within
 
 
-def _cut_for_planner(path: Track, profile: Plotter) -> Track:
+def shortest(profile: Plotter) -> float:
+    """How long a segment is at least, mm."""
+    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
+    return float(steps / profile.limits.steps_per_mm)
+
+
+def cut(path: Track, profile: Plotter) -> Track:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    shortest = SHORTEST / profile.limits.steps_per_mm
-    capacity = streaming.capacity(profile)
-    cuts = knots.cut(path, min(profile.segment_rate, capacity), shortest, DEVIATION)
+    least, capacity = shortest(profile), streaming.capacity(profile)
+    cuts = knots.cut(path, min(profile.segment_rate, capacity), least, DEVIATION)
     straight, within = lines(cuts, profile)
     if len(within) > 1:
         took = np.where(within, np.diff(cuts.t), np.inf)
@@ -78,14 +59,14 @@ def _cut_for_planner(path: Track, profile: Plotter) -> Track:
         middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
         off = path.at(middle)  # a pen that rested may not have left an end by then
         room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
-        halve &= (room >= shortest) & (took > 2.0 / capacity)
+        halve &= (room >= least) & (took > 2.0 / capacity)
         t = np.sort(np.append(cuts.t, middle[halve]))
         cuts = Track(t, path.at(t), path.stroke_at(t))
     return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 
 
-def _run_planner(way: Course, profile: Plotter) -> tuple[Array, Motion]:
-    """Feeds fitted to a planner, and what it makes of them."""
+def run(way: Course, profile: Plotter) -> tuple[Array, Motion]:
+    """The feed of every move, mm/min, as it is written, fitted to the planner; and what the planner makes of them."""
     limits, queue = profile.limits, profile.port.queue
     blocks = lookahead.blocks(way.points, way.stands, course.machine(profile))
     given = course.pen_up_speeds(way, profile)
@@ -110,11 +91,3 @@ def _crowding(way: Course, line_time: float) -> Array:
         return np.ones(len(way.kind))
     time = np.convolve(np.where(way.draws, way.intended, 1.0), np.ones(_BURST), "same")
     return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
-
-
-def _at_feed(x: float, y: float, z: float | None, feed: float, seconds: float) -> Block:
-    return Move(x, y, feed, z)
-
-
-_PLANNER = Execution(_cut_for_planner, _run_planner, _at_feed)
-_BY_DIALECT = {"grbl": _PLANNER, "marlin": _PLANNER, "ebb": _PLANNER}  # HP-GL has plans of its own: `vectors`

@@ -4,7 +4,8 @@ The mean speed of a segment is the wrong feed: GRBL enters a block no faster tha
 so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and each feed is raised where
 its segment would take too long and lowered where it would be over too soon.  Where the machine cannot keep up whatever
 its feed, the time is made up before and after, as far as neighbours have speed to spare: so each feed also follows
-what the stretches around its segment take, short ones and long ones.  What is left then is a true stretch.
+what the stretches around its segment take, short ones and long ones.  What is left then is a true stretch.  A stroke
+that asks for much more than the machine has is not hurried where it could be: its time is lost, its speeds are kept.
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ from handout.values import Array
 
 _ROUNDS = 30
 _PATIENCE = 6  # rounds without a gain after which it is done
-_STEP = 0.3  # share of its own error, as a power, that a round corrects; more makes neighbours swing
+_FIRST = 12  # rounds in which each segment looks at itself alone
+_STEP = 0.6  # share of its own error, as a power, that a round corrects then; more makes neighbours swing
+_STEP_AROUND = 0.3  # the same where the stretches around it count as well
 _AROUND = ((5, 0.2), (15, 0.3), (45, 0.4), (135, 0.3))  # segments, and the share of their common error; in all below 2
+_LOST = (0.02, 0.04)  # a stroke that takes longer by the first is hurried, by the second it is not, less in between
 _HEADROOM = 1.6  # a feed above this multiple of the wanted speed only makes the motion rough
 _LEAST = 1 / 60  # mm/s: F1, the slowest a GRBL runs
 _INSTANT = 1e-9
@@ -43,6 +47,11 @@ class _Strokes:
         total, number = np.concatenate([[0.0], np.cumsum(values)]), np.arange(len(values))
         late = np.minimum(number + width // 2, self.last) + 1
         return np.asarray(total[late] - total[np.maximum(number - width // 2, self.first)])
+
+    def whole(self, values: Array) -> Array:
+        """Sums over the stroke of each segment."""
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(total[self.last + 1] - total[self.first])
 
     def error(self, took: Array) -> float:
         """How far the motion is off: squares of the speeds' errors, at the same times and at the same places."""
@@ -77,17 +86,22 @@ def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, qu
     feed[rows] = np.clip(mean[rows], _LEAST, most)
     spans = [(width, share, strokes.around(strokes.wanted, width)) for width, share in _AROUND]
     best, least, since = feed.copy(), np.inf, 0
-    for _ in range(_ROUNDS):
+    hurry = np.zeros(len(rows))
+    for number in range(_FIRST + _ROUNDS):
         took = run(lines, feed, queue).duration[rows]
+        if number == _FIRST:
+            late = strokes.whole(took) / strokes.whole(strokes.wanted) - 1.0
+            hurry, least, since = np.clip((_LOST[1] - late) / (_LOST[1] - _LOST[0]), 0.0, 1.0), np.inf, 0
         error = strokes.error(took)
         since = 0 if error < 0.998 * least else since + 1
-        if error < least:
+        if error < least and number >= _FIRST:
             best, least = feed.copy(), error
-        if since > _PATIENCE:
+        if since > _PATIENCE and number > _FIRST:
             break
-        gain = _STEP * np.log(np.maximum(took, _INSTANT) / strokes.wanted)
-        for width, share, whole in spans:
-            gain += share * np.log(np.maximum(strokes.around(took, width), _INSTANT) / whole)
+        gain = (_STEP + (_STEP_AROUND - _STEP) * hurry) * np.log(np.maximum(took, _INSTANT) / strokes.wanted)
+        if number >= _FIRST:
+            for width, share, whole in spans:
+                gain += hurry * share * np.log(np.maximum(strokes.around(took, width), _INSTANT) / whole)
         feed[rows] = np.clip(feed[rows] * np.exp(gain), _LEAST, most)
     return best
 

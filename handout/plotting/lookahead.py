@@ -22,6 +22,7 @@ Flags = NDArray[np.bool_]
 Queue = int | NDArray[np.intp]
 _STRAIGHT = 0.999999  # cosine beyond which GRBL takes a corner for straight, or for a reversal
 _REST = 1e-9
+_CHORD, _OCTAGON, _LEAST_TURN = 1.0, 0.7071067812, 0.033  # mm; cosine; rad: what Marlin takes for a curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,9 @@ class Machine:
 
     acceleration : (3,) float, mm/s²; rate : (3,) float, mm/s; steps : (3,) float, steps/mm.
     deviation : junction deviation, mm; queue : blocks the planner looks ahead.
+    path : mm/s², greatest acceleration along the path, in whatever direction.
+    curves : whether the speed is also limited in the curves that short segments make (Marlin).
+    jerk : mm/s, greatest change of an axis' speed between two lines, which replaces junction deviation (0: does not).
     """
 
     acceleration: Array
@@ -37,6 +41,9 @@ class Machine:
     steps: Array
     deviation: float
     queue: int
+    path: float = np.inf
+    curves: bool = False
+    jerk: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +102,14 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     move = np.diff(to_steps(points, machine.steps), axis=0)
     length = np.sqrt((move * move).sum(axis=1))
     unit = move / np.maximum(length, _REST)[:, None]
+    acceleration = np.minimum(along(unit, machine.acceleration), machine.path)
     corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
+    if machine.curves and not machine.jerk:
+        corner[1:] = np.minimum(corner[1:], _curve_speed2(unit, length, acceleration))
     radius[1:] = _radius(np.diff(points, axis=0))  # whole steps would make rough what is smooth
     corner[stands], radius[stands] = 0.0, np.inf
-    return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner, radius)
+    return Blocks(length, acceleration, along(unit, machine.rate), corner, radius)
 
 
 def _radius(move: Array) -> Array:
@@ -123,15 +133,26 @@ def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
     before, after : (n, 3) float, unit vectors.  The speed is that of a circle which touches both lines and leaves the
     corner by the junction deviation: v² = a·δ·sin(θ/2) / (1 − sin(θ/2)), θ the angle between the lines.
     """
+    if machine.jerk:
+        with np.errstate(divide="ignore"):
+            return np.asarray((machine.jerk / np.abs(after - before).max(axis=1)) ** 2)
     cosine = -(before * after).sum(axis=1)
     half = np.sqrt(np.clip(0.5 * (1.0 - cosine), 0.0, 1.0))
     across = after - before
     across /= np.maximum(np.sqrt((across * across).sum(axis=1)), _REST)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        speed2 = np.asarray(along(across, machine.acceleration) * machine.deviation * half / (1.0 - half))
+        limit = np.minimum(along(across, machine.acceleration), machine.path)
+        speed2 = np.asarray(limit * machine.deviation * half / (1.0 - half))
     speed2[cosine < -_STRAIGHT] = np.inf
     speed2[cosine > _STRAIGHT] = 0.0
     return np.asarray(speed2)
+
+
+def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
+    """Square of the speed with which Marlin begins a line that is a chord of a curve, mm²/s²; infinite elsewhere."""
+    cosine = np.clip((unit[:-1] * unit[1:]).sum(axis=1), -1.0, 1.0)
+    speed2 = acceleration[1:] * length[1:] / np.maximum(np.arccos(cosine), _LEAST_TURN)
+    return np.where((length[1:] < _CHORD) & (cosine > _OCTAGON), speed2, np.inf)
 
 
 def run(lines: Blocks, feed: Array, queue: Queue) -> Motion:

@@ -81,7 +81,7 @@ class Plan:
         moves = len(self.course.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
             gone = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
-            share = float(gone[0]) / float(self.motion.length[row])
+            share = float(gone[0]) / max(float(self.motion.length[row]), 1e-9)
             a, b = self.course.points[row], self.course.points[row + 1]
             x, y = self._on_page((a + share * (b - a))[None])[0].tolist()
             return x, y, bool(self.course.draws[row])
@@ -100,7 +100,7 @@ class Plan:
         last = np.cumsum(many)
         piece = np.arange(len(row)) - np.repeat(last - many, many) + 1
         t = self.motion.duration[row] * piece / np.repeat(many, many)
-        share = self.motion.travelled(row, t) / self.motion.length[row]
+        share = self.motion.travelled(row, t) / np.maximum(self.motion.length[row], 1e-9)
         share[last - 1] = 1.0
         xy = self._on_page(way.points[row] + share[:, None] * (way.points[row + 1] - way.points[row]))
         begin = self._on_page(way.points[way.first])

@@ -7,10 +7,9 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, execution, feeds, knots, lookahead, pens, vectors
-from handout.plotting.blocks import Block
+from handout.plotting import bed, course, execution, feeds, knots, literal, lookahead, pens, vectors
+from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
-from handout.plotting.execution import DEVIATION, SHORTEST
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Motion
 from handout.plotting.order import by_travel
@@ -51,16 +50,18 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
-    machine = execution.of(profile)
-    cuts = machine.cut(path, profile)
+    real = meant if drawing.timed else path.t
+    if profile.dialect in literal.DIALECTS:
+        timing = literal.Timing(path, real, _dots(drawing, speed))
+        return literal.plan(drawing, profile, timing, placement, speed, order)
+    cuts = execution.cut(path, profile)
     clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
     way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
-    feed, motion = machine.run(way, profile)
-    meant = meant if drawing.timed else path.t
+    feed, motion = execution.run(way, profile)
     intended = way.intended.copy()
-    intended[way.draws] = np.diff(np.interp(cuts.t, path.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
+    intended[way.draws] = np.diff(np.interp(cuts.t, path.t, real))[cuts.stroke[1:] == cuts.stroke[:-1]]
     starts = course.starts(way, motion, profile)
-    blocks, begins = _blocks(way, feed, starts, motion, machine.move)
+    blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
         drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, readonly(intended, None)
     )
@@ -95,7 +96,7 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Track(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = knots.cut(distance, 1.0 / _DENSE, SHORTEST / profile.limits.steps_per_mm, DEVIATION / 2)
+    dense = knots.cut(distance, 1.0 / _DENSE, execution.shortest(profile), execution.DEVIATION / 2)
     lines, within = execution.lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
@@ -109,17 +110,13 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     return Track(t, dense.xy, dense.stroke), np.interp(dense.t, distance.t, path.t)
 
 
-def _blocks(
-    way: Course, feed: Array, starts: Array, motion: Motion, move: execution.Told
-) -> tuple[tuple[Block, ...], Array]:
+def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
-    xyz, feeds_, seconds = way.points[1:].tolist(), feed.tolist(), motion.duration.tolist()
+    xyz, feeds_ = way.points[1:].tolist(), feed.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
     height = (way.draws & way.follows_pressure).tolist()
     blocks = tuple(
-        move(xyz[row][0], xyz[row][1], xyz[row][2] if height[row] else None, feeds_[row], seconds[row])
-        if block is None
-        else block
+        Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None) if block is None else block
         for block, row in way.told
     )
     rows = np.array([row for _, row in way.told])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan, to_gcode
-from handout.plotting.dialects.grbl.file import comment
+from handout.plotting.gcode import comment
 
 PROFILE = profiles.find("simulated", "plotter")
 MADE = plan(page(words=1), PROFILE)

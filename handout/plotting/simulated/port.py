@@ -245,6 +245,7 @@ class SimulatedPlotter:
             self.firmware.stop()
             self.firmware.start()
             self._wire.clear()
+            self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
         else:
             return False
         return True
