@@ -76,6 +76,7 @@ def _likeness(meant: Drawing, done: Drawing) -> Row:
 
 def plotted(report: Report, port: Port, page: int) -> Row:
     """What is to be said of a page that has just been plotted: measured if the plotter is simulated, else predicted."""
+    assert report.plan is not None
     executed, many = None, len(report.plan.drawing.strokes)
     if isinstance(port, SimulatedPlotter):
         sheet = port.executed()

@@ -10,7 +10,8 @@
                   "pressure": […],                                 0–1; this and the following only if known
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
-                  "word": 3}, …]}                                  index of the word, absent if unknown
+                  "word": 3,                                       index of the word, absent if unknown
+                  "layer": "flourishes", "colour": "#c01020"}, …]} absent if none
 
 Numbers are written with as many digits as it takes to read back the same double.
 """
@@ -45,6 +46,8 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     rotation: list[float] | None = None
     width: list[float] | None = None
     word: int = -1
+    layer: str = ""
+    colour: str = ""
 
 
 class _File(msgspec.Struct, forbid_unknown_fields=True):
@@ -83,14 +86,15 @@ def from_json(data: bytes) -> Drawing:
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, **lists)
+    notes = {"word": stroke.word, "layer": about.plain(stroke.layer), "colour": stroke.colour}
+    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), **lists, **notes)
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
-    channels = {name: getattr(stroke, name) for name in _CHANNELS}
+    known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
     try:
-        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), word=stroke.word, **channels)
+        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), **known)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -117,7 +117,12 @@ class Grbl:
         self._relearn()
 
     def home(self) -> None:
-        """``$H``."""
+        """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
+        if self.profile.pen.lift != "z":
+            if connecting.state(self.link) == "Alarm":
+                self.link.ask(b"$X\n")
+            for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
+                self.link.ask(line)
         connecting.home(self.link, self.log)
         self._relearn()
 
