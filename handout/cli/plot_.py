@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from handout import units
+from handout.cli import drawings as drawn_
 from handout.cli import jobs, options, plotting_, results
 from handout.errors import InputError
 
@@ -32,7 +33,11 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
 @click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
 @click.option(
-    "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
+    "--order",
+    type=click.Choice(["writing", "travel"]),
+    default="writing",
+    show_default=True,
+    help="Of words; travel moves the strokes of a drawing about in any way.",
 )
 @click.option(
     "--layers",
@@ -76,11 +81,12 @@ def command(
     yes: bool,
     **given: Any,
 ) -> None:
-    """Write TEXT (or a file, or - for standard input) with a pen plotter.
+    """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names.
 
     \b
     handout plot --port /dev/ttyUSB0 "Dear Ada, …"
     handout plot --port /dev/ttyUSB0 letter.txt
+    handout plot --port /dev/ttyUSB0 drawing.svg --order travel
     handout plot --port sim: "to see that it works"
     handout plot --dry-run preview.svg "to see how it looks"
 
@@ -110,10 +116,16 @@ def command(
     told = plotting_.Account(report)
     look = options.look(given)
     profile = _profile(device, port)
-    words = options.text_of(*_named_file(text, file, given["quiet"]))
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
-    jobs.drawn_hand(job)
-    pages, drawings = jobs.composed(words, job)
+    drawing = drawn_.given(text, file, quiet=given["quiet"])
+    pages: list[Manuscript]
+    drawings: Iterator[Drawing]
+    if drawing is None:
+        words = options.text_of(*drawn_.named_file(text, file, given["quiet"]))
+        jobs.drawn_hand(job)
+        pages, drawings = jobs.composed(words, job)
+    else:
+        words, pages, drawings = Path(file or text[0]).name, [drawn_.unwritten(drawing)], iter([drawing])
     drawings = _fitted(drawings, profile) if given["fit"] else drawings
     if dry_run:
         _preview(pages, list(drawings), profile, job, order, dry_run, told, look, given)
@@ -170,14 +182,6 @@ def _resume(
     result = {**plotting_.facts(job), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _named_file(text: tuple[str, ...], file: str | None, quiet: bool) -> tuple[tuple[str, ...], str | None]:
-    """A single argument that names a file is that file."""
-    if file is None and len(text) == 1 and text[0] != "-" and len(text[0]) < 256 and Path(text[0]).is_file():
-        results.talk(quiet)(f"Reading the file {text[0]}.")
-        return (), text[0]
-    return text, file
 
 
 def _positive(text: str, what: str) -> float:

@@ -12,7 +12,7 @@ from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Motion
-from handout.plotting.order import by_travel
+from handout.plotting.order import shortened
 from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter
 from handout.values import Array, Drawing, Stroke, readonly
@@ -26,8 +26,10 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
 
     Parameters
     ----------
-    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as are drawings without time.
-    order : "writing" keeps the order of the strokes; "travel" moves whole words about to shorten the way between.
+    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
+        without times is always drawn.
+    order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
+        about, or in a drawing without times in any way.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     Seeds 001–003 time the strokes; the specification of GRBL 1.1's planner decides what becomes of that time.  The
     segments are equal steps in time, since the hand's speed falls where its path turns.
     """
-    drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, speed, order))
+    drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
     speed = speed if drawing.timed else "fast"
     if profile.dialect == "hpgl":
         return vectors.plan(drawing, profile, speed, order)
@@ -67,7 +69,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     )
 
 
-def _ordered(drawing: Drawing, speed: Speed, order: Order) -> tuple[Stroke, ...]:
+def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:
     """The strokes in the order asked for; refuses what cannot be planned."""
     if not drawing.strokes:
         raise InputError("The page has no strokes: there is nothing to plot.")
@@ -75,7 +77,9 @@ def _ordered(drawing: Drawing, speed: Speed, order: Order) -> tuple[Stroke, ...]
         raise InputError(f'speed: {speed} is not "fast" and not between 0.01 and 100 times the speed of the hand.')
     if order not in ("writing", "travel"):
         raise InputError(f'order: {order!r} is neither "writing" nor "travel".')
-    return by_travel(drawing.strokes) if order == "travel" else drawing.strokes
+    if order == "writing":
+        return drawing.strokes
+    return shortened(drawing, bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0])
 
 
 def _scaled(path: Track, speed: float) -> tuple[Track, Array]:
