@@ -25,7 +25,7 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
     Raises
     ------
     InputError
-        Not well-formed, with a DOCTYPE that is not accepted, nested more than 64 deep, or of more than 500 000 elements.
+        Not well-formed, with a DOCTYPE that is not accepted, nested more than 64 deep, or of 500 000 elements.
     """
     builder = ElementTree.TreeBuilder()
     depth = count = 0
@@ -52,8 +52,8 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
             )
         if inside:
             raise InputError(
-                f"This {what} declares entities in its DOCTYPE, which could grow without bound: remove what stands there "
-                "in [ ], or save it anew as plain SVG."
+                f"This {what} declares entities in its DOCTYPE, which could grow without bound: remove what stands "
+                "there in [ ], or save it anew as plain SVG."
             )
 
     parser = expat.ParserCreate(namespace_separator="}")

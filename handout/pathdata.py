@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import groupby
 
 import numpy as np
 
@@ -19,7 +20,10 @@ from handout.values import Array
 _COMMAND = re.compile(r"([MmZzLlHhVvCcSsQqTtAa])([^MmZzLlHhVvCcSsQqTtAa]*)")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _FLAG, _BETWEEN = re.compile("[01]"), re.compile(r"[\s,]*")
+_JOINED = "LlHhVvCcSsQqTt"
+_MOST = 1_000_000  # commands
 _TAKES = {"m": 2, "l": 2, "h": 1, "v": 1, "c": 6, "s": 4, "q": 4, "t": 2, "z": 0}
+_STRAIGHT, _ANCHOR = 1.0, 0.2  # mm: what is long and straight, and how near to its ends points are set
 _ARC_STEP = math.pi / 4  # of an arc that one cubic follows: to 4e-6 of its radius
 
 
@@ -35,12 +39,21 @@ def cubics(data: str) -> list[Array]:
     lead, *rest = _COMMAND.split(data.strip())
     if lead.strip() or (rest and rest[0] not in "Mm"):
         raise InputError(f"path data must begin with M, not with {data.strip()[:20]!r}")
-    for command, text in zip(rest[::3], rest[1::3], strict=True):
-        try:
-            pen.do(command, arc_numbers(text) if command in "Aa" else numbers(text))
-        except ValueError as error:
-            raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
+    if len(rest) > 3 * _MOST:
+        raise InputError(f"path data has more than {_MOST} commands")
+    for command, group in groupby(zip(rest[::3], rest[1::3], strict=True), key=lambda pair: pair[0]):
+        texts = [text for _, text in group]
+        joined = [" ".join(texts)] if command in _JOINED else texts  # a million commands are read as one
+        for text in joined:
+            _do(pen, command, text)
     return pen.finished()
+
+
+def _do(pen: _Pen, command: str, text: str) -> None:
+    try:
+        pen.do(command, arc_numbers(text) if command in "Aa" else numbers(text))
+    except ValueError as error:
+        raise InputError(f"path data cannot be read at {(command + text)[:24]!r}: {error}") from error
 
 
 def numbers(text: str) -> list[float]:
@@ -298,3 +311,17 @@ def points_needed(paths: list[Array], tolerance: float) -> float:
         bend = np.maximum(np.abs(a - 2 * b + c).sum(axis=1), np.abs(b - 2 * c + d).sum(axis=1))
         total += float(np.maximum(np.sqrt(6 * bend / (8 * tolerance)), 1).sum())
     return total
+
+
+def anchored(points: Array) -> Array:
+    """A polyline (n, 2), mm, with more points on it, near both ends of all that is long and straight.
+
+    What draws strokes as smooth curves takes samples for points of one, as a hand's are; so it keeps the corners.
+    """
+    step = np.diff(points, axis=0)
+    size = np.hypot(*step.T)
+    long = np.flatnonzero(size > _STRAIGHT)
+    near = step[long] * (_ANCHOR / size[long])[:, None]
+    where = np.repeat(long + 1, 2)
+    more = np.stack([points[long] + near, points[long + 1] - near], axis=1).reshape(-1, 2)
+    return np.asarray(np.insert(points, where, more, axis=0))

@@ -56,6 +56,7 @@ MAY = {
         "colour",
         "calibrating",
     },
+    "plugins": {"cli"},
     "__main__": {"cli"},
 }
 HEAVY = {

@@ -14,7 +14,8 @@ INTERRUPTED = 130
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
-    "write": "Write a text to a file: SVG, PNG, PDF, InkML, JSON or G-code.",
+    "write": "Write a text to a file: SVG, PNG, PDF, InkML or JSON.",
+    "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -151,6 +151,14 @@ def compose_and_trace(
     text: str, job: Setup, layout: Layout | None = None, row: int | None = None
 ) -> tuple[list[Manuscript], list[Drawing]]:
     """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way."""
+    pages, drawings = composed(text, job, layout, row)
+    return pages, list(drawings)
+
+
+def composed(
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
+) -> tuple[list[Manuscript], Iterator[Drawing]]:
+    """The same with every drawing made when it is asked for, so that a long text need not be held as strokes."""
     import numpy as np
 
     from handout.writing.compose import compose
@@ -161,8 +169,7 @@ def compose_and_trace(
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
-    drawings = [traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1)]
-    return pages, drawings
+    return pages, (traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1))
 
 
 def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:

@@ -1,19 +1,19 @@
-"""From a plan to a machine: stream it, keep the journal, and whatever happens leave the pen lifted."""
+"""From a plan to a machine: stream it, tell how far it is, and whatever happens leave the pen lifted."""
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import msgspec
 import numpy as np
 
+from handout.errors import DeviceError
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
 from handout.plotting.dialect import Command, Controller, dialect
-from handout.plotting.journal import Journal
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
@@ -23,7 +23,9 @@ from handout.values import Array
 
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
+Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
+_WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 
 
@@ -38,7 +40,8 @@ class Report:
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
-    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits.
+    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
+        reports are kept for long.
     """
 
     executed_s: float
@@ -47,7 +50,7 @@ class Report:
     lines: int
     segments: int
     min_queue: int | None
-    plan: Plan
+    plan: Plan | None
 
 
 def run(
@@ -56,19 +59,69 @@ def run(
     profile: Plotter,
     *,
     progress: Progress | None = None,
-    journal: Path | None = None,
     watch: Watch | None = None,
+    secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
 ) -> Report:
-    """Plot.
+    """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
+    log = log or (lambda _: None)
+    controller = meet(port, profile, log)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    try:
+        if profile.homing:
+            controller.home()
+        elif profile.bed.zero == "here":
+            controller.zero()
+    except BaseException:
+        controller.halt()
+        raise
+    try:
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
+    except KeyboardInterrupt:
+        park(controller)
+        raise
+
+
+def park(controller: Controller) -> None:
+    """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
+    with contextlib.suppress(DeviceError, KeyboardInterrupt):
+        if controller.position() is not None:
+            try:
+                controller.go(0.0, 0.0)
+            except KeyboardInterrupt:
+                controller.halt()
+
+
+def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
+    """Connect to a machine; it does not move."""
+    return dialect(profile.dialect).connect(port, profile, log)
+
+
+def draw(
+    plan: Plan,
+    controller: Controller,
+    port: Port,
+    profile: Plotter,
+    *,
+    fresh: bool = True,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    secure: Secure | None = None,
+    overlap: float = OVERLAP,
+    log: Callable[[str], None] | None = None,
+) -> Report:
+    """Plot a plan with a machine that is connected and stands at its zero.
 
     Parameters
     ----------
+    fresh : whether the sheet is new; a simulated plotter asks.
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
-    journal : file that keeps what the machine has acknowledged; see `journal`.
     watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
         how many blocks of the plan have certainly been done.
+    secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
         with by drawing no more than that twice.
     log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
@@ -80,32 +133,32 @@ def run(
     DeviceSilent, DeviceAlarm, PortError
         The pen has been lifted then if the machine still answered.
     KeyboardInterrupt
-        As it came; the machine has been stopped and its pen lifted.
+        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
-    controller = dialect(profile.dialect).connect(port, profile, log)
-    own = controller.profile
-    bed.check(plan.course.points[:, :2], own)
-    own = msgspec.structs.replace(own, bed=profile.bed)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    own = msgspec.structs.replace(controller.profile, bed=profile.bed)
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
-    if plan.placement.turned:
+    if plan.placement.turned and fresh:
         log("The page is turned to fit the bed: its top edge lies to the left.")
-    if isinstance(port, SimulatedPlotter):
+    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
+        log(said)
+    if isinstance(port, SimulatedPlotter) and fresh:
         port.lay(plan.drawing.page, plan.placement)
-    commands = list(dialect(profile.dialect).program(plan.blocks, own))
-    before = time.monotonic()
-    with Journal(journal, [command.data for command in commands]) as kept:
-        stream = _Stream(plan, commands, controller, kept, progress, watch)
-        try:
-            if profile.homing:
-                controller.home()
-            stream.run(overlap)
-        except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
-            controller.halt()
-            raise
-    return _report(stream, port, time.monotonic() - before)
+    commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
+    before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
+    stream = _Stream(plan, commands, controller, progress, watch, secure)
+    try:
+        stream.run(overlap)
+    except DeviceError as error:
+        controller.halt()
+        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
+    except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
+        controller.halt()
+        raise
+    return _report(stream, port, before, fresh)
 
 
 def _moves_differently(own: Plotter, planned: Plotter) -> bool:
@@ -120,14 +173,17 @@ class _Stream:
         plan: Plan,
         commands: list[Command],
         controller: Controller,
-        kept: Journal,
         progress: Progress | None,
         watch: Watch | None,
+        secure: Secure | None,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.kept, self.progress, self.watch = kept, progress, watch
+        self.progress, self.watch, self.secure = progress, watch, secure
         self.min_queue: int | None = None
+        self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
+        self._queued: int | None = None  # as last heard; it says nothing about any later moment
+        self._secured = 0
         self._told = 0.0
         done = np.array([command.done for command in commands])
         self._ink = np.append(0.0, np.cumsum(ink(plan)))[done]  # mm drawn when a command has been executed
@@ -136,31 +192,53 @@ class _Stream:
     def run(self, overlap: float) -> None:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
-            while self._under_way(number) > overlap and self.controller.executed < self.controller.sent:
-                self.controller.wait()
-                self._note()
+            while self._under_way(number) > overlap and self._secured < number:
+                if self._is_worth_securing(number, overlap):
+                    self._secure()
+                else:
+                    self.controller.wait()
+                    self._note()
             self.controller.send(command.data)
             self._note()
         self.controller.finish()
         self._note()
+        self._secure()
         if self.progress is not None:
             self.progress(1.0, 0.0)
 
+    def under_way(self) -> str:
+        """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
+        executed = max(self.controller.executed - self._before, 0)
+        begun = self._strokes[: executed + 2]
+        strokes = len(self.plan.drawing.strokes)
+        return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
+
     def _under_way(self, number: int) -> float:
-        """Ink that is sent and not certainly executed once command `number` is sent, mm."""
-        executed = self.controller.executed
-        return float(self._ink[number] - (self._ink[executed - 1] if executed else 0.0))
+        """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
+        return float(self._ink[number] - (self._ink[self._secured - 1] if self._secured else 0.0))
+
+    def _is_worth_securing(self, sent: int, overlap: float) -> bool:
+        """Whether enough has been executed since the last time, or all that was sent: securing may take a moment."""
+        executed = self._counts[2]
+        if executed <= self._secured:
+            return False
+        gained = self._ink[executed - 1] - (self._ink[self._secured - 1] if self._secured else 0.0)
+        return executed >= sent or bool(gained >= _WORTH * overlap)
+
+    def _secure(self) -> None:
+        if self.secure is not None:
+            self.secure()
+        self._secured = self._counts[2]
 
     def _note(self) -> None:
         """Tell everyone who wants to know what has changed."""
-        machine = self.controller
-        before, self._counts = self._counts, (machine.sent, machine.taken, machine.executed)
+        machine, first = self.controller, self._before
+        before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
         self._watch_queue()
         if self._counts == before:
             return
-        for number in range(before[1], machine.taken):
-            self.kept.acknowledged(number, self.commands[number].data)
-        done = self.commands[machine.executed - 1].done if machine.executed else 0
+        executed = max(self._counts[2], 0)
+        done = self.commands[executed - 1].done if executed else 0
         if self.watch is not None:
             self.watch(*self._counts, done)
         at, whole = float(self.plan.begins[min(done, len(self.plan.begins) - 1)]), max(self.plan.duration, 1e-9)
@@ -170,9 +248,9 @@ class _Stream:
 
     def _watch_queue(self) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
-        queued, taken = self.controller.queued, self.controller.taken
-        first = taken - self.plan.profile.port.queue
-        if queued is None or first < 1 or taken >= len(self.commands):
+        queued, taken = self.controller.queued, self._counts[1]
+        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
+        if queued is None or not heard or first < 1 or taken >= len(self.commands):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -187,16 +265,18 @@ def ink(plan: Plan) -> Array:
 
 def _strokes(plan: Plan) -> Array:
     """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
-    way = plan.course
-    return np.array([-1, *(way.stroke[row] if block is None and way.draws[row] else -1 for block, row in way.told)])
+    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
 
 
-def _report(stream: _Stream, port: Port, wall: float) -> Report:
-    plan = stream.plan
-    executed_s, stretched = wall, plan.stretched
+def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
+    plan, stretched = stream.plan, stream.plan.stretched
     if isinstance(port, SimulatedPlotter):
-        factor = 1.0 if plan.speed == "fast" else float(plan.speed)
-        executed_s, stretched = port.executed_s, fidelity.stretched(plan.drawing, port.executed()) * factor
+        executed_s = port.executed_s - (0.0 if fresh else before)
+        if fresh:
+            stretched = fidelity.stretched(plan.intended(), port.executed())
+    else:
+        executed_s = time.monotonic() - before
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
     return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)

@@ -17,7 +17,7 @@ from handout.values import Array, Drawing, Indices, Stroke
 _ROUNDS = 30
 _CLOSED = 0.02  # mm between the ends of a stroke that is closed
 _LIFT = 0.1  # s between the strokes of a drawing
-_KICKS, _SPENT = 5, 2_000_000  # disturbances a stroke, and strokes turned round by all of them: about a second
+_KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round by all of them: about half a second
 
 
 def shortened(drawing: Drawing, home: Array | None = None) -> tuple[Stroke, ...]:

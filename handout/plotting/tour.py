@@ -1,12 +1,12 @@
 """The shortest way through strokes that may be drawn in any order and from either end.
 
 Every stroke has two points: ``2 s`` where it begins in its drawing and ``2 s + 1`` where it ends.  A tour is a list of
-the points at which strokes are entered; ``p ^ 1`` is the other end of the stroke of point p.  A tour is closed: the last
-stroke is followed by the first.
+the points at which strokes are entered; ``p ^ 1`` is the other end of the stroke of point p.  A tour is closed: the
+last stroke is followed by the first.
 
 A first tour is put together from the shortest links; then links are exchanged for shorter ones, two at a time or with a
-run of up to three strokes moved to another place, always between neighbours; then two short stretches of the tour change
-places again and again, and what the search makes of that is kept wherever it is shorter.
+run of up to three strokes moved to another place, always between neighbours; then two short stretches of the tour
+change places again and again, and what the search makes of that is kept wherever it is shorter.
 
 Source: J. L. Bentley, *Fast algorithms for geometric traveling salesman problems*, ORSA J. Computing 4 (1992), for the
 first tour, neighbour lists and the queue; O. Martin, S. W. Otto, E. W. Felten, *Large-step Markov chains for the
@@ -29,6 +29,7 @@ _EPS = 1e-9  # mm; less is no gain
 _STRETCH = 30  # strokes of a stretch that changes places, at most
 _WORK = 60_000_000  # strokes turned round for all strokes once each, at most: large tours make no long exchanges
 _APART = 1e-6  # mm; ends in one place are taken for neighbours by turns
+_Six = tuple[int, int, int, int, int, int]
 _GOLDEN = 0.6180339887498949  # its multiples fall evenly, and never twice in one place
 
 
@@ -46,13 +47,20 @@ def shortest(ends: Array, kicks: int) -> list[int]:
     list of int
         The point at which each stroke is entered, in order; every stroke once.
     """
-    if len(ends) < 3:
+    if len(ends) < 2:
         return [2 * stroke for stroke in range(len(ends))]
+    if len(ends) == 2:  # the longer of its two links will be left out
+        return min([0, 2], [0, 3], key=lambda tour: _links(ends, tour).min())
     points = ends.reshape(-1, 2)
     search = _Search(_fragments(points), points)
     search.improve(range(len(points)))
     search.disturb(kicks)
     return search.tour
+
+
+def _links(ends: Array, tour: list[int]) -> Array:
+    points, at = ends.reshape(-1, 2), np.array(tour)
+    return np.asarray(np.hypot(*(points[at] - points[np.roll(at, 1) ^ 1]).T))
 
 
 def _fragments(points: Array) -> list[int]:
@@ -189,11 +197,11 @@ class _Search:
                     return gain, (p, q, c, r)
             found = self._run(c, r, p, q, old) or self._run(p, q, c, r, old)
             if found:
-                self._carry(*found[1], same)
+                self._carry(*found[1], turned=same)
                 return found[0], found[1]
         return 0.0, ()
 
-    def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, tuple[int, ...]] | None:
+    def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, _Six] | None:
         """A run of strokes from `c`, which comes after `r`, that is better carried between p and q, c next to p.
 
         The gain, and the six points of the three links.
@@ -213,9 +221,9 @@ class _Search:
             far = following
         return None
 
-    def _carry(self, p: int, q: int, c: int, r: int, t: int, u: int, same: bool) -> None:
+    def _carry(self, p: int, q: int, c: int, r: int, t: int, u: int, *, turned: bool) -> None:
         """Carry the run from `c` to `t` out of its place between r and u, to one between p and q."""
-        if same:  # the run is turned round on its way
+        if turned:  # the run is turned round on its way
             self._exchange(p, c)
             self._exchange(q, t)
         else:
@@ -259,7 +267,8 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
     """For every point the nearest points of other strokes, each with its distance."""
     near = min(_NEAR + 2, len(points))
     places = _apart(points)
-    gap, other = cKDTree(places).query(places, near)
+    other = cKDTree(places).query(places, near)[1]
+    gap = np.linalg.norm(points[other] - points[:, None], axis=2)  # as it is: a gain that is none would never end
     own = np.arange(len(points))[:, None] >> 1
     foreign = (other >> 1) != own
     return [

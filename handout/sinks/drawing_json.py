@@ -11,7 +11,9 @@
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
                   "nib": 2.0,                                      mm, length of a flat nib's edge; absent if round
-                  "word": 3}, …]}                                  index of the word, absent if unknown
+                  "word": 3,                                       index of the word, absent if unknown
+                  "layer": "flourishes", "colour": "#c01020"}, …],  absent if none
+     "timed": false}                                               absent if the times mean something
 
 Numbers are written with as many digits as it takes to read back the same double.
 """
@@ -47,21 +49,27 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     width: list[float] | None = None
     word: int = -1
     nib: float | None = None
+    layer: str = ""
+    colour: str = ""
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _File(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     format: Literal["handout-drawing"]
     version: Literal[1]
     page: _Page
     about: dict[str, Any]
     strokes: list[_Stroke]
+    timed: bool = True
 
 
 def to_json(drawing: Drawing) -> bytes:
     """A page as JSON, in the form described at the top of this file."""
     page = _Page(float(drawing.page.width), float(drawing.page.height), about.plain(drawing.page.name))
     strokes = [_written(stroke) for stroke in drawing.strokes]
-    return msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes)) + b"\n"
+    return (
+        msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes, drawing.timed))
+        + b"\n"
+    )
 
 
 def from_json(data: bytes) -> Drawing:
@@ -79,28 +87,27 @@ def from_json(data: bytes) -> Drawing:
     if not (file.page.width > 0 and file.page.height > 0):
         raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
     strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
-    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about)
+    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about, timed=file.timed)
 
 
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    return _Stroke(
-        stroke.t.tolist(),
-        stroke.xy[:, 0].tolist(),
-        stroke.xy[:, 1].tolist(),
-        word=stroke.word,
-        nib=stroke.nib or None,
-        **lists,
-    )
+    notes = {
+        "word": stroke.word,
+        "layer": about.plain(stroke.layer),
+        "colour": stroke.colour,
+        "nib": stroke.nib or None,
+    }
+    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), **lists, **notes)
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
-    channels = {name: getattr(stroke, name) for name in _CHANNELS}
+    known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
     try:
         xy = np.column_stack([stroke.x, stroke.y])
-        return Stroke(np.array(stroke.t), xy, word=stroke.word, nib=stroke.nib or 0.0, **channels)
+        return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **known)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -1,11 +1,14 @@
 """A GRBL controller that is connected: its counts never lie, its place is watched, and it can be taken up again."""
 
+import dataclasses
 import math
 
 import msgspec
 import numpy as np
 import pytest
 from cursive import page
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceError
@@ -51,7 +54,7 @@ def ends(made, port, profile):
 
 
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)
-@pytest.mark.parametrize("options", ["", "$10=1", "$10=0", "latency=8ms", "variant=grblhal&queue=60&buffer=512"])
+@pytest.mark.parametrize("options", ["", "$10=1", "$10=0&$13=1", "latency=8ms", "variant=grblhal&queue=60&buffer=512"])
 def test_what_is_said_to_be_executed_is(profile, options):
     port = open_port(f"sim:?{options}", profile)
     made, told = plan(page(words=2), profile), []
@@ -66,6 +69,7 @@ def test_what_is_said_to_be_executed_is(profile, options):
     for now, blocks in told:
         assert blocks == 0 or end[blocks - 1] <= now + 1e-9
     assert sum(blocks > 0 for _, blocks in told) > len(told) / 2  # it says something
+    assert controller.queued is not None
     lag = [number + 1 - controller_done for number, (_, controller_done) in enumerate(told)]
     assert np.median(lag) < (120 if "grblhal" in options else 60)
 
@@ -115,6 +119,22 @@ class Eavesdropper:
 
     def close(self):
         self.port.close()
+
+
+ONE = page(words=1)
+_PORT = Eavesdropper(open_port("sim:", SERVO))
+run(plan(ONE, SERVO), _PORT, SERVO)
+WIRE = b"".join(_PORT.written)
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.dictionaries(st.text(max_size=20), st.text(max_size=60)), st.text(max_size=20))
+def test_nothing_of_the_users_text_is_ever_on_the_wire(about, name):
+    port = Eavesdropper(open_port("sim:", SERVO))
+    drawing = dataclasses.replace(ONE, about=about, page=dataclasses.replace(ONE.page, name=name))
+    run(plan(drawing, SERVO), port, SERVO)
+    assert b"".join(port.written) == WIRE
+    assert WIRE.isascii() and max(map(len, WIRE.split(b"\n"))) <= 70
 
 
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)
@@ -191,7 +211,7 @@ def test_a_plotter_that_is_still_drawing_is_let_finish():
     assert again.position() == pytest.approx(controller._track.at[:2], abs=0.02)  # all that was sent, and not X1
 
 
-@pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$10=0", "blank=1&$22=1"])
+@pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$13=1", "blank=1&$22=1"])
 def test_relatives_and_odd_memories_are_understood(options):
     said = []
     profile = msgspec.structs.replace(SERVO, homing="$22" in options)

@@ -24,13 +24,15 @@ ASYMMETRY, DURATION = 0.1, 0.3
 LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
 _BOUNDS_DT = (0.1, 1.5)
 _SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
-_COMPARED = 160  # places at which path and trace are compared
-_DENSE = 480  # samples of the path among which they are looked for
+_COMPARED = 120  # places at which path and trace are compared
+_DENSE = 360  # samples of the path among which they are looked for
 _RIDGE = 1e-3
-_ROUNDS = 40
+_ROUNDS = 25
+ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: no stroke is added beyond the first, nothing refined beyond the second
+_MORE, _CLOSEST = 3, 8  # strokes that are added where too little is explained; samples between key points at least
 _HELD = 1e-5  # weight of how far durations and asymmetries are from where they began
 _TINY = 1e-4
-_ENOUGH = 1e-3  # of the extent: an improvement that no longer counts
+_ENOUGH = 4e-3  # of the extent: an improvement that no longer counts
 
 
 def from_shape(xy: Array) -> LognormalPlan:
@@ -53,8 +55,42 @@ def from_shape(xy: Array) -> LognormalPlan:
     if len(xy) < 2 or size <= 0:
         raise ValueError("a trace needs at least two different points")
     even = resampled(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
-    guess = first_guess(even)
-    return _refined(even, _led_through(even, guess))
+    index = key_points.find(even).index
+    best = _refined(even, _led_through(even, first_guess(even, index=index)))
+    off = _off(even, best)
+    for _ in range(_MORE):
+        if snr_of(even, off) >= ENOUGH:
+            break
+        index = _with_worst(even, index, off)
+        tried = _refined(even, _led_through(even, first_guess(even, index=index)))
+        if np.square(then := _off(even, tried)).sum() < np.square(off).sum():
+            best, off = tried, then
+    return best
+
+
+def _off(even: Array, plan: LognormalPlan) -> Array:
+    """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
+    pulses = plan.pulses()
+    t = _grid(pulses)
+    path = resampled(plan.at(t), len(even))
+    return np.asarray(np.hypot(*(path - even).T))
+
+
+def snr_of(even: Array, off: Array) -> float:
+    """dB, of a trace (n, 2) and distances (n,) from it."""
+    signal = float(((even - even.mean(axis=0)) ** 2).sum())
+    return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
+
+
+def _with_worst(even: Array, index: Index, off: Array) -> Index:
+    """The key points and one more, in the segment that is explained worst, where its path is halved."""
+    total = np.concatenate([[0.0], np.cumsum(off**2)])
+    inside = total[index[1:]] - total[index[:-1]]
+    wide = np.diff(index) >= 2 * _CLOSEST
+    if not wide.any():
+        return index
+    worst = int(np.argmax(np.where(wide, inside, -1.0)))
+    return np.insert(index, worst + 1, (index[worst] + index[worst + 1]) // 2)
 
 
 def first_guess(
@@ -104,7 +140,7 @@ def _overlaps(turning: Array, corners: Index) -> Array:
     x, weight = np.arange(len(turning), dtype=np.float64), (turning + 1e-9) / (turning + 1e-9).sum()
     mean, spread = corners.astype(np.float64), np.full(len(corners), 6.0)
     share = np.full(len(corners), 1 / len(corners))
-    for _ in range(50):
+    for _ in range(20):
         near = share[:, None] * np.exp(-((x - mean[:, None]) ** 2) / (2 * spread[:, None] ** 2)) / spread[:, None]
         near *= weight / (near.sum(axis=0) + 1e-300)
         total = near.sum(axis=1) + 1e-12
@@ -161,6 +197,7 @@ def _refined(even: Array, plan: LognormalPlan) -> LognormalPlan:
     held = np.zeros(len(x))
     held[-2 * k :] = _HELD
     damping = 1e-3
+    aim = float(np.var(wanted / size)) * 10 ** (-_BEYOND / 10)
     residual, jacobian, cost = _differences(x, k, wanted / size)
     for _ in range(_ROUNDS):
         drawn = np.concatenate([np.zeros(len(x) - 2 * k), held[-2 * k :] * (x[-2 * k :] - prior)])
@@ -172,7 +209,7 @@ def _refined(even: Array, plan: LognormalPlan) -> LognormalPlan:
             gained = cost - then[2]
             x, (residual, jacobian, cost) = tried, then
             damping = max(damping / 5, 1e-9)
-            if gained < _ENOUGH * cost:
+            if gained < _ENOUGH * cost or cost < aim:
                 break
         else:
             damping *= 6

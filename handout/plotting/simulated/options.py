@@ -23,8 +23,10 @@ FAULTS = {
     "flipped-byte": "the same byte comes with its bit number `bit` turned over",
     "doubled-byte": "the same byte comes twice",
     "lost-ok": "one ok is lost on the way back",
+    "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
+    "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
     "reset": "it starts again, as after a break in its power",
     "unplugged": "the connection is gone; it goes on with what it has received",
     "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
@@ -32,7 +34,7 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
 _NUMBERS = {
     "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
-    "blank": (0, 1),
+    "blank": (0, 1), "motors": (0, 1),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
@@ -49,6 +51,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     variant : a relative of the controller that it is instead: "grblhal" or "fluidnc" (GRBL).
     blank : its memory is blank (GRBL).
     realtime : pass time as a real machine would, instead of as fast as possible.
+    firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
+    motors : whether its motors have power.
     """
 
     fault: str = ""
@@ -65,6 +69,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     settings: tuple[tuple[int, float], ...] = ()
     variant: str = ""
     blank: bool = False
+    firmware: str = ""
+    motors: bool = True
 
 
 def parse(query: str) -> Options:
@@ -87,10 +93,13 @@ def parse(query: str) -> Options:
             given["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
             given[name] = _whole(name, text)
+        elif name == "firmware":
+            given[name] = _version(text)
         else:
-            _one_of(name, ["fault", "variant", *_NUMBERS, *_QUANTITIES, "$20 and so on"], "option")
-    for name in ("realtime", "blank"):
-        given[name] = bool(given.get(name))
+            known = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
+            _one_of(name, known, "option")
+    for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
+        given[name] = bool(given.get(name, usual))
     return msgspec.convert(given, Options)
 
 
@@ -99,6 +108,12 @@ def _whole(name: str, text: str) -> int:
     if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
         raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
     return int(text)
+
+
+def _version(text: str) -> str:
+    if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
+        raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
+    return text
 
 
 def _number(name: str, text: str) -> float:

@@ -50,10 +50,13 @@ class Paper:
         self.trace.append((now, (0, 0, self.at[2])))
 
     def lifted(self, now: float) -> None:
-        """A person lifts the pen."""
+        """A person lifts the pen, at once, whatever it was told a moment before."""
         if self.profile.pen.lift == "z":
             self.trace.append((now, (*self.at[:2], round(self.profile.pen.up * self.steps[2]))))
-        self.pen(now, self.profile.pen.up)
+        told = now - self.profile.pen.up_time
+        while self.power and self.power[-1][0] > told:
+            self.power.pop()
+        self.pen(told, self.profile.pen.up)
 
     def push_to_zero(self, now: float) -> None:
         """A person lifts the pen and pushes the carriage to its true zero, which the controller does not notice."""
@@ -76,7 +79,8 @@ class Paper:
         """Whether the pen is on the paper, or was last told to go there."""
         pen = self.profile.pen
         if pen.lift == "z":
-            return self.at[2] / self.steps[2] < 0.5 * (pen.up + pen.down)
+            height = self.at[2] / self.steps[2]
+            return abs(height - pen.down) < abs(height - pen.up)
         power = self.power[-1][1] if self.power else 0.0
         return power > 0 and abs(power - pen.down) < abs(power - pen.up)
 

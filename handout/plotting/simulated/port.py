@@ -23,6 +23,7 @@ from handout.profiles import Plotter
 from handout.values import Drawing, Page
 
 _Z_STEPS = 250.0
+_HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
 class SimulatedPlotter:
@@ -106,12 +107,16 @@ class SimulatedPlotter:
 
         Paper and carriage are as they were left; what it said meanwhile is lost.
         """
+        self._pass(seconds)
+        self._closed = self._gone = False
+
+    def _pass(self, seconds: float) -> None:
+        """Let time pass with nobody listening."""
         until = self.now + seconds
         while self.now < until:
             self._out.clear()
             self._advance(until)
         self._out.clear()
-        self._closed = self._gone = False
 
     def power_on(self) -> None:
         """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
@@ -123,6 +128,8 @@ class SimulatedPlotter:
 
     def stand_at_zero(self) -> None:
         """A person lifts the pen and pushes the carriage to the machine's zero; the controller does not notice."""
+        self.paper.lifted(self.now)
+        self._pass(_HANDS)
         self.paper.push_to_zero(self.now)
 
     def _check_open(self) -> None:
@@ -178,7 +185,8 @@ class SimulatedPlotter:
         self.now = self.firmware.now = now
 
     def _say(self, data: bytes) -> None:
-        ok = data.strip().lower().startswith(b"ok")
+        # HP-GL has no ok: a plotter says nothing but what it is asked
+        ok = self.profile.dialect == "hpgl" or data.strip().lower().startswith(b"ok")
         if self._silent or (ok and self.faults.strikes("lost-ok")):
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0
@@ -233,7 +241,8 @@ class SimulatedPlotter:
         if self.faults.strikes("jam"):
             self._silent = True
         elif self.faults.strikes("unplugged"):
-            self._gone = True
+            self._gone = True  # what it has, it does
+            return False
         elif self.faults.strikes("power-cut"):
             self._dies = self.now
         elif self.faults.strikes("error"):
@@ -244,6 +253,7 @@ class SimulatedPlotter:
             self.firmware.stop()
             self.firmware.start()
             self._wire.clear()
+            self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
         else:
             return False
         return True

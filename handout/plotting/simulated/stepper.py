@@ -1,4 +1,4 @@
-"""A simulated controller's step generator: moves in slices of ten milliseconds, a few of them prepared ahead."""
+"""A simulated controller's step generator: moves in slices of ten milliseconds, some of them prepared ahead."""
 
 from __future__ import annotations
 
@@ -6,11 +6,24 @@ import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
-from handout.plotting.simulated.queue import Line, Queue, Steps
+from handout.plotting.simulated.queue import Line, Steps
 
 _SLICE = 0.010
 _AHEAD = 6
+
+
+class Planned(Protocol):
+    """Where the stepper takes its lines from; see `queue.Queue`."""
+
+    lines: deque[Line]
+    position: Steps
+
+    @property
+    def leave(self) -> float: ...
+
+    def plan(self) -> None: ...
 
 
 @dataclass(slots=True)
@@ -54,8 +67,8 @@ def _ramp(mm: float, u: float, v: float, nominal: float, a: float) -> _Ramp:
 class Stepper:
     """Takes lines from the queue and turns them into steps; `moved` is told where it is when."""
 
-    def __init__(self, queue: Queue, moved: Callable[[float, Steps], None]) -> None:
-        self.queue, self.moved = queue, moved
+    def __init__(self, queue: Planned, moved: Callable[[float, Steps], None], ahead: int = _AHEAD) -> None:
+        self.queue, self.moved, self.ahead = queue, moved, ahead
         self.position: Steps = queue.position
         self.moving = False
         self.holding = False
@@ -118,7 +131,7 @@ class Stepper:
 
     def prepare(self) -> None:
         """Prepare slices as long as there is room and something to do."""
-        while self.moving and len(self._slices) < _AHEAD:
+        while self.moving and len(self._slices) < self.ahead:
             if self._ramp is None and not self._begin_line():
                 return
             self._slice()

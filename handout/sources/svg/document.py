@@ -15,7 +15,7 @@ from handout.sources.svg import frames
 from handout.sources.svg.styles import Sheet, Style
 from handout.values import Array
 
-_MOST_USED = 100_000  # elements drawn by use
+_MOST_USED = 50_000  # elements drawn by use
 _DEEPEST = 100
 _GROUPS = {"g", "a", "svg", "switch", "symbol"}
 _SHAPES = {"path", "line", "polyline", "polygon", "rect", "circle", "ellipse"}

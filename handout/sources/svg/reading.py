@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -14,7 +15,7 @@ from handout import markup, pathdata
 from handout.errors import InputError
 from handout.sources.svg.document import Line, Walk, size
 from handout.sources.svg.frames import PX
-from handout.values import Array, Drawing, Page, Stroke
+from handout.values import Array, Drawing, Indices, Page, Stroke
 
 _TOLERANCE = 0.02  # mm between a curve and its points
 _MOST_POINTS = 1_000_000
@@ -104,10 +105,7 @@ def _points(path: Array) -> Array:
         far = xy[np.abs(xy).max(axis=1).argmax()]
         raise InputError(f"A line runs to {far[0]:.4g}, {far[1]:.4g} mm; no page is larger than {_LARGEST:g} mm.")
     moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
-    kept = xy[np.concatenate([[True], moved])]
-    if len(kept) > 1 or not moved.any():
-        kept[-1] = xy[-1] if len(kept) > 1 else kept[-1]
-    return kept
+    return pathdata.anchored(xy[np.concatenate([[True], moved])])
 
 
 def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
@@ -131,7 +129,7 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
         strokes = tuple(_timed(line) for line in lines)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
-    if any(b.t[0] <= a.t[-1] for a, b in zip(strokes, strokes[1:], strict=False)):
+    if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):
         return None
     about = known.get("about")
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
@@ -142,11 +140,11 @@ def _timed(line: Line) -> Stroke:
     given = line.attributes
     begin, end = float(given["data-t0"]), float(given["data-t1"])
     word = int(given.get("data-word", -1))
-    notes = {"layer": given.get("data-layer", ""), "colour": given.get("stroke", "")}
+    layer, colour = given.get("data-layer", ""), given.get("stroke", "")
     if "data-k" not in given:
-        return Stroke(
-            [begin, end] if end > begin else [begin], line.path[[0, -1][: 1 + (end > begin)]], word=word, **notes
-        )
+        samples = 2 if end > begin else 1
+        rest = np.array([begin, end][:samples])
+        return Stroke(rest, line.path[[0, -1][:samples]], word=word, layer=layer, colour=colour)
     spans = np.array([float(span) for span in given["data-k"].split()]) / 1000
     if len(spans) != len(line.path) // 3:
         raise ValueError("the path was changed")
@@ -155,7 +153,7 @@ def _timed(line: Line) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(t, _at(line.path, cubic, u), word=word, **notes, **_mark(given, knots, t))
+    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(given, knots, t))
 
 
 def _mark(given: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
@@ -170,7 +168,7 @@ def _mark(given: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
     return found
 
 
-def _at(path: Array, cubic: Array, u: Array) -> Array:
+def _at(path: Array, cubic: Indices, u: Array) -> Array:
     a, b, c, d = (path[3 * cubic + j] for j in range(4))
     u = u[:, None]
     v = 1 - u

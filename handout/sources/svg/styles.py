@@ -54,16 +54,18 @@ class Style:
             value = value.strip()
             if not value or value == "inherit":
                 continue
-            if name in ("stroke", "fill", "color"):
-                style = replace(style, **{name: value})
+            if name == "stroke":
+                style = replace(style, stroke=value)
+            elif name == "fill":
+                style = replace(style, fill=value)
+            elif name == "color":
+                style = replace(style, color=value)
             elif name == "visibility":
                 style = replace(style, visible=value == "visible")
             elif name == "stroke-dasharray":
                 style = replace(style, dashed=any(c in "123456789" for c in value))
-            elif name in ("stroke-width", "stroke-opacity") and _nothing(value):
-                style = replace(style, line=False)
             elif name in ("stroke-width", "stroke-opacity"):
-                style = replace(style, line=True)
+                style = replace(style, line=not _nothing(value))
             elif name == "fill-opacity":
                 style = replace(style, filling=not _nothing(value))
             elif (name == "display" and value == "none") or (name == "opacity" and _nothing(value)):

@@ -41,6 +41,11 @@ class Known:
     sizes: Sizes | None = None
     settings: dict[int, float] = field(default_factory=dict)
 
+    @property
+    def scale(self) -> float:
+        """mm in what it tells places in: inches with ``$13=1``."""
+        return 25.4 if self.settings.get(13) else 1.0
+
     def note(self, heard: list[Reply]) -> None:
         """Take in answers to ``$I``, ``$$``, ``$G``, ``$#``."""
         offsets = {reply.name: reply.place for reply in heard if isinstance(reply, Offset)}
@@ -57,7 +62,7 @@ class Known:
                 systems = [word for word in reply.words if word in words.SYSTEMS] or systems
         if (own := offsets.get(systems[0])) is not None:
             more = offsets.get("G92", (0.0,) * len(own))
-            self.offset = tuple(a + b for a, b in zip(own, more, strict=True))
+            self.offset = tuple((a + b) * self.scale for a, b in zip(own, more, strict=True))
 
 
 def connect(port: Port, profile: Plotter, log: Log) -> tuple[Link, Plotter, Known]:
@@ -86,7 +91,7 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[Link, Plotter, Know
     known = _questions(link)
     known.kept &= not restarted
     stands = status(link)
-    known.locked, known.place = stands.state == "Alarm", stands.field("MPos")
+    known.locked, known.place = stands.state == "Alarm", tuple(at * known.scale for at in stands.field("MPos"))
     if known.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
         known.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
     own = with_settings(profile, known, log)
@@ -264,7 +269,7 @@ def _own_bed(profile: Plotter, known: Known) -> Bed:
         if size < _LEAST or not low <= 0.05 or not high >= -0.05:
             raise DoesNotFit(
                 f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {name} from {low:.4g} to "
-                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner, or switch them off ($20=0)."
+                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner or switch them off ($20=0)."
             )
         sizes.append(Length(size))
     return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])

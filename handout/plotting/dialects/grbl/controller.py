@@ -21,6 +21,7 @@ _AHEAD_OF_KIN = 12  # of its relatives; grblHAL has ten segments
 _OFTEN = 8  # commands between two questions for its state
 _SOON = 0.05  # s without a word after which it is asked, if the plot has to wait for it
 _MOMENT = 0.02  # s between two looks at a machine that brakes
+_FAR = 0.2  # mm from where it should stand at which something is wrong
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
@@ -72,8 +73,9 @@ class Grbl:
 
     def _place(self, said: Status) -> Place | None:
         """Where it says that it stands, mm, in the coordinates of the program."""
-        self._offset = said.field("WCO") or self._offset
-        work, machine = said.field("WPos"), said.field("MPos")
+        scale = self.known.scale
+        work, machine, offset = (tuple(v * scale for v in said.field(name)) for name in ("WPos", "MPos", "WCO"))
+        self._offset = offset or self._offset
         if not work and len(machine) == len(self._offset):
             work = tuple(at - by for at, by in zip(machine, self._offset, strict=True))
         return (work[0], work[1], work[2]) if len(work) >= 3 else None
@@ -88,13 +90,14 @@ class Grbl:
             self._count_blindly(said)
             return
         power = said.field("FS")
-        passed = track.passed(place, power[1] if len(power) == 2 else None)
+        in_hand = (self.queued if self.queued is not None else size) + self._ahead
+        certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
-        if passed is None or (resting and math.dist(place, track.at) > 0.2):
+        if certain is None or (resting and math.dist(place, track.at) > _FAR):
             raise DeviceAlarm(_strayed(place))
-        in_hand = (size if self.queued is None else self.queued) + self._ahead
-        certain = self.taken if resting else max(passed, track.behind(self.taken, in_hand))
-        self.executed = max(self.executed, min(certain, self.taken))
+        if self.queued is None:
+            self.queued = track.moves(certain, self.taken)
+        self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
         track.forget(self.executed)
 
     def _count_blindly(self, said: Status) -> None:
@@ -114,7 +117,12 @@ class Grbl:
         self._relearn()
 
     def home(self) -> None:
-        """``$H``."""
+        """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
+        if self.profile.pen.lift != "z":
+            if connecting.state(self.link) == "Alarm":
+                self.link.ask(b"$X\n")
+            for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
+                self.link.ask(line)
         connecting.home(self.link, self.log)
         self._relearn()
 
@@ -176,9 +184,9 @@ class Grbl:
         self._knows &= said.state in ("Hold", "Idle")
         place = self._place(said) if self._knows else None
         if place is not None and self._track is not None:
-            passed = self._track.passed(place, None)
-            self._knows &= passed is not None
-            self.executed = max(self.executed, min(passed or 0, self.taken))
+            certain = self._track.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
+            self._knows &= certain is not None
+            self.executed = max(self.executed, min(certain or 0, self.taken))
         return place
 
     def _lift(self, place: Place | None) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import unicodedata
-
-from handout import units
 from handout.plotting.dialects.grbl import words
+from handout.plotting.gcode import header
 from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
@@ -23,31 +21,6 @@ def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
     ends there.  It does not end with M2 or M30, which would switch the servo off and drop the pen.
     """
     profile = profile or plan.profile
-    lines = [*_header(plan, profile)]
-    lines += [b"$H\n"] if profile.homing else []
+    lines = [*header(plan, profile)]
+    lines += [b"$H\n"] if profile.homing else [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
     return b"".join([*lines, *(command.data for command in words.program(plan.blocks, profile))])
-
-
-def _header(plan: Plan, profile: Plotter) -> list[bytes]:
-    about, page = plan.drawing.about, plan.drawing.page
-    facts = [("title", about.get("title")), ("hand", about.get("hand")), ("seed", about.get("seed"))]
-    turned = ", turned: its top lies to the left" if plan.placement.turned else ""
-    facts += [
-        ("page", f"{page.name} {page.width:g} x {page.height:g} mm{turned}"),
-        ("machine", profile.name or profile.title),
-        ("zero", f"{profile.bed.origin} of the page, pen lifted"),
-        ("time", units.duration(plan.duration)),
-        ("pen", f"{plan.pen_down / 1000:.2f} m drawn, {plan.pen_up / 1000:.2f} m travelled"),
-    ]
-    written = [f"; {name}: {comment(str(value))}\n" for name, value in facts if value is not None]
-    return [b"; written by handout\n", *(line.encode("ascii") for line in written)]
-
-
-def comment(text: str) -> str:
-    """Text that can stand in a comment: ASCII, one line, and none of the bytes that act wherever they stand.
-
-    ``?``, ``!`` and ``~`` are real-time commands of GRBL even within a comment: "Dear all!" would hold the machine.
-    """
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    kept = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
-    return " ".join("".join(char for char in kept if char not in "?!~").split())[:200]

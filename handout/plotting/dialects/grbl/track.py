@@ -7,6 +7,7 @@ first command whose way leads past it have been executed.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import deque
 from typing import NamedTuple
@@ -45,7 +46,7 @@ class Track:
 
     def __init__(self, at: Place, span: tuple[float, float] = (0.0, 1000.0)) -> None:
         self.at, self._span = at, span
-        self._power, self._on = 0.0, False
+        self._power, self._on, self._relative = 0.0, False, False
         self._ways: deque[Way] = deque()
         self._power_is_told = False
 
@@ -54,8 +55,10 @@ class Track:
         letters = {match.group(1): float(match.group(2)) for match in _WORD.finditer(line)}
         codes = {match.group(0) for match in _WORD.finditer(line) if match.group(1) in b"GM"}
         before, was = self.at, self._shown()
+        self._relative = (self._relative or b"G91" in codes) and b"G90" not in codes
         if b"G4" not in codes:
-            x, y, z = (letters.get(axis, at) for axis, at in zip((b"X", b"Y", b"Z"), before, strict=True))
+            axes = zip((b"X", b"Y", b"Z"), before, strict=True)
+            x, y, z = (letters.get(axis, 0.0 if self._relative else at) + at * self._relative for axis, at in axes)
             self.at = (x, y, z)
         if b"G92" in codes:  # the same place has another name
             before = self.at
@@ -73,7 +76,11 @@ class Track:
         while self._ways and self._ways[0].number < executed:
             self._ways.popleft()
 
-    def behind(self, taken: int, in_hand: int) -> int:
+    def moves(self, first: int, end: int) -> int:
+        """How many of the commands from one number to before another move."""
+        return sum(way.moves for way in self._ways if first <= way.number < end)
+
+    def _behind(self, taken: int, in_hand: int) -> int:
         """How many commands have been executed, if of those taken at most so many moves are still in its hands."""
         moves = 0
         for way in reversed(self._ways):
@@ -83,22 +90,29 @@ class Track:
                     return way.number + 1
         return self._ways[0].number if self._ways else taken
 
-    def passed(self, place: Place, power: float | None) -> int | None:
+    def certain(self, place: Place, power: float | None, taken: int, in_hand: int) -> int | None:
         """How many commands have been executed for certain, if the machine is at a place.
+
+        in_hand : moves of those taken that may not have been executed yet, at most.
 
         None: it has strayed from the way of all commands under way, or its spindle has a value none of them gives it.
         """
         if not self._ways:
-            return None if _distance(np.array([self.at]), np.array([self.at]), place)[0] > _FAR else 0
-        begin = np.array([way.begin for way in self._ways])
-        off = _distance(begin, np.array([way.end for way in self._ways]), place)
-        if off.min() > _FAR or self._wrong_power(off <= max(_NEAR, float(off.min())), power):
+            return None if math.dist(place, self.at) > _FAR else taken
+        begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in self._ways), strict=True))
+        off = _distance(begin, end, place)
+        near = off <= _NEAR
+        if off.min() > _FAR or self._wrong_power(near, power):
             return None
-        return self._ways[int(np.argmax(off <= max(_NEAR, float(off.min()))))].number
+        if not near.any():  # the beginning of a stray way, perhaps
+            return self._ways[0].number
+        return max(self._ways[int(np.argmax(near))].number, self._behind(taken, in_hand))
 
     def _wrong_power(self, near: np.ndarray, power: float | None) -> bool:
         """Whether the spindle differs from what it has on every way nearby; only once it has been seen to be told."""
         if power is None:
+            return False
+        if not near.any():
             return False
         known = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
         if power in known:

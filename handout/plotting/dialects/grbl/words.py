@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from handout.plotting import pens
 from handout.plotting.blocks import Block, Move, Pause, Pen
 from handout.plotting.dialect import Command
 from handout.profiles import Pen as PenProfile
@@ -176,12 +177,6 @@ def writes_memory(line: bytes) -> bool:
     return _WRITERS.match(line.replace(b" ", b"")) is not None
 
 
-def opening(profile: Plotter) -> list[bytes]:
-    """How numbers are meant; and the zero, if it is where the pen stands."""
-    here = [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
-    return [*MODES, *here]
-
-
 def closing() -> list[bytes]:
     """A pause of no length is answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
     return [b"G4P0\n"]
@@ -189,12 +184,19 @@ def closing() -> list[bytes]:
 
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
     """Lower or lift the pen and wait for it."""
-    value, wait = (profile.down, profile.down_time) if down else (profile.up, profile.up_time)
-    if profile.lift == "z":
-        lines = [f"G1Z{_number(value)}F{_number(profile.z_speed * 60, 1)}\n".encode()]
-    else:
-        lines = [f"M3S{_number(value)}\n".encode()]
-    return lines + ([pause(wait)] if wait > 0 else [])
+    if profile.lift == "command":
+        own = profile.down_command if down else profile.up_command
+        rest = float(profile.down_time if down else profile.up_time)
+        return [*closing(), *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
+    lines = []
+    for value, wait in pens.way(profile, down):
+        if profile.lift == "z":
+            speed = pens.lowering_speed(profile) if down else profile.z_speed
+            lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
+        else:
+            lines.append(f"M3S{_number(value)}\n".encode())
+        lines += [pause(wait)] if wait > 0 else []
+    return lines
 
 
 def move(x: float, y: float, speed: float) -> bytes:
@@ -218,25 +220,27 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
 
     What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
     """
-    yield from (Command(line, 0) for line in opening(profile))
+    yield from (Command(line, 0) for line in MODES)
     down: bool | None = None
-    motion = x = y = feed = ""
+    motion = x = y = z = feed = ""
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
                 *first, last = pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
+                feed, z = ("" if profile.pen.lift != "servo" else feed), ""
+                if profile.pen.lift == "command":  # whose lines may change them all
+                    motion = x = y = ""
             down = block.down
-            feed = "" if profile.pen.lift == "z" else feed
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             words = [("G1", motion), (f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y)]
-            words.append((f"F{_number(block.feed, 1)}", feed))
+            words += [(z if block.z is None else f"Z{_number(block.z)}", z), (f"F{_number(block.feed, 1)}", feed)]
             yield Command(("".join(word for word, before in words if word != before) + "\n").encode(), index + 1)
-            (motion, _), (x, _), (y, _), (feed, _) = words
+            (motion, _), (x, _), (y, _), (z, _), (feed, _) = words
     yield from (Command(line, len(blocks)) for line in closing())
 
 

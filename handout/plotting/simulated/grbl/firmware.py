@@ -39,8 +39,10 @@ class Firmware:
         paper.steps[:2] = self.axes.steps[:2]
         self.queue = Queue(self.axes, options.queue or profile.port.queue)
         self.read_time = float(profile.port.line_time)
+        self._own = {parser.strip(line) for line in (*profile.pen.up_command, *profile.pen.down_command)}
         self.variant, self.blank = options.variant, options.blank
         self.modes = Modes()
+        self._output = 0.0  # of the spindle
         self._untold = 0  # answers to ? until one tells the offset
         self.now = 0.0
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
@@ -167,12 +169,12 @@ class Firmware:
         place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
         shift, machine = self.modes.shift, self.settings.report % 2 == 1
         said = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
-        fields = [f"{'M' if machine else 'W'}Pos:" + _three(said)]
+        fields = [f"{'M' if machine else 'W'}Pos:" + self._told(said)]
         if self.settings.report & 2:
             fields.append(f"Bf:{self.queue.size - len(self.queue.lines)},{self.wire.room}")
-        fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self.paper.power[-1][1]:.0f}")
+        fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self._output:.0f}")
         if not self._untold:
-            fields.append("WCO:" + _three(shift))
+            fields.append("WCO:" + self._told(shift))
         self._untold = (self._untold + 1) % _SELDOM
         return f"<{self.state}|{'|'.join(fields)}>"
 
@@ -188,6 +190,8 @@ class Firmware:
                 yield from self._system(line)
             elif line and self.locked:
                 raise Refused(9)
+            elif line in self._own:
+                yield from self._lift(line)
             elif line:
                 yield from self._code(line)
             if not self.dead:
@@ -224,9 +228,20 @@ class Firmware:
             self.stepper.replan()
             self.stepper.prepare()
 
+    def _lift(self, line: str) -> Iterator[Wait]:
+        """A line that means nothing to it but moves the pen."""
+        pen = self.profile.pen
+        yield "rest"
+        for own, value in ((pen.up_command, pen.up), (pen.down_command, pen.down)):
+            if own and line == parser.strip(own[-1]):
+                self.paper.pen(self.now, value)
+
     def _switch(self, power: float) -> None:
+        if self.profile.pen.lift == "command":
+            return
         least, greatest = self.settings.power
-        self.paper.pen(self.now, min(max(power, least), greatest) if power > 0 else 0.0)
+        self._output = min(max(power, least), greatest) if power > 0 else 0.0
+        self.paper.pen(self.now, self._output)
 
     def _write(self) -> Iterator[Wait]:
         """Write into its memory, and lose what comes in meanwhile."""
@@ -274,8 +289,8 @@ class Firmware:
         elif line == "$G":
             self.say(f"[GC:{self.modes.words()}]")
         elif line == "$#":
-            self.say(f"[G54:{_three(self.modes.work)}]")
-            self.say(f"[G92:{_three(self.modes.offset)}]")
+            self.say(f"[G54:{self._told(self.modes.work)}]")
+            self.say(f"[G92:{self._told(self.modes.offset)}]")
         elif line == "$I":
             self._introduce()
         elif match := re.fullmatch(r"\$(\d+)=(-?\d+\.?\d*)", line):
@@ -300,6 +315,8 @@ class Firmware:
         for number, value in sorted(self.settings.table.items()):
             self.say(f"${number}={value}")
 
-
-def _three(values: Sequence[float]) -> str:
-    return ",".join(f"{value:.3f}" for value in values)
+    def _told(self, place: Sequence[float]) -> str:
+        """A place as it is told: in mm with three digits, or in inches with four."""
+        if self.settings.value(13):
+            return ",".join(f"{value / 25.4:.4f}" for value in place)
+        return ",".join(f"{value:.3f}" for value in place)
