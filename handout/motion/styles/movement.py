@@ -53,6 +53,8 @@ def move(
     if len(points) == 1:
         return np.array([0.0, style.movement.interval]), np.repeat(points, 2, axis=0)
     xy = _path(points, covariances(corner, style, rng), style, height, rng, guide, style.movement.end)
+    if style.movement.end == "free":  # the pen touches down and leaves in flight, above the first and the last target
+        xy = xy[STEPS // 2 : len(xy) - STEPS // 2]
     return _clock(len(xy), style), xy
 
 
@@ -94,7 +96,12 @@ def _path(
     movement = style.movement
     precision, usual = relative(spreads)
     solver = tracker(
-        precision, smooth=movement.smooth, order=movement.order, ends=ends, hold=HOLD, guide=guide or _guide(style)
+        precision,
+        smooth=movement.smooth,
+        order=movement.order,
+        ends=ends,
+        hold=HOLD if ends == "rest" else 1.0,
+        guide=guide or _guide(style),
     )
     through = targets_through(points, smooth=movement.drawn_at, order=movement.order)
     xy = solver.path(points + style.form.overshoot * (through - points))
