@@ -1,6 +1,6 @@
 """Six letters in every handstyle that comes with the program, on one sheet: docs/pictures/styles.png.
 
-    python examples/styles.py styles.png
+python examples/styles.py styles.png
 """
 
 import sys

@@ -1,6 +1,6 @@
 """One tag of five letters that mean nothing, in every handstyle: docs/pictures/tags.png.
 
-    python examples/tags.py tags.png
+python examples/tags.py tags.png
 """
 
 import sys

@@ -12,6 +12,7 @@ import numpy as np
 
 from handout.values import Array, Indices
 
+_LONGEST = 2.5  # times its part of the path may a stroke be
 _PARALLEL = 0.2  # sine of the angle below which two directions never cross
 _UPRIGHT = 0.05  # by how much an upright is preferred to other directions
 _PRICE = 0.35  # of a change of direction, in lengths of the shortest stroke
@@ -52,6 +53,9 @@ def _legs(piece: Array, either: Array, least: float) -> Array:
     legs = _crossed(piece, starts, either[run[starts[:-1]]])
     if legs is not None:
         return legs
+    if length > 3 * least and len(starts) > 2:  # too winding to be solved as one
+        half = int(starts[len(starts) // 2])
+        return np.concatenate([_legs(piece[: half + 1], either, least), _legs(piece[half:], either, least)])
     return _two(whole, either) if size > least else np.asarray(whole[None])
 
 
@@ -74,7 +78,8 @@ def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
         corners.append(np.linalg.solve(pair, place[k : k + 2]))
     legs = np.diff([*corners, piece[-1]], axis=0)
     progress = np.einsum("ij,ij->i", along, piece[starts[1:]] - piece[starts[:-1]])
-    return np.asarray(legs) if (np.einsum("ij,ij->i", along, legs) > 0.2 * progress).all() else None
+    made = np.einsum("ij,ij->i", along, legs)
+    return np.asarray(legs) if ((made > 0.2 * progress) & (made < _LONGEST * progress)).all() else None
 
 
 def _two(whole: Array, either: Array) -> Array:

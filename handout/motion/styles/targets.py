@@ -71,11 +71,11 @@ def letter_height(drawing: Drawing) -> float:
 
 
 def _size(xy: Array) -> float:
-    """mm: the larger side of a stroke; of one that runs to and fro along a line, about its height."""
-    sides = np.ptp(xy, axis=0)
-    size = float(sides.max())
+    """mm: the larger side of a stroke; of one that turns to and fro its height, as a word's."""
+    wide, high = np.ptp(xy, axis=0).tolist()
+    size = max(wide, high)
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) > 1.8 * size:
-        return min(size, max(1.6 * float(sides.min()), _FLATTEST * size))
+        return max(min(high, 2 * wide), _FLATTEST * size)
     return size
 
 
