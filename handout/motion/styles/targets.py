@@ -72,7 +72,7 @@ def letter_height(drawing: Drawing) -> float:
 
 def _size(xy: Array) -> float:
     """mm: the larger side of a stroke; of one that turns to and fro its height, as a word's."""
-    wide, high = np.ptp(xy, axis=0).tolist()
+    wide, high = (float(side) for side in np.ptp(xy, axis=0))
     size = max(wide, high)
     if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) > 1.8 * size:
         return max(min(high, 2 * wide), _FLATTEST * size)
