@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
     from handout.values import Drawing, Manuscript
 
-_SIMULATED = "sim:"
 _LATEST = "the latest"
 _RESUMING = {"resume", "port", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
 
@@ -105,7 +104,7 @@ def command(
 
     check_outputs(dry_run)
     look = options.look(given)
-    profile = _profile(device, port)
+    profile = plotting_.profile(device, port)
     words = options.text_of(*_named_file(text, file, given["quiet"]))
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     jobs.drawn_hand(job)
@@ -228,15 +227,6 @@ def _preview(
     result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _profile(device: str | None, port: str | None) -> Plotter:
-    from handout import profiles
-
-    name = device or ("simulated" if port is not None and port.startswith(_SIMULATED) else "grbl-servo")
-    profile = profiles.find(name, "plotter")
-    assert isinstance(profile, profiles.Plotter)
-    return profile
 
 
 def _sheets(number: int) -> str:

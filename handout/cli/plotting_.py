@@ -18,9 +18,24 @@ if TYPE_CHECKING:
     from handout.plotting import Port, Report
     from handout.plotting.jobs.journal import Standing
     from handout.plotting.jobs.store import Job
+    from handout.profiles import Plotter
 
 _SIMULATED = "sim"
 WORDS = ("jobs", "show", "forget")
+
+
+def usual_device(port: str | None) -> str:
+    """The name of the plotter that is meant where none is named."""
+    return "simulated" if port is not None and port.partition(":")[0] == _SIMULATED else "grbl-servo"
+
+
+def profile(device: str | None, port: str | None) -> Plotter:
+    """The plotter that is named, or the usual one."""
+    from handout import profiles
+
+    found = profiles.find(device or usual_device(port), "plotter")
+    assert isinstance(found, profiles.Plotter)
+    return found
 
 
 class _AtTheTerminal:

@@ -131,7 +131,9 @@ def loops(profile: Plotter, scale: float) -> Panel:
     phi = np.linspace(0.0, 2 * math.pi * turns, 48 * turns)
     for number, speed in enumerate(speeds):
         y = top + number * row + 1.1 * radius
-        xy = np.column_stack([x + radius + advance * phi / (2 * math.pi) - radius * np.cos(phi), y + radius * np.sin(phi)])
+        xy = np.column_stack(
+            [x + radius + advance * phi / (2 * math.pi) - radius * np.cos(phi), y + radius * np.sin(phi)]
+        )
         lines.append(line(xy, speed))
         captions.append(Caption(f"{speed:g}", 0.0, y + size / 2, size))
     width = x + turns * advance + 2 * radius
@@ -161,7 +163,7 @@ def left_behind(seconds: float, profile: Plotter) -> float:
 
 
 def ends(profile: Plotter, scale: float) -> Panel:
-    """Lines that end at a rule, the next going on beyond a gap: how far a tail reaches is what `pen.up_time` lacks, ms."""
+    """Lines that end at a rule, others beyond a gap: how far a tail reaches says what `pen.up_time` lacks, ms."""
     size, speed = letters(scale), pace(profile)
     shown = _shown_tails(profile, 8.0 * scale, 4.5 * size)
     first, top, row, count = 8.0 * scale, 7.6 * size, 3.0 * size, 4

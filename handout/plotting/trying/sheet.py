@@ -59,8 +59,9 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
                 title = Panel("title", 0.0, 0.0, (), (head,))
                 return _drawn([(left, top, title), *placed], profile, page, rng)
     raise DoesNotFit(
-        f"The test sheet does not fit into the {right - left:.3g} x {bottom - top:.3g} mm that "
-        f"{profile.name or profile.title} reaches of a page of {page.width:g} x {page.height:g} mm: use a larger --page."
+        f"The test sheet does not fit into the {right - left:.4g} x {bottom - top:.4g} mm "
+        f"that {profile.name or profile.title} reaches of a page of {page.width:g} x {page.height:g} mm: use a larger "
+        "--page."
     )
 
 
@@ -138,7 +139,7 @@ def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.G
 
 
 def _shifted(stroke: Stroke, x: float, y: float) -> Stroke:
-    return dataclasses.replace(stroke, xy=stroke.xy + [x, y])
+    return dataclasses.replace(stroke, xy=stroke.xy + np.array([x, y]))
 
 
 def _in_turn(strokes: Sequence[Stroke]) -> Iterator[Stroke]:

@@ -230,6 +230,11 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
     return lines
 
 
+def set_pen(profile: PenProfile, value: float) -> list[bytes]:
+    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    return [*MODES[:2], *pen(True, pens.at(profile, value)), *closing()]
+
+
 def pause(seconds: float) -> bytes:
     """Stand still when all motion is done."""
     return f"G4P{round(seconds * 1000)}\n".encode()
