@@ -22,7 +22,7 @@ MAY = {
     "sinks": {"motion", "inking"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
-    "plotting": {"motion", "sinks"},
+    "plotting": {"hand", "writing", "motion", "sinks"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},

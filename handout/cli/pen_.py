@@ -31,7 +31,7 @@ def command() -> None:
 @command.command("test")
 @_port
 @_device
-@click.option("--page", "page_name", help="A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
+@click.option("--page", "page_name", help="A3 A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
 @_yes
@@ -90,11 +90,12 @@ def _written(drawing: Drawing, profile: Plotter, files: tuple[Path, ...]) -> tup
 def _plotted(drawing: Drawing, profile: Plotter, port: str, *, yes: bool, quiet: bool) -> tuple[dict[str, Any], str]:
     """The sheet on paper, as a job like any other."""
     from handout.plotting import open_port
+    from handout.plotting.driver import OVERLAP
     from handout.plotting.jobs import store
 
     connected = open_port(port, profile)
     try:
-        kept = store.create([drawing], profile, store.Options(), title="test sheet", port=port)
+        kept = store.create([drawing], profile, store.Options(overlap=OVERLAP), title="test sheet", port=port)
     except BaseException:
         connected.close()
         raise
@@ -138,7 +139,7 @@ class _AtTheTerminal:
 
 
 @command.command("heights")
-@click.option("--port", required=True, help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
+@_port
 @_device
 @click.option("--up", type=float, help="Try this upper height at once, without questions; with --down.")
 @click.option("--down", type=float, help="Try this lower height: a row is drawn with both.")
@@ -147,7 +148,7 @@ class _AtTheTerminal:
 @_yes
 @results.output_options
 def heights(
-    port: str,
+    port: str | None,
     device: str | None,
     up: float | None,
     down: float | None,
@@ -166,6 +167,8 @@ def heights(
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --save my-eleksdraw
     handout pen heights --device eleksdraw --port /dev/ttyUSB0 --up 12 --down 36
     """
+    if port is None:
+        raise InputError("Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:).")
     from handout import profiles
     from handout.plotting.trying import heights as finding
     from handout.plotting.trying import saving

@@ -196,6 +196,8 @@ def manage(word: str, names: tuple[str, ...], as_json: bool) -> None:
             raise InputError(f"plot jobs takes no names; for one job use: handout plot show {names[0]}")
         jobs = [facts(job) for job in _readable(store.every())]
         click.echo(json.dumps(jobs, ensure_ascii=False) if as_json else _table(jobs), nl=bool(as_json or jobs))
+        if not jobs and not as_json:
+            click.echo("No plot is kept.", err=True)
         return
     if len(names) != 1:
         raise InputError(f"plot {word} needs the name of one job, such as handout plot {word} mar01-1; see: plot jobs.")

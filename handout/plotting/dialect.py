@@ -67,6 +67,9 @@ class Controller(Protocol):
     def zero(self) -> None:
         """Take the place where the pen stands for its zero: a person has put it there."""
 
+    def level(self) -> None:
+        """Take the height where the pen stands for the zero of its Z axis, until it is switched off."""
+
     def go(self, x: float, y: float) -> None:
         """Lift the pen, travel there (machine coordinates, mm) and wait until it stands there."""
 

@@ -94,8 +94,8 @@ def test_of_several_ports_the_one_that_answers_is_taken():
 @pytest.mark.parametrize(
     ("rows", "who", "said"),
     [
-        ([], {}, "No serial port of this computer can be Simulated A4 plotter"),
-        ([Found("/dev/ttyS0", "", None)], {}, "No serial port"),
+        ([], {}, "None of this computer's serial ports can be that of the plotter .Simulated A4 plotter"),
+        ([Found("/dev/ttyS0", "", None)], {}, "None of this"),
         ([Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)], {}, "none answers as .* /dev/ttyUSB0, /dev/ttyUSB1"),
         (
             [Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)],
@@ -113,7 +113,7 @@ def test_auto_is_an_address(monkeypatch):
     from serial.tools import list_ports
 
     monkeypatch.setattr(list_ports, "comports", lambda: [])
-    with pytest.raises(PortError, match="No serial port of this computer"):
+    with pytest.raises(PortError, match="None of this computer"):
         open_port("auto", SERVO)
 
 

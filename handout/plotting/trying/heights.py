@@ -27,7 +27,6 @@ ROWS = 5
 _PAGE = Page(70.0, 50.0)  # mm that the rows need
 _SPEED = 30.0  # mm/s
 _GO = 0.15  # s between two strokes
-_LEVEL = b"G92Z0\n"  # of all that speak G-code
 _CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 _STEPS_Z = (1.0, 0.25, 0.05)  # mm
 _SHARES = (1 / 8, 1 / 25, 1 / 100)  # of the way between up and down: the steps of a servo
@@ -181,8 +180,7 @@ def find(bench: Bench) -> Heights:
     with bench.working():
         touching = _asked(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
         if steps.lift_z and _is_to_be_zero(bench, touching):
-            bench.controller.send(_LEVEL)
-            bench.controller.finish()
+            bench.controller.level()
             touching = bench.at = 0.0
         above = steps.from_(touching, -way)
         up = (steps.least if steps.sign > 0 else steps.greatest) if above is None else above
