@@ -66,6 +66,8 @@ def printed_and_scanned(paper):
 for paper in ("cream", "white"):
     printed_and_scanned(paper)
 sheet([work / f"calibrated-{name}-{paper}.png" for paper in ("white", "cream") for name in "012"], 3, here / "calibrated.png", 256)
+tried = Image.open(work / "test-sheet.png").convert("L")
+tried.resize((620, round(620 * tried.height / tried.width)), Image.LANCZOS).quantize(16).save(here / "test-sheet.png", optimize=True)
 sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 PY

@@ -126,3 +126,23 @@ def test_ports_are_told_with_their_usb_ids(monkeypatch):
     monkeypatch.setattr(list_ports, "comports", lambda: rows)
     assert ports.found_ports() == [Found("/dev/ttyS0", "", None), Found(NAMES[1], "USB Serial", CH340)]
     assert [port.usb_text for port in ports.found_ports()] == ["", "1a86:7523"]
+
+
+@pytest.mark.parametrize(
+    ("name", "spoken"),
+    [("simulated", "grbl"), ("axidraw-v3", "ebb"), ("marlin-servo", "marlin"), ("hp-7475a", "hpgl")],
+)
+def test_every_dialect_is_told_from_the_others(name, spoken):
+    port = SimulatedPlotter(profiles.find(name, "plotter"))
+    answer = probing.ask(port, ["grbl", "ebb", "marlin", "hpgl"])
+    assert answer is not None and answer.dialect == spoken
+    assert len(port.paper.trace) == 1  # nothing has moved
+
+
+def test_the_only_port_is_asked_whoever_is_there():
+    rows = [Found("/dev/ttyS0", "", None), Found(NAMES[0], "", CH340)]
+    assert probing.only_port(rows) == NAMES[0]
+    with pytest.raises(PortError, match="Nothing with a serial port is plugged in"):
+        probing.only_port(rows[:1])
+    with pytest.raises(PortError, match="choose one of .* with --port"):
+        probing.only_port([*rows, Found(NAMES[1], "", FTDI)])

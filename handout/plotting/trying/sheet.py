@@ -17,7 +17,7 @@ from handout.profiles import Plotter
 from handout.values import Drawing, Page, Stroke
 from handout.writing.layout import PAGES
 
-_SCALES = (1.3, 1.15, 1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
+_SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
 _LEAST_SIDE = 40.0  # mm of the square at scale 1
 _EDGE = 0.035  # of the shorter side that stays empty
