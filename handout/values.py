@@ -130,6 +130,7 @@ class Drawing:
     The time between one stroke's last sample and the next stroke's first is spent with the pen up.
     Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch, and `inked`, where
     it lies: (x least, y least, x greatest, y greatest), mm; such a page need not have strokes.
+    `timed` says whether the times of the strokes mean anything; they do not in drawings that are only lines.
     `about` holds what is stored with every output: seed, hand, text, the program's version …
     """
 
@@ -138,6 +139,7 @@ class Drawing:
     about: Mapping[str, Any] = field(default_factory=dict)
     ink: Callable[[float], Raster] | None = field(default=None, repr=False)
     inked: tuple[float, float, float, float] | None = None
+    timed: bool = True
 
     @property
     def duration(self) -> float:

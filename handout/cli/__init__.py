@@ -21,6 +21,7 @@ _VERBS = {
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
+    "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",
 }

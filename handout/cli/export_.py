@@ -8,6 +8,7 @@ from typing import Any, Literal
 import click
 
 from handout import units
+from handout.cli import drawings as drawn_
 from handout.cli import jobs, options, programs, results
 from handout.errors import InputError
 
@@ -33,11 +34,12 @@ def command(
     order: Literal["writing", "travel"],
     **given: Any,
 ) -> None:
-    """Write TEXT (or a file, or - for standard input) as the program of a plotter, to be sent by something else.
+    """Write TEXT (a file, a drawing, or - for standard input) as the program of a plotter, for something else to send.
 
     \b
     handout export letter.txt -o job.gcode
     handout export letter.txt -o job.hpgl --device hp-7475a
+    handout export drawing.svg -o job.gcode --order travel
     """
     from handout.sinks import check_outputs, write_drawings
 
@@ -46,12 +48,16 @@ def command(
             raise InputError(
                 f"{path}: programs of plotters end in {', '.join(programs.USUAL)}; handout write does the rest."
             )
-    words = options.text_of(text, file)
+    drawing = drawn_.given(text, file, quiet=given["quiet"])
+    words = "" if drawing else options.text_of(*drawn_.named_file(text, file, given["quiet"]))
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
-    jobs.drawn_hand(job)
     made = programs.Programs(device, output, fast=job.fast, fit=given["fit"], order=order)
     check_outputs(output, made.sinks)
-    pages, drawings = jobs.compose_and_trace(words, job)
+    if drawing is None:
+        jobs.drawn_hand(job)
+        pages, drawings = jobs.compose_and_trace(words, job)
+    else:
+        pages, drawings = [drawn_.unwritten(drawing)], [drawing]
     files = write_drawings(drawings, output, extra=made.sinks)
     result = results.summary(pages, drawings, job, files)
     result["devices"] = {name: round(seconds, 2) for name, seconds in made.seconds.items()}

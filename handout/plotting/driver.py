@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from handout.errors import DeviceError
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
 from handout.plotting.dialect import Command, Controller, dialect
@@ -38,7 +40,8 @@ class Report:
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
-    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits.
+    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
+        reports are kept for long.
     """
 
     executed_s: float
@@ -47,7 +50,7 @@ class Report:
     lines: int
     segments: int
     min_queue: int | None
-    plan: Plan
+    plan: Plan | None
 
 
 def run(
@@ -65,13 +68,31 @@ def run(
     log = log or (lambda _: None)
     controller = meet(port, profile, log)
     bed.check(plan.course.points[:, :2], controller.profile)
-    if profile.homing:
-        controller.home()
-    elif profile.bed.zero == "here":
-        controller.zero()
-    return draw(
-        plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
-    )
+    try:
+        if profile.homing:
+            controller.home()
+        elif profile.bed.zero == "here":
+            controller.zero()
+    except BaseException:
+        controller.halt()
+        raise
+    try:
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
+    except KeyboardInterrupt:
+        park(controller)
+        raise
+
+
+def park(controller: Controller) -> None:
+    """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
+    with contextlib.suppress(DeviceError, KeyboardInterrupt):
+        if controller.position() is not None:
+            try:
+                controller.go(0.0, 0.0)
+            except KeyboardInterrupt:
+                controller.halt()
 
 
 def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
@@ -112,7 +133,7 @@ def draw(
     DeviceSilent, DeviceAlarm, PortError
         The pen has been lifted then if the machine still answered.
     KeyboardInterrupt
-        As it came; the machine has been stopped and its pen lifted.
+        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
     bed.check(plan.course.points[:, :2], controller.profile)
@@ -122,6 +143,8 @@ def draw(
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
     if plan.placement.turned and fresh:
         log("The page is turned to fit the bed: its top edge lies to the left.")
+    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
+        log(said)
     if isinstance(port, SimulatedPlotter) and fresh:
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
@@ -129,6 +152,9 @@ def draw(
     stream = _Stream(plan, commands, controller, progress, watch, secure)
     try:
         stream.run(overlap)
+    except DeviceError as error:
+        controller.halt()
+        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
         controller.halt()
         raise
@@ -156,6 +182,7 @@ class _Stream:
         self.min_queue: int | None = None
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
+        self._queued: int | None = None  # as last heard; it says nothing about any later moment
         self._secured = 0
         self._told = 0.0
         done = np.array([command.done for command in commands])
@@ -178,6 +205,13 @@ class _Stream:
         self._secure()
         if self.progress is not None:
             self.progress(1.0, 0.0)
+
+    def under_way(self) -> str:
+        """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
+        executed = max(self.controller.executed - self._before, 0)
+        begun = self._strokes[: executed + 2]
+        strokes = len(self.plan.drawing.strokes)
+        return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
 
     def _under_way(self, number: int) -> float:
         """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
@@ -215,8 +249,8 @@ class _Stream:
     def _watch_queue(self) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
         queued, taken = self.controller.queued, self._counts[1]
-        first = taken - self.plan.profile.port.queue
-        if queued is None or first < 1 or taken >= len(self.commands):
+        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
+        if queued is None or not heard or first < 1 or taken >= len(self.commands):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -240,8 +274,7 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     if isinstance(port, SimulatedPlotter):
         executed_s = port.executed_s - (0.0 if fresh else before)
         if fresh:
-            factor = 1.0 if plan.speed == "fast" else float(plan.speed)
-            stretched = fidelity.stretched(plan.drawing, port.executed()) * factor
+            stretched = fidelity.stretched(plan.intended(), port.executed())
     else:
         executed_s = time.monotonic() - before
     segments = int(np.count_nonzero(plan.course.kind == DRAW))

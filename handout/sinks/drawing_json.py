@@ -11,7 +11,8 @@
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
                   "word": 3,                                       index of the word, absent if unknown
-                  "layer": "flourishes", "colour": "#c01020"}, …]} absent if none
+                  "layer": "flourishes", "colour": "#c01020"}, …],  absent if none
+     "timed": false}                                               absent if the times mean something
 
 Numbers are written with as many digits as it takes to read back the same double.
 """
@@ -50,19 +51,23 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     colour: str = ""
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _File(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     format: Literal["handout-drawing"]
     version: Literal[1]
     page: _Page
     about: dict[str, Any]
     strokes: list[_Stroke]
+    timed: bool = True
 
 
 def to_json(drawing: Drawing) -> bytes:
     """A page as JSON, in the form described at the top of this file."""
     page = _Page(float(drawing.page.width), float(drawing.page.height), about.plain(drawing.page.name))
     strokes = [_written(stroke) for stroke in drawing.strokes]
-    return msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes)) + b"\n"
+    return (
+        msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes, drawing.timed))
+        + b"\n"
+    )
 
 
 def from_json(data: bytes) -> Drawing:
@@ -80,7 +85,7 @@ def from_json(data: bytes) -> Drawing:
     if not (file.page.width > 0 and file.page.height > 0):
         raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
     strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
-    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about)
+    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about, timed=file.timed)
 
 
 def _written(stroke: Stroke) -> _Stroke:

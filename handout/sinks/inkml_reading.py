@@ -16,8 +16,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from handout import markup
 from handout.errors import InputError
-from handout.sinks import markup
 from handout.values import Array, Drawing, Page, Stroke
 
 _LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "himetric": 0.01}
@@ -69,7 +69,7 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     Drawing
         Of a file of this program: the drawing it was made of, to 1e-6 of each unit.  Of another: a page as large
         as the writing reaches; times that start at 0, and where there are none 100 samples a second
-        (`about["timing"]` says so); samples at which the clock stands still are left out.
+        (`about["timing"]` says so, and it is not `timed`); samples at which the clock stands still are left out.
 
     Raises
     ------
@@ -269,7 +269,7 @@ def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
         moved = {name: values[going] for name, values in trace.channels.items()}
         moved["X"], moved["Y"] = moved["X"] + shift[0], moved["Y"] + shift[1]
         strokes.append(_stroke(_Trace(moved, None, trace.notes), number, t[going]))
-    return Drawing(tuple(strokes), page, about)
+    return Drawing(tuple(strokes), page, about, timed=clocked or traces[0].start is not None)
 
 
 def _clocked(traces: list[_Trace]) -> bool:

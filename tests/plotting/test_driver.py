@@ -1,5 +1,8 @@
 """Plotting from end to end: faults, interrupts, the machine's own limits, how much is on its way, progress."""
 
+import dataclasses
+import re
+
 import msgspec
 import numpy as np
 import pytest
@@ -36,12 +39,42 @@ def changed(profile, table, **values):
 def test_every_fault_is_named_and_the_pen_is_lifted_if_the_machine_answers(profile, fault, error, said, lifted, after):
     port = open_port(f"sim:?fault={fault}&after={after}", profile)
     words = []
-    with pytest.raises(error, match=said):
+    with pytest.raises(error, match=said) as caught:
         run(plan(DRAWING, profile), port, profile, log=words.append)
+    assert after < 100 or re.search(rf"It happened at stroke \d+ of {len(DRAWING.strokes)}\.$", str(caught.value))
     assert any("could not be lifted" in word for word in words) == (not lifted)
     if lifted:
         assert not port.pen_is_down
         assert port.at_rest
+
+
+def test_an_interrupt_while_it_looks_for_its_zero_stops_it():
+    class Impatient:
+        def __init__(self, port):
+            self.port, self.homing, self.written = port, False, []
+
+        def write(self, data):
+            self.written.append(data)
+            self.homing |= data == b"$H\n"
+            self.port.write(data)
+
+        def read(self, timeout):
+            if self.homing:
+                self.homing = False
+                raise KeyboardInterrupt
+            return self.port.read(timeout)
+
+    profile = msgspec.structs.replace(PROFILE, homing=True)
+    port = Impatient(open_port("sim:", profile))
+    with pytest.raises(KeyboardInterrupt):
+        run(plan(page(words=1), profile), port, profile)
+    assert port.written[port.written.index(b"$H\n") + 1] == b"!" and b"\x18" in port.written
+
+
+def test_what_hangs_off_the_paper_is_said_before_it_is_drawn():
+    words, small = [], dataclasses.replace(DRAWING, page=dataclasses.replace(DRAWING.page, width=60))
+    run(plan(small, PROFILE), open_port("sim:", PROFILE), PROFILE, log=words.append)
+    assert len(words) == 1 and "beyond the right edge of the paper (60 x" in words[0]
 
 
 def test_late_answers_are_no_fault():
@@ -62,6 +95,7 @@ def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
     with pytest.raises(KeyboardInterrupt):
         run(plan(DRAWING, profile), port, profile, progress=stop)
     assert not port.pen_is_down and port.firmware.state == "Idle" and not port.firmware.locked
+    assert port.paper.at[:2] == (0, 0)
     drawn = sum(stroke.length for stroke in port.executed().strokes)
     assert drawn < (share + 0.25) * DRAWING.pen_down
     again = run(plan(DRAWING, profile), port, profile)  # it knows where it is: the next sheet is in its place

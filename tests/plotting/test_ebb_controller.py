@@ -9,6 +9,7 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialects import ebb
+from handout.plotting.driver import draw, meet
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 VERSIONS = ["2.2.7", "2.4.5", "2.6.5", "2.8.1", "3.0.0"]
@@ -70,8 +71,8 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
             raise KeyboardInterrupt
 
     port, said = opened(f"firmware={version}"), []
-    with pytest.raises(KeyboardInterrupt):
-        run(plan(DRAWING, PROFILE), port, PROFILE, progress=stop, log=said.append)
+    with pytest.raises(KeyboardInterrupt):  # `run` would go back to zero
+        draw(plan(DRAWING, PROFILE), meet(port, PROFILE, said.append), port, PROFILE, progress=stop, log=said.append)
     assert not port.pen_is_down and port.at_rest and said == []
     stands = np.array(port.paper.at[:2]) / 160
     controller = ebb.connect(port, PROFILE, said.append)

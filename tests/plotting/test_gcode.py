@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import msgspec
 from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -48,6 +49,13 @@ def test_a_file_sent_line_by_line_draws_the_drawing():
         answers.append(port.read(10.0).strip())
     assert set(answers) == {b"ok"}
     assert len(port.executed().strokes) == len(drawing.strokes)
+
+
+def test_zero_here_is_said_once_at_the_beginning():
+    here = msgspec.structs.replace(PROFILE, bed=msgspec.structs.replace(PROFILE.bed, zero="here"))
+    lines = to_gcode(MADE, here).split(b"\n")
+    assert lines.count(b"G92X0Y0") == 1 and b"G92X0Y0" not in BODY
+    assert next(line for line in lines if not line.startswith(b";")) == b"G92X0Y0"
 
 
 @given(st.text())

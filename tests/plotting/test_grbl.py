@@ -19,7 +19,7 @@ BLOCKS = [
 def commands(blocks, profile):
     """Without what comes before the first block and after the last."""
     program = list(words.program(blocks, profile))
-    before, after = len(words.opening(profile)), len(words.closing())
+    before, after = len(words.MODES), len(words.closing())
     assert [command.done for command in program[:before]] == [0] * before
     assert [command.done for command in program[-after:]] == [len(blocks)] * after
     return program[before:-after]
@@ -95,10 +95,3 @@ def test_errors_and_alarms_have_plain_words():
     assert "travel" in words.Alarm(2).words
     assert "unknown" in words.Error(99).words
     assert set(words.ERRORS) == {*range(1, 18), *range(20, 39)} and set(words.ALARMS) >= set(range(1, 11))
-
-
-def test_zero_here_is_said_once_at_the_beginning():
-    import msgspec
-
-    here = msgspec.structs.replace(SERVO, bed=msgspec.structs.replace(SERVO.bed, zero="here"))
-    assert words.opening(here)[-1] == b"G92X0Y0\n" and b"G92X0Y0\n" not in words.opening(SERVO)

@@ -144,5 +144,5 @@ def test_the_only_port_is_asked_whoever_is_there():
     assert probing.only_port(rows) == NAMES[0]
     with pytest.raises(PortError, match="Nothing with a serial port is plugged in"):
         probing.only_port(rows[:1])
-    with pytest.raises(PortError, match="choose one of .* with --port"):
+    with pytest.raises(PortError, match=r"choose one of .* with --port"):
         probing.only_port([*rows, Found(NAMES[1], "", FTDI)])

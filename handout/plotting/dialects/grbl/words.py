@@ -177,12 +177,6 @@ def writes_memory(line: bytes) -> bool:
     return _WRITERS.match(line.replace(b" ", b"")) is not None
 
 
-def opening(profile: Plotter) -> list[bytes]:
-    """How numbers are meant; and the zero, if it is where the pen stands."""
-    here = [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
-    return [*MODES, *here]
-
-
 def closing() -> list[bytes]:
     """A pause of no length is answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
     return [b"G4P0\n"]
@@ -231,7 +225,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
 
     What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
     """
-    yield from (Command(line, 0) for line in opening(profile))
+    yield from (Command(line, 0) for line in MODES)
     down: bool | None = None
     motion = x = y = z = feed = ""
     for index, block in enumerate(blocks):

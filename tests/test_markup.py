@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from handout import markup
 from handout.errors import InputError
-from handout.sinks import markup
 
 BOMB = """<?xml version="1.0"{coding}?><!DOCTYPE ink [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;">]>
 <ink>&b;</ink>"""
