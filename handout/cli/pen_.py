@@ -34,7 +34,6 @@ def command() -> None:
 @click.option("--page", "page_name", help="A3 A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
-@_yes
 @results.output_options
 def test(
     port: str | None,
@@ -42,7 +41,6 @@ def test(
     page_name: str | None,
     dry_run: tuple[Path, ...],
     seed: int,
-    yes: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -67,7 +65,7 @@ def test(
         result, said = _written(drawing, profile, dry_run)
     else:
         assert port is not None
-        result, said = _plotted(drawing, profile, port, yes=yes, quiet=quiet)
+        result, said = _plotted(drawing, profile, port, quiet=quiet)
     results.report(result, said, as_json=as_json, quiet=quiet)
     for line in [] if quiet else reading.how_to_read(profile):
         click.echo(f"  {line}", err=True)
@@ -87,7 +85,7 @@ def _written(drawing: Drawing, profile: Plotter, files: tuple[Path, ...]) -> tup
     return result, f"Wrote {', '.join(map(str, done))}; plotting would take {units.duration(planned.duration)}."
 
 
-def _plotted(drawing: Drawing, profile: Plotter, port: str, *, yes: bool, quiet: bool) -> tuple[dict[str, Any], str]:
+def _plotted(drawing: Drawing, profile: Plotter, port: str, *, quiet: bool) -> tuple[dict[str, Any], str]:
     """The sheet on paper, as a job like any other."""
     from handout.plotting import open_port
     from handout.plotting.driver import OVERLAP
@@ -100,7 +98,7 @@ def _plotted(drawing: Drawing, profile: Plotter, port: str, *, yes: bool, quiet:
         connected.close()
         raise
     results.talk(quiet)(f"{profile.title}: test sheet, {kept.ink / 1000:.2f} m of ink, job {kept.name}.")
-    (report,) = plotting_.run(kept, port, connected, yes=yes, at_zero=False, quiet=quiet)
+    (report,) = plotting_.run(kept, port, plotting_.Account(None), connected, yes=True, at_zero=False, quiet=quiet)
     result = {
         "device": profile.name,
         "planned_s": round(report.announced_s, 2),

@@ -97,6 +97,26 @@ def test_an_interrupt_lifts_the_pen(name):
     assert not port.pen_is_down
 
 
+@pytest.mark.parametrize("name", ["simulated", "grbl-z", "marlin-servo", "axidraw-v3"])
+def test_an_interrupt_while_a_row_is_drawn_lifts_the_pen(name):
+    _, port, controller = met(name)
+    bench = heights.begin(controller, port, Looking(port), lambda _: None)
+    send, drawing = controller.send, []
+
+    def interrupted(data):
+        send(data)
+        drawing.append(port.pen_is_down)
+        if len(drawing) > 60 and drawing[-1]:
+            controller.send = send
+            raise KeyboardInterrupt
+
+    controller.send = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        heights.tried(bench, heights.Heights(bench.pen.up, bench.pen.down))
+    port.read(2.0)
+    assert drawing[-1] and not port.pen_is_down
+
+
 def test_the_paper_can_be_called_zero():
     profile, port, controller = met("grbl-z")
     found = heights.find(heights.begin(controller, port, Looking(port, n="y"), lambda _: None))

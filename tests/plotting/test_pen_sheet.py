@@ -62,7 +62,7 @@ def test_a_ladder_is_drawn_at_the_speeds_it_says(profile, ladder):
     assert len(said) == len(panel.lines) >= 5 and said == sorted(set(said))
     assert max(said) <= profile.limits.draw_speed
     kept = [speeds(made, number) for number in range(len(said))]
-    assert kept == pytest.approx(said, rel=0.04)
+    assert kept == pytest.approx(said, rel=0.06)
 
 
 def speeds(made, number):

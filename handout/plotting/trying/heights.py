@@ -222,7 +222,7 @@ def _is_to_be_zero(bench: Bench, touching: float) -> bool:
 
 def _chosen(bench: Bench, steps: Steps, first: float, up: float) -> float:
     """Let the person choose from rows, each lower than the one before."""
-    answers = {str(number): f"row {number}" for number in range(1, ROWS + 1)}
+    answers = {str(n): f"the row with {n} mark{'s'[: n > 1]}" for n in range(1, ROWS + 1)}
     answers |= {"0": "none: press harder", "a": "draw them again"}
     while True:
         values = steps.rows(first)
