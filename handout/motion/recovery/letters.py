@@ -1,0 +1,186 @@
+"""One letter's line as the strokes that it was written with."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.motion.recovery.likeness import fitting, unlikeness
+from handout.motion.recovery.models import HANDS, Models, along, frame, models
+from handout.motion.recovery.network import Network, network
+from handout.motion.recovery.walks import USUAL, Costs, walks
+from handout.values import Array, Indices
+
+_LIKENESS = 8.0  # costs of a walk for one of unlikeness
+_WAYS = 24  # walks that are compared
+_FORMS = 8  # forms that they are compared with
+_LOOKED = 3  # forms that say where strokes may begin and turn
+_CLEAR = 7.0  # half widths from a knot to another that is put on a branch
+_CUTS = 2
+_DOT = 0.35  # of a small letter: a piece no longer is a dot
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The line of one letter: its body, and where it is joined the way to its neighbours.
+
+    xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
+    small : height of a small letter, in the unit of `xy`.
+    begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
+    through : vertices at loose ends where a bar comes in from the letter before.
+    """
+
+    xy: Array
+    radius: Array
+    density: Array
+    edges: Indices
+    small: float
+    begin: tuple[int, ...] = ()
+    finish: tuple[int, ...] = ()
+    through: tuple[int, ...] = ()
+
+    @property
+    def joints(self) -> set[int]:
+        """Where it is cut off from what else the pen wrote."""
+        return {*self.begin, *self.finish, *self.through}
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """How a letter was written.
+
+    strokes : vertices of its line in order, for each pen-down movement.
+    late : for each, whether it is written after the word.
+    """
+
+    strokes: tuple[Indices, ...]
+    late: tuple[bool, ...]
+
+
+def write(
+    line: Line, letter: str, *, hands: tuple[str, ...] = HANDS, costs: Costs = USUAL, weight: float = _LIKENESS
+) -> Written:
+    """The strokes of a letter, in the order of writing."""
+    net = network(line.xy, line.radius, line.density, line.edges)
+    dots = _dots(net, line) if dotted(letter) else {}
+    rest = [b for b in range(len(net.branches)) if b not in dots]
+    known = models(letter, bool(line.begin), bool(line.finish), hands)
+    kept = np.unique(np.concatenate([net.branches[b] for b in rest]))
+    body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
+    own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
+    marks: list[int] = []
+    if known is not None:
+        known, laid = fitting(known, net.xy[own], _FORMS)
+        marks = _marks(net, body, own, laid, known) if body else []
+    net = _part(line, kept, marks, net.half)
+    begin, finish, through = (_ends(net, kept, own) for own in (line.begin, line.finish, line.through))
+    found = walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+    ways = [[_path(net, stroke) for stroke in walk.strokes] for walk in found]
+    total, late = np.array([walk.cost for walk in found]), None
+    if known is not None:
+        parts = [[net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through] for way, walk in zip(ways, found, strict=True)]
+        parts = [some or [net.xy[v] for v in way] for some, way in zip(parts, ways, strict=True)]
+        unlike = unlikeness(parts, known, laid)
+        total += weight * unlike.min(axis=1)
+        best = int(total.argmin())
+        form = int(unlike[best].argmin())
+        late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
+    best = int(total.argmin())
+    strokes = [kept[v] for v in ways[best]]
+    last = sorted((net_dot for net_dot in dots.values()), key=lambda v: float(line.xy[v, 0].mean()))
+    after = late if late is not None else (False,) * len(strokes)
+    after = tuple(is_late or stroke[0] in through for is_late, stroke in zip(after, found[best].strokes, strict=True))
+    return Written((*strokes, *last), (*after, *(True,) * len(last)))
+
+
+def dotted(letter: str) -> bool:
+    """Whether pieces apart from a letter's line are dots or accents."""
+    return letter in ("i", "j") or len(unicodedata.normalize("NFD", letter)) > 1
+
+
+def _dots(net: Network, line: Line) -> dict[int, Indices]:
+    """Branch → vertices, from left to right, of pieces that are dots; none if there is nothing else."""
+    found = {}
+    for b, path in enumerate(net.branches):
+        alone = all(len(net.at[int(net.knot[end])]) == 1 for end in (2 * b, 2 * b + 1)) or len(path) == 1
+        if alone and net.length[b] * net.half < _DOT * line.small and not {*path.tolist()} & line.joints:
+            found[b] = path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
+    return found if len(found) < len(net.branches) else {}
+
+
+def _late(strokes: Sequence[Array], form: Array, late: NDArray[np.bool_]) -> tuple[bool, ...]:
+    """Which strokes, all after the first, lie along what a form writes late."""
+    found = [False]
+    for xy in strokes[1:]:
+        places = along([xy], 16)[0]
+        away = ((places[:, None] - form[None]) ** 2).sum(axis=-1)
+        found.append(bool(late[away.argmin(axis=1)].mean() > 0.5))
+    return tuple(found)
+
+
+def _part(line: Line, kept: Indices, marks: Sequence[int], half: float) -> Network:
+    number = np.full(len(line.xy), -1, dtype=np.intp)
+    number[kept] = np.arange(len(kept))
+    edges = number[line.edges[(number[line.edges] >= 0).all(axis=1)]]
+    cuts = number[list(marks)].tolist() if len(marks) else ()
+    return network(line.xy[kept], line.radius[kept], line.density[kept], edges, cuts, half)
+
+
+def _ends(net: Network, kept: Indices, vertices: Sequence[int]) -> list[int]:
+    own = {int(np.flatnonzero(kept == v)[0]) for v in vertices}
+    return [end for end, knot in enumerate(net.knot.tolist()) if knot in own]
+
+
+def _path(net: Network, stroke: Sequence[int]) -> Indices:
+    ways = [net.way(end) for end in stroke]
+    joined = [ways[0]]
+    for way in ways[1:]:
+        joined.append(way[1:] if way[0] == joined[-1][-1] else way)
+    return np.concatenate(joined)
+
+
+def _marks(net: Network, body: Sequence[int], own: Indices, laid: Array, letter: Models) -> list[int]:
+    """Vertices on branches where the nearest forms of the letter begin, cease or turn back."""
+    xy = net.xy[own]
+    size = float(np.sqrt((xy.std(axis=0) ** 2).sum()))
+    matrix, middle = frame(xy - xy.mean(axis=0)), xy.mean(axis=0)
+    place = {int(v): (b, i) for b in body for i, v in enumerate(net.branches[b])}
+    found: list[int] = []
+    for ends in letter.ends[:_LOOKED]:
+        for mark in ends @ matrix.T + middle:
+            gap = np.hypot(*(xy - mark).T)
+            near = int(gap.argmin())
+            if gap[near] > 0.3 * size:
+                continue
+            vertex = _settled(net, int(own[near]), place)
+            if vertex is not None and vertex not in found and _clear(net, vertex, found, place):
+                found.append(vertex)
+    return found[:_CUTS]
+
+
+def _settled(net: Network, vertex: int, place: dict[int, tuple[int, int]]) -> int | None:
+    """The sharpest bend near a vertex of a branch, if that is far enough from both its knots."""
+    b, i = place[vertex]
+    path = net.branches[b]
+    if path[0] == path[-1]:
+        return vertex if len(path) > 8 else None
+    step = np.hypot(*np.diff(net.xy[path], axis=0).T)
+    run = np.concatenate([[0.0], np.cumsum(step)]) / net.half
+    near = np.flatnonzero((np.abs(run - run[i]) < _CLEAR) & (run > _CLEAR) & (run < run[-1] - _CLEAR))
+    if not len(near):
+        return None
+    reach = max(2, round(2 * net.half / max(float(step.mean()), 1e-9)))
+    before, after = np.maximum(near - reach, 0), np.minimum(near + reach, len(path) - 1)
+    a, c = net.xy[path[near]] - net.xy[path[before]], net.xy[path[after]] - net.xy[path[near]]
+    bend = (a * c).sum(axis=1) / np.maximum(np.hypot(*a.T) * np.hypot(*c.T), 1e-12) + 0.02 * np.abs(run[near] - run[i])
+    return int(path[near[int(bend.argmin())]])
+
+
+def _clear(net: Network, vertex: int, found: Sequence[int], place: dict[int, tuple[int, int]]) -> bool:
+    b, _ = place[vertex]
+    own = [v for v in found if place[v][0] == b]
+    return all(float(np.hypot(*(net.xy[v] - net.xy[vertex]))) > 1.5 * _CLEAR * net.half for v in own)
