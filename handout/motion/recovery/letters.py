@@ -84,7 +84,7 @@ def write(
     if known is not None:
         parts = [[net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through] for way, walk in zip(ways, found, strict=True)]
         parts = [some or [net.xy[v] for v in way] for some, way in zip(parts, ways, strict=True)]
-        unlike = unlikeness(parts, known, laid)
+        unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
         total += weight * unlike.min(axis=1)
         best = int(total.argmin())
         form = int(unlike[best].argmin())

@@ -17,6 +17,8 @@ _PLACES = 48  # of a line that forms are compared with
 _NEAR = 0.35  # of a letter's size: places so far apart are unlike
 _FARTHEST = 4.0  # what it costs at most
 _AIMED = 1.0  # cost of a right angle between directions
+_OPEN = 0.4  # cost of every place on the way from another letter that is skipped
+_MOST_OPEN = 0.5  # of a path
 _LIFTED = 0.04  # of every lift that one has and the other has not
 
 
@@ -42,13 +44,16 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
     return letter.take(nearest), laid[nearest]
 
 
-def unlikeness(ways: Sequence[Sequence[Array]], letter: Models, laid: Array) -> Array:
+def unlikeness(
+    ways: Sequence[Sequence[Array]], letter: Models, laid: Array, *, entered: bool = False, left: bool = False
+) -> Array:
     """How far each way of writing is from each form of a letter.
 
     Parameters
     ----------
     ways : for each its strokes, (n, 2) float, in order, y up.
     letter : Models of f forms; laid : (f, s, 2) float: these, laid over the letter.
+    entered, left : whether the pen comes from another letter, and goes to one: the way from there need not be like.
 
     Returns
     -------
@@ -57,7 +62,8 @@ def unlikeness(ways: Sequence[Sequence[Array]], letter: Models, laid: Array) -> 
     sampled = np.array([along(strokes, laid.shape[1])[0] for strokes in ways])
     size = float(np.sqrt((sampled[0].std(axis=0) ** 2).sum()))
     lifts = np.array([len(strokes) for strokes in ways])[:, None] - letter.strokes
-    return _warped(sampled, laid, max(size, 1e-9)) + _LIFTED * np.abs(lifts)
+    opened, closed = (_OPEN if joined else np.inf for joined in (entered, left))
+    return _warped(sampled, laid, max(size, 1e-9), opened, closed) + _LIFTED * np.abs(lifts)
 
 
 def aims(paths: Array) -> Array:
@@ -68,7 +74,7 @@ def aims(paths: Array) -> Array:
     return np.asarray(step / np.maximum(np.hypot(step[..., 0], step[..., 1]), 1e-12)[..., None])
 
 
-def _warped(ours: Array, theirs: Array, size: float) -> Array:
+def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: float) -> Array:
     """(w, f): least mean cost of going along two paths together, for paths (w, s, 2) and (f, s, 2)."""
     (ways, count), forms = ours.shape[:2], len(theirs)
     # diagonal by diagonal: row i + j has what place i of ours costs at place j of theirs
@@ -78,14 +84,20 @@ def _warped(ours: Array, theirs: Array, size: float) -> Array:
     within[...] = _costs(ours, theirs, size)
     before2 = np.full((ways * forms, count + 1), np.inf, dtype=np.float32)
     before, here = before2.copy(), before2.copy()
-    before[:, 1] = skewed[0, :, 0]
-    for step in skewed[1:]:
+    before[:, 1] = 2 * skewed[0, :, 0]
+    least = np.full(ways * forms, np.inf, dtype=np.float32)
+    for total, step in enumerate(skewed[1:], 1):
         # going on along one path only counts once, along both twice: all ways then have the same weight
         np.minimum(before[:, 1:], before[:, :-1], out=here[:, 1:])
         np.minimum(here[:, 1:], before2[:, :-1] + step, out=here[:, 1:])
+        if total < _MOST_OPEN * count:
+            np.minimum(here[:, total + 1], opened * np.float32(total) + step[:, total], out=here[:, total + 1])
         here[:, 1:] += step
         before2, before, here = before, here, before2
-    return np.asarray(before[:, -1].reshape(ways, forms) / (2 * count), dtype=np.float64)
+        left = 2 * count - 2 - total
+        if left < _MOST_OPEN * count:
+            np.minimum(least, before[:, count - left] + closed * np.float32(left) if left else before[:, count], out=least)
+    return np.asarray(least.reshape(ways, forms) / (2 * count), dtype=np.float64)
 
 
 def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:

@@ -212,7 +212,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe) -> Iterator[Path]:
     before: _Glyph | None = None
     for glyph in glyphs:
         joins = _joins(before, glyph) if before is not None else {}
-        if not any(joins) and not scribe.patient:
+        if not joins and not scribe.patient:
             if current:
                 yield _path(current, False)
                 current = []

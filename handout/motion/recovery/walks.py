@@ -21,7 +21,7 @@ _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
 _AHEAD = 0.5  # cosine: ink that fails leaves a gap along the way
-_TINY = 2.5  # half widths: a branch so short is a crossing drawn out, and may be passed thrice
+_TINY = 5.0  # half widths: a branch so short is a crossing drawn out, and may be passed thrice
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Costs:
     against : for each height of a small letter that is written against the habit, up and to the left.
     """
 
-    turn: float = 2.4
-    tip: float = 0.8
-    retrace: float = 0.3
-    retraced: float = 0.8
+    turn: float = 1.6
+    tip: float = 0.5
+    retrace: float = 0.2
+    retraced: float = 0.5
     lift: float = 2.4
     landing: float = 0.7
     leaving: float = 0.7
@@ -48,6 +48,7 @@ class Costs:
     first: float = 3.0
     passing: float = 1.2
     corner: float = 1.2
+    third: float = 0.4
     gap: float = 1.5
     gap_far: float = 9.0
 
@@ -102,7 +103,7 @@ def walks(
     prices = _prices(net, small, begin, finish, through, costs)
     count = len(net.branches)
     whole = (1 << count) - 1
-    states = [_State(prices.landing[e] + (costs.first if (begin and e not in begin) or e in through else 0.0), e, 0, 0, None, True)
+    states = [_State(prices.landing[e] + (costs.first if (begin and e not in begin) or e in through else 0.0), e, 0, 0, 0, None, True)
               for e in range(2 * count)]
     states = [_covered(state, prices) for state in states]
     for _ in range(count - 1):
@@ -120,6 +121,7 @@ class _State:
     end: int
     covered: int
     twice: int
+    thrice: int
     before: _State | None
     lifted: bool
 
@@ -131,13 +133,13 @@ class _State:
 def _covered(state: _State, prices: _Prices) -> _State:
     bit = 1 << (state.end >> 1)
     return _State(
-        state.cost + prices.passing[state.end], state.end, state.covered | bit, state.twice, state.before, state.lifted
+        state.cost + prices.passing[state.end], state.end, state.covered | bit, state.twice, state.thrice, state.before, state.lifted
     )
 
 
 def _steps(net: Network, state: _State, prices: _Prices, whole: int, costs: Costs) -> Iterator[_State]:
     """Walks that cover one branch more."""
-    yield from _onward(net, state, prices, _DEEP)
+    yield from _onward(net, state, prices, costs, _DEEP)
     left = whole & ~state.covered
     stop = state.cost + prices.leaving[state.arrived] + costs.lift
     air = prices.air[state.arrived]
@@ -150,28 +152,29 @@ def _steps(net: Network, state: _State, prices: _Prices, whole: int, costs: Cost
         left >>= 1
         branch += 1
     for cost, end in nsmallest(_LIFTS, landings):
-        yield _covered(_State(cost, end, state.covered, state.twice, state, True), prices)
+        yield _covered(_State(cost, end, state.covered, state.twice, state.thrice, state, True), prices)
 
 
-def _onward(net: Network, state: _State, prices: _Prices, deep: int) -> Iterator[_State]:
+def _onward(net: Network, state: _State, prices: _Prices, costs: Costs, deep: int) -> Iterator[_State]:
     """Walks that go on to another branch without a lift, over covered ones if need be."""
     arrived = state.arrived
     for end, price in prices.onward[arrived]:
         bit = 1 << (end >> 1)
         if not state.covered & bit:
-            yield _covered(_State(state.cost + price, end, state.covered, state.twice, state, False), prices)
-        elif deep and (not state.twice & bit or net.length[end >> 1] < _TINY):
-            cost = state.cost + price + prices.again[end]
-            over = _State(cost, end, state.covered, state.twice | bit, state, False)
-            yield from _onward(net, over, prices, deep - 1)
+            yield _covered(_State(state.cost + price, end, state.covered, state.twice, state.thrice, state, False), prices)
+        elif deep and not (state.thrice & bit and net.length[end >> 1] > _TINY):
+            third = bit if state.twice & bit else 0
+            cost = state.cost + price + prices.again[end] + (costs.third if third else 0.0)
+            over = _State(cost, end, state.covered, state.twice | bit, state.thrice | third, state, False)
+            yield from _onward(net, over, prices, costs, deep - 1)
 
 
 def _kept(states: Iterator[_State], width: int) -> list[_State]:
     """The cheapest, of those in the same situation only a few."""
     kept: list[_State] = []
-    often: dict[tuple[int, int, int], int] = {}
+    often: dict[tuple[int, int, int, int], int] = {}
     for state in sorted(states, key=lambda one: one.cost):
-        key = (state.end, state.covered, state.twice)
+        key = (state.end, state.covered, state.twice, state.thrice)
         if often.get(key, 0) < _ALIKE:
             often[key] = often.get(key, 0) + 1
             kept.append(state)
