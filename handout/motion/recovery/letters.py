@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ class Line:
     small : height of a small letter, in the unit of `xy`.
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
+    either : vertices at loose ends where the pen comes from the letter before, or a bar does.
     """
 
     xy: Array
@@ -42,11 +43,12 @@ class Line:
     begin: tuple[int, ...] = ()
     finish: tuple[int, ...] = ()
     through: tuple[int, ...] = ()
+    either: tuple[int, ...] = ()
 
     @property
     def joints(self) -> set[int]:
         """Where it is cut off from what else the pen wrote."""
-        return {*self.begin, *self.finish, *self.through}
+        return {*self.begin, *self.finish, *self.through, *self.either}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,25 +67,39 @@ def write(
     line: Line, letter: str, *, hands: tuple[str, ...] = HANDS, costs: Costs = USUAL, weight: float = _LIKENESS
 ) -> Written:
     """The strokes of a letter, in the order of writing."""
+    if line.either:
+        entered = replace(line, begin=(*line.begin, *line.either), either=())
+        crossed = replace(line, through=(*line.through, *line.either), either=())
+        found = [_written(one, letter, hands, costs, weight) for one in (entered, crossed)]
+        # the lift before the bar is that of the letter which it belongs to
+        return found[int(found[1][1] - costs.lift < found[0][1])][0]
+    return _written(line, letter, hands, costs, weight)[0]
+
+
+def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float) -> tuple[Written, float]:
+    """The strokes of a letter, and what they cost."""
     net = network(line.xy, line.radius, line.density, line.edges)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
-    known = models(letter, bool(line.begin), bool(line.finish), hands)
+    known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()
     kept = np.unique(np.concatenate([net.branches[b] for b in rest]))
-    body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
-    own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
-    marks: list[int] = []
     if known is not None:
+        body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
+        own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
         known, laid = fitting(known, net.xy[own], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
     net = _part(line, kept, marks, net.half)
     begin, finish, through = (_ends(net, kept, own) for own in (line.begin, line.finish, line.through))
     found = walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
     ways = [[_path(net, stroke) for stroke in walk.strokes] for walk in found]
-    total, late = np.array([walk.cost for walk in found]), None
+    total = np.array([walk.cost for walk in found])
+    late: tuple[bool, ...] | None = None
     if known is not None:
-        parts = [[net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through] for way, walk in zip(ways, found, strict=True)]
-        parts = [some or [net.xy[v] for v in way] for some, way in zip(parts, ways, strict=True)]
+        parts = [
+            [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through]
+            or [net.xy[v] for v in way]
+            for way, walk in zip(ways, found, strict=True)
+        ]
         unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
         total += weight * unlike.min(axis=1)
         best = int(total.argmin())
@@ -91,10 +107,10 @@ def write(
         late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
     best = int(total.argmin())
     strokes = [kept[v] for v in ways[best]]
-    last = sorted((net_dot for net_dot in dots.values()), key=lambda v: float(line.xy[v, 0].mean()))
-    after = late if late is not None else (False,) * len(strokes)
-    after = tuple(is_late or stroke[0] in through for is_late, stroke in zip(after, found[best].strokes, strict=True))
-    return Written((*strokes, *last), (*after, *(True,) * len(last)))
+    flags = late or (False,) * len(strokes)
+    flags = tuple(flag or stroke[0] in through for flag, stroke in zip(flags, found[best].strokes, strict=True))
+    last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
+    return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
 
 
 def dotted(letter: str) -> bool:

@@ -12,7 +12,8 @@ import numpy as np
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.letters import Line, Written, write
 from handout.motion.recovery.models import HANDS
-from handout.values import Array, Indices, LineGraph, Manuscript, Placed
+from handout.motion.optimal_control import follow
+from handout.values import ActionPlan, Array, Indices, LineGraph, Placed
 from handout.writing.scanned.forms import Form, Forms, Way
 
 _BARRED = "tfTFHAE"
@@ -20,6 +21,7 @@ _BAR = 0.7  # of a small letter: no bar is lower
 _TIP = 10  # vertices from a tip that tell its direction
 _GAP = 8.0  # half widths that ink may fail
 _AHEAD = 0.3  # cosine
+_SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 _SAME = 1e-6  # mm between two places that are one
 _JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
 
@@ -42,25 +44,36 @@ class Path:
     late: bool = False
 
 
-def paths(manuscript: Manuscript, hand: ScannedHand, hands: tuple[str, ...] = HANDS) -> list[Path]:
-    """The pen's paths over a page that is written in a scanned hand, in the order of writing.
+def paths(placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS) -> list[Path]:
+    """The pen's paths over a line that is written in a scanned hand, in the order of writing.
 
     Parameters
     ----------
-    manuscript : Manuscript
-        Of glyphs of `hand`.
+    placed : glyphs of `hand`, and strokes, in the order of the text.
     hands : drawn hands whose forms tell how letters are written.
     """
     scribe = _scribe(hand, hands)
-    found = []
-    for line in manuscript.lines:
-        for _, word in groupby(line.placed, key=lambda placed: placed.word):
-            found += list(_word(list(word), scribe))
+    found: list[Path] = []
+    for _, word in groupby(placed, key=lambda one: one.word):
+        units = list(word)
+        found += _word([one for one in units if one.ink is not None], scribe)
+        found += [_drawn(points, one, scribe) for one in units for points in one.strokes]
     return found
 
 
+def _drawn(points: Array, placed: Placed, scribe: Scribe) -> Path:
+    """What was drawn over ink, such as the line that strikes a word out."""
+    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
+    count = len(xy)
+    return Path(xy, np.full(count, scribe.width), np.ones(count), placed.word, np.full(count, placed.at, dtype=np.intp))
+
+
 class Scribe:
-    """How the letters of a hand are written, each worked out when it is first asked for."""
+    """How the letters of a hand are written, each worked out when it is first asked for.
+
+    width : mm, of the hand's usual line.
+    patient : whether dots and bars wait for the end of the word.
+    """
 
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
         self._hand, self._hands = hand, hands
@@ -68,6 +81,7 @@ class Scribe:
         beside = [glyph for glyph in hand.glyphs if glyph.before != NOBODY]
         joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
         self.patient = joined >= _JOINED * max(len(beside), 1)
+        self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
         self._slant = float(np.median([page.slant for page in hand.pages]))
         self._known: dict[int, tuple[Written, tuple[Indices, ...]]] = {}
@@ -87,18 +101,19 @@ class Scribe:
     def _beside(self, number: int, line: Line) -> Line:
         """A line with what is known from the letters beside it: bars that come in, and tips where ink has failed."""
         glyph, form = self._hand.glyphs[number], self.forms[number]
-        begin, through = list(line.begin), []
+        begin, through, either = list(line.begin), list[int](), list[int]()
         finish = list(line.finish)
         facing = self._facing(glyph.before, number, line, entering=True) if glyph.before != NOBODY else []
         high = [tip for tip, way in zip(line.begin, form.entries, strict=True) if way.height > _BAR * self._small]
         barred = glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
-        if barred and high and (len(high) < len(begin) or facing):
-            begin, through = [tip for tip in begin if tip not in high], high
-        if not begin:
+        if barred and high:
+            begin = [tip for tip in begin if tip not in high]
+            through, either = (high, []) if begin or facing else ([], high)
+        if not begin and not either:
             begin += facing
         if glyph.after != NOBODY and not finish:
             finish += self._facing(glyph.after, number, line, entering=False)
-        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through))
+        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through), either=tuple(either))
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""

@@ -49,6 +49,7 @@ class Costs:
     passing: float = 1.2
     corner: float = 1.2
     third: float = 0.4
+    cross: float = 1.0
     gap: float = 1.5
     gap_far: float = 9.0
 
@@ -203,7 +204,7 @@ def _prices(
     degree = {knot: len(ends) for knot, ends in net.at.items()}
     loose = {*begin, *finish, *through}  # where the letter is cut off, nobody turns
     onward = [
-        [(b, _turn(net, a, b, degree[knot], costs)) for b in net.at[knot] if a != b or a not in loose]
+        [(b, _turn(net, a, b, degree[knot], costs) + _missed(net, a, b, costs)) for b in net.at[knot] if a != b or a not in loose]
         for a, knot in enumerate(net.knot.tolist())
     ]
     for a, b, price in _gaps(net, [e for e in range(2 * count) if degree[int(net.knot[e])] == 1 and e not in loose], costs):
@@ -247,6 +248,17 @@ def _turn(net: Network, arrived: int, end: int, degree: int, costs: Costs) -> fl
         return costs.tip if degree == 1 else costs.corner if degree == 2 else costs.turn
     straight = -float(net.leaving[arrived] @ net.leaving[end])  # cosine of the turn
     return costs.turn * ((1 - straight) / 2) ** 1.5
+
+
+def _missed(net: Network, arrived: int, end: int, costs: Costs) -> float:
+    """Of not going straight on where two lines cross."""
+    ends = net.at[int(net.knot[arrived])]
+    if len(ends) < 4:
+        return 0.0
+    ahead = max((e for e in ends if e != arrived), key=lambda e: -float(net.leaving[arrived] @ net.leaving[e]))
+    back = max((e for e in ends if e != ahead), key=lambda e: -float(net.leaving[ahead] @ net.leaving[e]))
+    straight = -float(net.leaving[arrived] @ net.leaving[ahead])
+    return costs.cross * max(0.0, straight) if back == arrived and end != ahead else 0.0
 
 
 def _against(net: Network, end: int, small: float, costs: Costs) -> float:
