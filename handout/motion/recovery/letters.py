@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.motion.recovery.bars import BARRED, onward, own_bar, without
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
 from handout.motion.recovery.network import Network, network
-from handout.motion.recovery.walks import USUAL, Costs, walks
+from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
 from handout.values import Array, Indices
 
 _LIKENESS = 8.0  # costs of a walk for one of unlikeness
@@ -90,7 +91,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
         marks = _marks(net, body, own, laid, known) if body else []
     net = _part(line, kept, marks, net.half)
     begin, finish, through = (_ends(net, kept, own) for own in (line.begin, line.finish, line.through))
-    found = walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+    found = _walks(net, line, letter, begin, finish, through, costs)
     ways = [[_path(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     late: tuple[bool, ...] | None = None
@@ -108,9 +109,54 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     best = int(total.argmin())
     strokes = [kept[v] for v in ways[best]]
     flags = late or (False,) * len(strokes)
-    flags = tuple(flag or stroke[0] in through for flag, stroke in zip(flags, found[best].strokes, strict=True))
+    barred = found[best].barred
+    flags = tuple(
+        flag or stroke[0] in through or stroke in barred
+        for flag, stroke in zip(flags, found[best].strokes, strict=True)
+    )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
     return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
+
+
+def _walks(
+    net: Network, line: Line, letter: str, begin: list[int], finish: list[int], through: list[int], costs: Costs
+) -> list[Walk]:
+    """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
+    chains = [tuple(onward(net, end)) for end in through]
+    found: list[Walk] = []
+    if letter in BARRED:
+        passed = {e >> 1 for chain in chains for e in chain}
+        loose = [e for e, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1]
+        tips = [e for e in loose if e >> 1 not in passed and e not in begin]
+        own = own_bar(net, tips, line.small)
+        if own:
+            found += _beside(net, line, [*chains, own], begin, finish, costs, costs.bar)
+    found += _beside(net, line, chains, begin, finish, costs, 0.0)
+    return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+
+
+def _beside(
+    net: Network,
+    line: Line,
+    chains: Sequence[tuple[int, ...]],
+    begin: list[int],
+    finish: list[int],
+    costs: Costs,
+    more: float,
+) -> list[Walk]:
+    """Ways over a letter beside its bars, which come last; none if there is nothing else."""
+    if not chains:
+        return walks(net, line.small, begin=begin, finish=finish, costs=costs, most=_WAYS)
+    rest, kept = without(net, [e for chain in chains for e in chain])
+    if not kept:
+        return []
+    number = {b: i for i, b in enumerate(kept)}
+    there = [[2 * number[e >> 1] + (e & 1) for e in ends if e >> 1 in number] for ends in (begin, finish)]
+    found = walks(rest, line.small, begin=there[0], finish=there[1], costs=costs, most=_WAYS)
+    return [
+        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost + more, tuple(chains))
+        for w in found
+    ]
 
 
 def dotted(letter: str) -> bool:

@@ -221,39 +221,67 @@ class _Glyph:
 def _word(placed: Sequence[Placed], scribe: Scribe) -> Iterator[Path]:
     """The paths of one word."""
     glyphs = [_glyph(one, scribe) for one in placed]
-    current: list[tuple[_Glyph, Indices]] = []
-    leaving: int | None = None
-    late: list[tuple[_Glyph, Indices]] = []
-    before: _Glyph | None = None
-    for glyph in glyphs:
-        joins = _joins(before, glyph) if before is not None else {}
-        if not joins and not scribe.patient:
-            if current:
-                yield _path(current, False)
-                current = []
-            yield from (_path([one], True) for one in late)
-            late = []
+    joins = [{}, *(_joins(a, b) for a, b in pairwise(glyphs))]
+    current, late = _Movement([], None), list[_Movement]()
+    for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
+        if not joined and not scribe.patient:
+            yield from _ended([current, *late])
+            current, late = _Movement([], None), []
+        main, after = _shared(glyph, onward)
         entered = False
-        exits = [n for n, s in enumerate(glyph.strokes) if s.end is not None and s.end >= glyph.entries and not s.late]
-        last = exits[0] if exits else len(glyph.strokes)
-        for number, stroke in enumerate(glyph.strokes):
-            vertices = _trimmed(glyph, stroke, joins)
-            if number > last or (stroke.late and stroke.end is None):
-                late.append((glyph, vertices))
-                continue
-            joined = stroke.begin is not None and stroke.begin in joins and joins[stroke.begin] == leaving
-            if current and not entered and (joined or (leaving is None and _fails(current[-1], (glyph, vertices)))):
-                current.append((glyph, vertices))
-                entered = True
+        for stroke in main:
+            part = (glyph, _trimmed(glyph, stroke, joined))
+            if not entered and _goes_on(current, stroke, part, joined):
+                current, entered = _Movement([*current.parts, part], stroke.end), True
             else:
-                if current:
-                    yield _path(current, False)
-                current = [(glyph, vertices)]
-            leaving = stroke.end
-        before = glyph
-    if current:
-        yield _path(current, False)
-    yield from (_path([one], True) for one in late)
+                yield from _ended([current])
+                current = _Movement([part], stroke.end)
+        before = [movement for movement in late if movement.leaving is not None]
+        late = [movement for movement in late if movement.leaving is None]
+        for stroke in after:
+            part = (glyph, _trimmed(glyph, stroke, joined))
+            # a bar that comes over from the letter before
+            whole = [m for m in before if stroke.begin in joined and joined[stroke.begin] == m.leaving]
+            before = [m for m in before if m not in whole]
+            late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
+        late = [*(_Movement(m.parts, None) for m in before), *late]
+    yield from _ended([current])
+    yield from (_path(movement.parts, True) for movement in late)
+
+
+@dataclass(frozen=True, eq=False)
+class _Movement:
+    """Parts of several glyphs that are written in one go, and the way by which it left the last of them."""
+
+    parts: list[tuple[_Glyph, Indices]]
+    leaving: int | None
+
+
+def _ended(movements: Sequence[_Movement]) -> Iterator[Path]:
+    yield from (_path(movement.parts, number > 0) for number, movement in enumerate(movements) if movement.parts)
+
+
+def _shared(glyph: _Glyph, onward: dict[int, int]) -> tuple[list[_Stroke], list[_Stroke]]:
+    """A glyph's strokes: those that are written with the word, and those that come after it."""
+    leads = set(onward.values())
+    main = [s for s in glyph.strokes if not s.late]
+    exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
+    last = exits[0] + 1 if exits else len(main)
+    # a bar by which alone the word goes on is no bar
+    if not exits and (led := [s for s in glyph.strokes if s.late and s.end in leads]):
+        return [*main, led[0]], [s for s in glyph.strokes if s.late and s is not led[0]]
+    return main[:last], [*main[last:], *(s for s in glyph.strokes if s.late)]
+
+
+def _goes_on(
+    current: _Movement, stroke: _Stroke, part: tuple[_Glyph, Indices], joined: dict[int, int]
+) -> bool:
+    """Whether a stroke is written without a lift after what was written before it."""
+    if not current.parts:
+        return False
+    if stroke.begin is not None and stroke.begin in joined:
+        return joined[stroke.begin] == current.leaving
+    return current.leaving is None and _fails(current.parts[-1], part)
 
 
 def _fails(first: tuple[_Glyph, Indices], second: tuple[_Glyph, Indices]) -> bool:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from heapq import nsmallest
+from operator import itemgetter
+from typing import TypeAlias
 
 import numpy as np
 
@@ -50,6 +51,7 @@ class Costs:
     corner: float = 1.2
     third: float = 0.4
     cross: float = 1.0
+    bar: float = 0.5
     gap: float = 1.5
     gap_far: float = 9.0
 
@@ -63,22 +65,32 @@ class Walk:
 
     strokes : for each pen-down movement the ends by which the pen leaves one knot after the other.
     cost : see `Costs`.
+    barred : those of the strokes that are bars.
     """
 
     strokes: tuple[tuple[int, ...], ...]
     cost: float
+    barred: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class _Prices:
-    """Costs of a network's ends: of going on by others, passing, landing, leaving, and of air between them."""
+    """Costs of a network's ends.
+
+    onward : for each that is arrived at, those by which the pen may go on, and what turning there costs.
+    passing, again : of the branch passed from each, first and once more.
+    landing, leaving : of beginning and of ending a stroke.
+    air : for each where a stroke ends, the others with the cost of going there in the air and landing, cheapest first.
+    tiny : bits of the branches that are no more than a crossing drawn out.
+    """
 
     onward: list[list[tuple[int, float]]]
     passing: list[float]
     again: list[float]
     landing: list[float]
     leaving: list[float]
-    air: list[list[float]]
+    air: list[list[tuple[float, int]]]
+    tiny: int
 
 
 def walks(
@@ -103,79 +115,67 @@ def walks(
     """
     prices = _prices(net, small, begin, finish, through, costs)
     count = len(net.branches)
-    whole = (1 << count) - 1
-    states = [_State(prices.landing[e] + (costs.first if (begin and e not in begin) or e in through else 0.0), e, 0, 0, 0, None, True)
-              for e in range(2 * count)]
-    states = [_covered(state, prices) for state in states]
+    states: list[_State] = []
+    for end in range(2 * count):
+        amiss = (begin and end not in begin) or end in through
+        cost = prices.landing[end] + (costs.first if amiss else 0.0) + prices.passing[end]
+        states.append((cost, end, 1 << (end >> 1), 0, 0, None, True))
     for _ in range(count - 1):
-        states = _kept((after for state in states for after in _steps(net, state, prices, whole, costs)), width)
-    done = [(state.cost + prices.leaving[state.arrived], state) for state in states]
-    best = nsmallest(most, done, key=lambda one: one[0])
-    return [Walk(_strokes(state), cost) for cost, state in best]
+        found: list[_State] = []
+        for state in states:
+            _steps(state, prices, costs, found)
+        states = _kept(found, width)
+    done = [(state[0] + prices.leaving[state[1] ^ 1], state) for state in states]
+    done.sort(key=itemgetter(0))
+    return [Walk(_strokes(state), cost) for cost, state in done[:most]]
 
 
-@dataclass(frozen=True, eq=False)
-class _State:
-    """A walk so far: its last step left a knot by `end`, after a lift or without one."""
-
-    cost: float
-    end: int
-    covered: int
-    twice: int
-    thrice: int
-    before: _State | None
-    lifted: bool
-
-    @property
-    def arrived(self) -> int:
-        return self.end ^ 1
+# a walk so far: what it cost, the end by which its last step left a knot, bits of the branches that it covered, of those
+# that it passed twice and thrice, the walk before that step, and whether the pen was lifted for it
+_State: TypeAlias = "tuple[float, int, int, int, int, _State | None, bool]"
 
 
-def _covered(state: _State, prices: _Prices) -> _State:
-    bit = 1 << (state.end >> 1)
-    return _State(
-        state.cost + prices.passing[state.end], state.end, state.covered | bit, state.twice, state.thrice, state.before, state.lifted
-    )
+def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State]) -> None:
+    """Walks that cover one branch more, added to those found."""
+    cost, end, covered, twice, thrice, _, _ = state
+    _onward(state, prices, costs, found, _DEEP, cost + costs.lift + costs.landing + costs.leaving)
+    stop = cost + prices.leaving[end ^ 1] + costs.lift
+    count = 0
+    for air, landing in prices.air[end ^ 1]:
+        bit = 1 << (landing >> 1)
+        if not covered & bit:
+            found.append((stop + air + prices.passing[landing], landing, covered | bit, twice, thrice, state, True))
+            count += 1
+            if count == _LIFTS:
+                break
 
 
-def _steps(net: Network, state: _State, prices: _Prices, whole: int, costs: Costs) -> Iterator[_State]:
-    """Walks that cover one branch more."""
-    yield from _onward(net, state, prices, costs, _DEEP)
-    left = whole & ~state.covered
-    stop = state.cost + prices.leaving[state.arrived] + costs.lift
-    air = prices.air[state.arrived]
-    landings = []
-    branch = 0
-    while left:
-        if left & 1:
-            for end in (2 * branch, 2 * branch + 1):
-                landings.append((stop + air[end] + prices.landing[end], end))
-        left >>= 1
-        branch += 1
-    for cost, end in nsmallest(_LIFTS, landings):
-        yield _covered(_State(cost, end, state.covered, state.twice, state.thrice, state, True), prices)
-
-
-def _onward(net: Network, state: _State, prices: _Prices, costs: Costs, deep: int) -> Iterator[_State]:
-    """Walks that go on to another branch without a lift, over covered ones if need be."""
-    arrived = state.arrived
-    for end, price in prices.onward[arrived]:
+def _onward(state: _State, prices: _Prices, costs: Costs, found: list[_State], deep: int, most: float) -> None:
+    """Walks that go on to another branch without a lift, over covered ones if need be, as long as a lift costs more."""
+    cost, arrived, covered, twice, thrice, _, _ = state
+    for end, price in prices.onward[arrived ^ 1]:
         bit = 1 << (end >> 1)
-        if not state.covered & bit:
-            yield _covered(_State(state.cost + price, end, state.covered, state.twice, state.thrice, state, False), prices)
-        elif deep and not (state.thrice & bit and net.length[end >> 1] > _TINY):
-            third = bit if state.twice & bit else 0
-            cost = state.cost + price + prices.again[end] + (costs.third if third else 0.0)
-            over = _State(cost, end, state.covered, state.twice | bit, state.thrice | third, state, False)
-            yield from _onward(net, over, prices, costs, deep - 1)
+        if not covered & bit:
+            found.append((cost + price + prices.passing[end], end, covered | bit, twice, thrice, state, False))
+        elif deep:
+            after = cost + price + prices.again[end]
+            third = bit & twice
+            if third:
+                after += costs.third
+                if third & thrice and not prices.tiny & bit:
+                    continue
+            if after < most:
+                over = (after, end, covered, twice | bit, thrice | third, state, False)
+                _onward(over, prices, costs, found, deep - 1, most)
 
 
-def _kept(states: Iterator[_State], width: int) -> list[_State]:
+def _kept(states: list[_State], width: int) -> list[_State]:
     """The cheapest, of those in the same situation only a few."""
     kept: list[_State] = []
     often: dict[tuple[int, int, int, int], int] = {}
-    for state in sorted(states, key=lambda one: one.cost):
-        key = (state.end, state.covered, state.twice, state.thrice)
+    states.sort(key=itemgetter(0))
+    for state in states:
+        key = state[1:5]
         if often.get(key, 0) < _ALIKE:
             often[key] = often.get(key, 0) + 1
             kept.append(state)
@@ -184,16 +184,17 @@ def _kept(states: Iterator[_State], width: int) -> list[_State]:
     return kept
 
 
-def _strokes(state: _State | None) -> tuple[tuple[int, ...], ...]:
-    strokes: list[list[int]] = []
+def _strokes(last: _State) -> tuple[tuple[int, ...], ...]:
+    strokes: list[tuple[int, ...]] = []
     current: list[int] = []
+    state: _State | None = last
     while state is not None:
-        current.append(state.end)
-        if state.lifted:
-            strokes.append(current[::-1])
+        _, end, _, _, _, state, lifted = state
+        current.append(end)
+        if lifted:
+            strokes.append(tuple(current[::-1]))
             current = []
-        state = state.before
-    return tuple(tuple(stroke) for stroke in strokes[::-1])
+    return tuple(strokes[::-1])
 
 
 def _prices(
@@ -222,8 +223,11 @@ def _prices(
     places = np.array([net.place(e) for e in range(2 * count)])
     away = places[None] - places[:, None]
     # back to the left a pen goes only for what it has left out
-    air = costs.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / small
-    return _Prices(onward, passing, again, landing, leaving, air.tolist())
+    jump = costs.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / small
+    jump += np.array(landing)
+    air = [[(float(row[e]), e) for e in np.argsort(row, kind="stable").tolist()] for row in jump]
+    tiny = sum(1 << b for b in np.flatnonzero(net.length < _TINY).tolist())
+    return _Prices(onward, passing, again, landing, leaving, air, tiny)
 
 
 def _gaps(net: Network, tips: Sequence[int], costs: Costs) -> Iterator[tuple[int, int, float]]:

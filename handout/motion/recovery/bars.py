@@ -1,0 +1,106 @@
+"""Bars: strokes that run straight across others, as that of a t does, found before the rest of a letter is followed.
+
+People write them last, whatever else they cross or touch on their way, and often over more than one letter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from handout.motion.recovery.network import Network
+from handout.values import Array
+
+BARRED = frozenset("tf")  # letters whose bar is a stroke of its own in every joined hand
+_TINY = 5.0  # half widths: a branch so short is a crossing drawn out
+_AHEAD = 0.75  # cosine between a bar so far and how it goes on
+_LEVEL = 0.75  # least cosine of its slope
+_LONG = 0.35  # of a small letter, at least
+_LOW = 0.4  # of a letter's height, under which no bar of its own is
+_BOW = 0.14  # of its length that a bar leaves the straight line
+
+
+def onward(net: Network, end: int) -> list[int]:
+    """The ends by which a pen leaves that goes straight on from an end, up to where nothing lies ahead."""
+    chain, passed = [end], {end >> 1}
+    while True:
+        way = _places(net, chain)
+        # where it has come from, a little longer than a letter is thick, tells where it goes
+        back = np.hypot(*(way - way[-1]).T) > 2 * _TINY * net.half
+        start = way[int(np.flatnonzero(back)[-1])] if back.any() else way[0]
+        aim = way[-1] - start
+        size = float(np.hypot(*aim))
+        if size < 1e-9:
+            return chain
+        found = [(float(net.leaving[e] @ aim) / size, via, e) for via, e in _ahead(net, chain[-1] ^ 1, passed)]
+        best = max(found, default=(0.0, (), -1))
+        if best[0] < _AHEAD:
+            return chain
+        chain += [*best[1], best[2]]
+        passed |= {e >> 1 for e in (*best[1], best[2])}
+
+
+def _ahead(net: Network, arrived: int, passed: set[int]) -> list[tuple[tuple[int, ...], int]]:
+    """Ends by which the pen may go on, at the knot or over a tiny branch, which comes first."""
+    here = [e for e in net.at[int(net.knot[arrived])] if e != arrived and e >> 1 not in passed]
+    found: list[tuple[tuple[int, ...], int]] = [((), e) for e in here if net.length[e >> 1] >= _TINY or _loose(net, e)]
+    for tiny in here:
+        if net.length[tiny >> 1] < _TINY:
+            beyond = (e for e in net.at[int(net.knot[tiny ^ 1])] if e >> 1 != tiny >> 1 and e >> 1 not in passed)
+            found += [((tiny,), e) for e in beyond]
+    return found
+
+
+def _loose(net: Network, end: int) -> bool:
+    """Whether the branch that is left for by an end leads to a loose end."""
+    return len(net.at[int(net.knot[end ^ 1])]) == 1
+
+
+def _places(net: Network, chain: Sequence[int]) -> Array:
+    return np.concatenate([net.xy[net.way(e)] for e in chain])
+
+
+def own_bar(net: Network, tips: Sequence[int], small: float) -> tuple[int, ...]:
+    """The ends along a letter's own bar, from left to right; () if there is none.
+
+    Parameters
+    ----------
+    tips : ends at loose knots where a bar may begin.
+    small : height of a small letter, in the unit of the network.
+    """
+    low, high = float(net.xy[:, 1].min()), float(net.xy[:, 1].max())
+    best: tuple[float, tuple[int, ...]] = (_LONG * small, ())
+    for tip in tips:
+        chain = onward(net, tip)
+        way = _places(net, chain)
+        along = way[-1] - way[0]
+        size = float(np.hypot(*along))
+        if size <= best[0] or abs(along[0]) < _LEVEL * size or float(way[:, 1].mean()) < low + _LOW * (high - low):
+            continue
+        bow = np.abs((way - way[0]) @ np.array([-along[1], along[0]])).max() / size
+        crossed = len(chain) > 1 or len(net.at[int(net.knot[chain[-1] ^ 1])]) > 1
+        if bow > _BOW * size + net.half or not crossed:
+            continue
+        best = (size, tuple(chain) if along[0] > 0 else tuple(e ^ 1 for e in chain[::-1]))
+    return best[1]
+
+
+def without(net: Network, chain: Sequence[int]) -> tuple[Network, list[int]]:
+    """A network without the branches of a bar, but with those that are no more than a crossing; and which it has."""
+    gone = {e >> 1 for e in chain if net.length[e >> 1] >= _TINY or _loose(net, e) or _loose(net, e ^ 1)}
+    kept = [b for b in range(len(net.branches)) if b not in gone]
+    ends = np.array([e for b in kept for e in (2 * b, 2 * b + 1)], dtype=np.intp)
+    return (
+        Network(
+            net.xy,
+            net.radius,
+            net.density,
+            net.half,
+            tuple(net.branches[b] for b in kept),
+            net.knot[ends],
+            net.length[kept],
+            net.leaving[ends],
+        ),
+        kept,
+    )
