@@ -69,7 +69,8 @@ def own_bar(net: Network, tips: Sequence[int], small: float) -> tuple[int, ...]:
     tips : ends at loose knots where a bar may begin.
     small : height of a small letter, in the unit of the network.
     """
-    low, high = float(net.xy[:, 1].min()), float(net.xy[:, 1].max())
+    heights = np.concatenate([net.xy[path, 1] for path in net.branches])
+    low, high = float(heights.min()), float(heights.max())
     best: tuple[float, tuple[int, ...]] = (_LONG * small, ())
     for tip in tips:
         chain = onward(net, tip)
@@ -86,21 +87,7 @@ def own_bar(net: Network, tips: Sequence[int], small: float) -> tuple[int, ...]:
     return best[1]
 
 
-def without(net: Network, chain: Sequence[int]) -> tuple[Network, list[int]]:
-    """A network without the branches of a bar, but with those that are no more than a crossing; and which it has."""
+def beside(net: Network, chain: Sequence[int]) -> list[int]:
+    """The branches that are left without a bar; those that are no more than a crossing stay."""
     gone = {e >> 1 for e in chain if net.length[e >> 1] >= _TINY or _loose(net, e) or _loose(net, e ^ 1)}
-    kept = [b for b in range(len(net.branches)) if b not in gone]
-    ends = np.array([e for b in kept for e in (2 * b, 2 * b + 1)], dtype=np.intp)
-    return (
-        Network(
-            net.xy,
-            net.radius,
-            net.density,
-            net.half,
-            tuple(net.branches[b] for b in kept),
-            net.knot[ends],
-            net.length[kept],
-            net.leaving[ends],
-        ),
-        kept,
-    )
+    return [b for b in range(len(net.branches)) if b not in gone]

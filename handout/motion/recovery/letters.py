@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.recovery.bars import BARRED, onward, own_bar, without
+from handout.motion.recovery.bars import BARRED, beside, onward, own_bar
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
-from handout.motion.recovery.network import Network, network
+from handout.motion.recovery.network import Network, network, part
 from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
 from handout.values import Array, Indices
 
 _LIKENESS = 8.0  # costs of a walk for one of unlikeness
-_WAYS = 24  # walks that are compared
-_FORMS = 8  # forms that they are compared with
+_WAYS = 16  # walks that are compared
+_MARGIN = 7.0  # a walk that costs so much more than the cheapest is not made good by its likeness
+_FORMS = 6  # forms that they are compared with
 _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
@@ -83,15 +84,16 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
     known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()
-    kept = np.unique(np.concatenate([net.branches[b] for b in rest]))
     if known is not None:
         body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
         known, laid = fitting(known, net.xy[own], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
-    net = _part(line, kept, marks, net.half)
-    begin, finish, through = (_ends(net, kept, own) for own in (line.begin, line.finish, line.through))
+    net = part(net, rest, marks)
+    begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))
     found = _walks(net, line, letter, begin, finish, through, costs)
+    least = min(walk.cost for walk in found)
+    found = [walk for walk in found if walk.cost <= least + _MARGIN]
     ways = [[_path(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     late: tuple[bool, ...] | None = None
@@ -107,7 +109,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
         form = int(unlike[best].argmin())
         late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
     best = int(total.argmin())
-    strokes = [kept[v] for v in ways[best]]
+    strokes = ways[best]
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
     flags = tuple(
@@ -147,9 +149,10 @@ def _beside(
     """Ways over a letter beside its bars, which come last; none if there is nothing else."""
     if not chains:
         return walks(net, line.small, begin=begin, finish=finish, costs=costs, most=_WAYS)
-    rest, kept = without(net, [e for chain in chains for e in chain])
+    kept = beside(net, [e for chain in chains for e in chain])
     if not kept:
         return []
+    rest = part(net, kept)
     number = {b: i for i, b in enumerate(kept)}
     there = [[2 * number[e >> 1] + (e & 1) for e in ends if e >> 1 in number] for ends in (begin, finish)]
     found = walks(rest, line.small, begin=there[0], finish=there[1], costs=costs, most=_WAYS)
@@ -184,17 +187,8 @@ def _late(strokes: Sequence[Array], form: Array, late: NDArray[np.bool_]) -> tup
     return tuple(found)
 
 
-def _part(line: Line, kept: Indices, marks: Sequence[int], half: float) -> Network:
-    number = np.full(len(line.xy), -1, dtype=np.intp)
-    number[kept] = np.arange(len(kept))
-    edges = number[line.edges[(number[line.edges] >= 0).all(axis=1)]]
-    cuts = number[list(marks)].tolist() if len(marks) else ()
-    return network(line.xy[kept], line.radius[kept], line.density[kept], edges, cuts, half)
-
-
-def _ends(net: Network, kept: Indices, vertices: Sequence[int]) -> list[int]:
-    own = {int(np.flatnonzero(kept == v)[0]) for v in vertices}
-    return [end for end, knot in enumerate(net.knot.tolist()) if knot in own]
+def _ends(net: Network, vertices: Sequence[int]) -> list[int]:
+    return [end for end, knot in enumerate(net.knot.tolist()) if knot in vertices]
 
 
 def _path(net: Network, stroke: Sequence[int]) -> Indices:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.recovery.models import Models, along, frame
+from handout.motion.recovery.models import Models, frame
 from handout.values import Array
 
 _PLACES = 48  # of a line that forms are compared with
@@ -59,11 +59,27 @@ def unlikeness(
     -------
     (w, f) float ≥ 0: mean cost along both paths; about .2 for the same way of writing, 1 and more for others.
     """
-    sampled = np.array([along(strokes, laid.shape[1])[0] for strokes in ways])
+    sampled = np.array([_evenly(strokes, laid.shape[1]) for strokes in ways])
     size = float(np.sqrt((sampled[0].std(axis=0) ** 2).sum()))
     lifts = np.array([len(strokes) for strokes in ways])[:, None] - letter.strokes
     opened, closed = (_OPEN if joined else np.inf for joined in (entered, left))
     return _warped(sampled, laid, max(size, 1e-9), opened, closed) + _LIFTED * np.abs(lifts)
+
+
+def _evenly(strokes: Sequence[Array], count: int) -> Array:
+    """(count, 2): places at even distances along some strokes; the way between two has no length."""
+    xy = np.concatenate(strokes)
+    step = xy[1:] - xy[:-1]
+    run = np.empty(len(xy))
+    run[0] = 0.0
+    np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2 + 1e-18, out=run[1:])
+    first = 0
+    for stroke in strokes[:-1]:
+        first += len(stroke)
+        run[first] = 1e-9
+    run = run.cumsum()
+    at = np.linspace(0.0, run[-1], count)
+    return np.stack([np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])], axis=1)
 
 
 def aims(paths: Array) -> Array:

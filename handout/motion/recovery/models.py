@@ -20,7 +20,7 @@ from handout.hand.library import load
 from handout.values import Array, Glyph
 
 HANDS = ("house-joined", "house-quick", "house-print")
-SAMPLES = 28  # of a path
+SAMPLES = 24  # of a path
 _FORMS = 8  # of each hand
 _FINE = 8  # places between two points of a form
 

@@ -6,9 +6,11 @@ an end arrives at the next by that end's other one, `end ^ 1`.  Lengths are in h
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -60,29 +62,45 @@ class Network:
         return np.asarray(self.xy[self.branches[end >> 1][-1 if end & 1 else 0]])
 
 
-def network(
-    xy: Array, radius: Array, density: Array, edges: Indices, cuts: Sequence[int] = (), half: float | None = None
-) -> Network:
+def network(xy: Array, radius: Array, density: Array, edges: Indices, half: float | None = None) -> Network:
     """The branches of a line graph.
 
     Parameters
     ----------
     xy, radius, density, edges : as in `values.LineGraph`, y up.
-    cuts : vertices that are knots whatever meets there.
     half : half the usual width of the line; default: the median radius.
     """
-    degree = np.bincount(edges.ravel(), minlength=len(xy))
-    found = [part for path in branches(edges, len(xy)) for part in _cut(path, cuts, bool(degree[path[0]] == 2))]
     wide = half if half is not None else float(np.median(radius))
+    return _made(xy, radius, density, wide, branches(edges, len(xy)))
+
+
+def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
+    """Some branches of a network, with knots at some more of their vertices."""
+    if not cuts:
+        ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
+        kept = tuple(net.branches[b] for b in keep)
+        rows = list(keep)
+        return Network(
+            net.xy, net.radius, net.density, net.half, kept, net.knot[ends], net.length[rows], net.leaving[ends]
+        )
+    found = []
+    for b in keep:
+        path = net.branches[b]
+        closed = len(path) > 1 and path[0] == path[-1] and len(net.at[int(path[0])]) == 2
+        found += _cut(path, cuts, closed)
+    return _made(net.xy, net.radius, net.density, net.half, found)
+
+
+def _made(xy: Array, radius: Array, density: Array, half: float, found: Sequence[Indices]) -> Network:
     runs = [_run(xy[path]) for path in found]
     knots = np.array([path[side] for path in found for side in (0, -1)], dtype=np.intp)
     directions = [
-        _direction(xy[path][::side], run if side > 0 else run[-1] - run[::-1], wide)
+        _direction(xy[path][::side], run if side > 0 else run[-1] - run[::-1], half)
         for path, run in zip(found, runs, strict=True)
         for side in (1, -1)
     ]
-    length = np.array([run[-1] for run in runs]) / wide
-    return Network(xy, radius, density, wide, tuple(found), knots, length, np.array(directions).reshape(-1, 2))
+    length = np.array([run[-1] for run in runs]) / half
+    return Network(xy, radius, density, half, tuple(found), knots, length, np.array(directions).reshape(-1, 2))
 
 
 def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
@@ -94,7 +112,7 @@ def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
         opened = np.concatenate([path[inside[0] : -1], path[: inside[0] + 1]])
         return _cut(opened, cuts, closed=False)
     bounds = [0, *inside, len(path) - 1]
-    return [path[a : b + 1] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    return [path[a : b + 1] for a, b in pairwise(bounds)]
 
 
 def _run(xy: Array) -> Array:
@@ -105,9 +123,10 @@ def _direction(xy: Array, run: Array, half: float) -> Array:
     """(2,) in which a way leaves its first vertex, beyond the ink that it shares there with others."""
     if run[-1] < 1e-9:
         return np.zeros(2)
-    places = np.minimum(np.array([_NEAR, _FAR, 2 * _FAR - _NEAR]) * half, run[-1] * np.array([0.3, 0.7, 1.0]))
-    x, y = np.interp(places, run, xy[:, 0]), np.interp(places, run, xy[:, 1])
-    near, far = np.arctan2(np.diff(y), np.diff(x))
-    turn = (near - far + np.pi) % (2 * np.pi) - np.pi
-    angle = near + float(np.clip(_BENT * turn, -_MOST_BENT, _MOST_BENT))
-    return np.array([np.cos(angle), np.sin(angle)])
+    whole = float(run[-1])
+    places = (min(_NEAR * half, 0.3 * whole), min(_FAR * half, 0.7 * whole), min((2 * _FAR - _NEAR) * half, whole))
+    x, y = np.interp(places, run, xy[:, 0]).tolist(), np.interp(places, run, xy[:, 1]).tolist()
+    near, far = math.atan2(y[1] - y[0], x[1] - x[0]), math.atan2(y[2] - y[1], x[2] - x[1])
+    turn = (near - far + math.pi) % (2 * math.pi) - math.pi
+    angle = near + min(max(_BENT * turn, -_MOST_BENT), _MOST_BENT)
+    return np.array([math.cos(angle), math.sin(angle)])

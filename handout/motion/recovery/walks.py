@@ -17,7 +17,7 @@ import numpy as np
 from handout.motion.recovery.network import Network
 from handout.values import Array
 
-_WIDTH = 48  # walks that are followed
+_WIDTH = 32  # walks that are followed
 _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
