@@ -64,8 +64,7 @@ def command(
     profile = _profile(device, port)
     words = options.text_of(text, file)
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
-    jobs.drawn_hand(job)
-    pages, drawings = jobs.compose_and_trace(words, job)
+    pages, drawings = jobs.compose_and_trace(words, job, shown=jobs.STROKES)
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=order) for drawing in drawings]
