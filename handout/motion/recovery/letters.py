@@ -16,7 +16,7 @@ from handout.motion.recovery.network import Network, network, part
 from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
 from handout.values import Array, Indices
 
-_LIKENESS = 8.0  # costs of a walk for one of unlikeness
+_LIKENESS = 10.0  # costs of a walk for one of unlikeness
 _WAYS = 16  # walks that are compared
 _MARGIN = 7.0  # a walk that costs so much more than the cheapest is not made good by its likeness
 _FORMS = 6  # forms that they are compared with

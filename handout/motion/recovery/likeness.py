@@ -14,9 +14,9 @@ from handout.motion.recovery.models import Models, frame
 from handout.values import Array
 
 _PLACES = 48  # of a line that forms are compared with
-_NEAR = 0.35  # of a letter's size: places so far apart are unlike
-_FARTHEST = 4.0  # what it costs at most
-_AIMED = 1.0  # cost of a right angle between directions
+_NEAR = 0.82  # of a letter's size: places so far apart are unlike
+_FARTHEST = 3.6  # what it costs at most
+_AIMED = 0.59  # cost of a right angle between directions
 _OPEN = 0.4  # cost of every place on the way from another letter that is skipped
 _MOST_OPEN = 0.5  # of a path
 _LIFTED = 0.04  # of every lift that one has and the other has not

@@ -17,8 +17,8 @@ import numpy as np
 from handout.branching import branches
 from handout.values import Array, Indices
 
-_NEAR, _FAR = 2.0, 8.0  # half widths from a knot between which a branch shows its direction
-_BENT = 0.5  # how far the turn of the branch beyond is carried on into the knot
+_NEAR, _FAR = 1.4, 8.0  # half widths from a knot between which a branch shows its direction
+_BENT = 0.51  # how far the turn of the branch beyond is carried on into the knot
 _MOST_BENT = 0.6  # rad
 
 

@@ -19,8 +19,8 @@ from handout.writing.scanned.forms import Form, Forms, Way
 _BARRED = "tfTFHAE"
 _BAR = 0.7  # of a small letter: no bar is lower
 _TIP = 10  # vertices from a tip that tell its direction
-_GAP = 8.0  # half widths that ink may fail
-_AHEAD = 0.3  # cosine
+_GAP = 5.7  # half widths that ink may fail
+_AHEAD = 0.15  # cosine
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 _SAME = 1e-6  # mm between two places that are one
 _JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word

@@ -38,22 +38,22 @@ class Costs:
     """
 
     turn: float = 1.6
-    tip: float = 0.5
-    retrace: float = 0.2
-    retraced: float = 0.5
-    lift: float = 2.4
-    landing: float = 0.7
-    leaving: float = 0.7
+    tip: float = 0.71
+    retrace: float = 0.18
+    retraced: float = 0.28
+    lift: float = 5.2
+    landing: float = 0.59
+    leaving: float = 0.9
     jump: float = 0.25
-    against: float = 0.6
-    first: float = 3.0
-    passing: float = 1.2
+    against: float = 0.46
+    first: float = 1.97
+    passing: float = 0.92
     corner: float = 1.2
     third: float = 0.4
     cross: float = 1.0
     bar: float = 0.5
     gap: float = 1.5
-    gap_far: float = 9.0
+    gap_far: float = 9.4
 
 
 USUAL = Costs()
