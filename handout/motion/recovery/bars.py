@@ -13,9 +13,11 @@ from handout.motion.recovery.network import Network
 from handout.values import Array
 
 BARRED = frozenset("tf")  # letters whose bar is a stroke of its own in every joined hand
+CROSSED = frozenset("xX")  # letters that a straight stroke crosses aslant, from above
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out
 _AHEAD = 0.75  # cosine between a bar so far and how it goes on
 _LEVEL = 0.75  # least cosine of its slope
+_ASLANT = 0.25  # sine and cosine, at least, of a stroke aslant
 _LONG = 0.35  # of a small letter, at least
 _LOW = 0.4  # of a letter's height, under which no bar of its own is
 _BOW = 0.14  # of its length that a bar leaves the straight line
@@ -61,13 +63,14 @@ def _places(net: Network, chain: Sequence[int]) -> Array:
     return np.concatenate([net.xy[net.way(e)] for e in chain])
 
 
-def own_bar(net: Network, tips: Sequence[int], small: float) -> tuple[int, ...]:
-    """The ends along a letter's own bar, from left to right; () if there is none.
+def own_bar(net: Network, tips: Sequence[int], small: float, *, aslant: bool = False) -> tuple[int, ...]:
+    """The ends along a letter's own bar, from left to right, or from above; () if there is none.
 
     Parameters
     ----------
     tips : ends at loose knots where a bar may begin.
     small : height of a small letter, in the unit of the network.
+    aslant : whether it is the stroke that falls to the left in an x.
     """
     heights = np.concatenate([net.xy[path, 1] for path in net.branches])
     low, high = float(heights.min()), float(heights.max())
@@ -77,13 +80,17 @@ def own_bar(net: Network, tips: Sequence[int], small: float) -> tuple[int, ...]:
         way = _places(net, chain)
         along = way[-1] - way[0]
         size = float(np.hypot(*along))
-        if size <= best[0] or abs(along[0]) < _LEVEL * size or float(way[:, 1].mean()) < low + _LOW * (high - low):
+        forth = along if (along[1] < 0 if aslant else along[0] > 0) else -along
+        if size <= best[0]:
             continue
+        if aslant:
+            fits = forth[0] < -_ASLANT * size and forth[1] < -_ASLANT * size
+        else:
+            fits = forth[0] >= _LEVEL * size and float(way[:, 1].mean()) >= low + _LOW * (high - low)
         bow = np.abs((way - way[0]) @ np.array([-along[1], along[0]])).max() / size
         crossed = len(chain) > 1 or len(net.at[int(net.knot[chain[-1] ^ 1])]) > 1
-        if bow > _BOW * size + net.half or not crossed:
-            continue
-        best = (size, tuple(chain) if along[0] > 0 else tuple(e ^ 1 for e in chain[::-1]))
+        if fits and crossed and bow <= _BOW * size + net.half:
+            best = (size, tuple(chain) if forth is along else tuple(e ^ 1 for e in chain[::-1]))
     return best[1]
 
 

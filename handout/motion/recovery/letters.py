@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.recovery.bars import BARRED, beside, onward, own_bar
+from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
 from handout.motion.recovery.network import Network, network, part
@@ -94,7 +94,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = _walks(net, line, letter, begin, finish, through, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
-    ways = [[_path(net, stroke) for stroke in walk.strokes] for walk in found]
+    ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     late: tuple[bool, ...] | None = None
     if known is not None:
@@ -126,11 +126,11 @@ def _walks(
     """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
     chains = [tuple(onward(net, end)) for end in through]
     found: list[Walk] = []
-    if letter in BARRED:
+    if letter in BARRED or letter in CROSSED:
         passed = {e >> 1 for chain in chains for e in chain}
         loose = [e for e, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1]
         tips = [e for e in loose if e >> 1 not in passed and e not in begin]
-        own = own_bar(net, tips, line.small)
+        own = own_bar(net, tips, line.small, aslant=letter in CROSSED)
         if own:
             found += _beside(net, line, [*chains, own], begin, finish, costs, costs.bar)
     found += _beside(net, line, chains, begin, finish, costs, 0.0)
@@ -191,7 +191,8 @@ def _ends(net: Network, vertices: Sequence[int]) -> list[int]:
     return [end for end, knot in enumerate(net.knot.tolist()) if knot in vertices]
 
 
-def _path(net: Network, stroke: Sequence[int]) -> Indices:
+def vertices(net: Network, stroke: Sequence[int]) -> Indices:
+    """Vertices of a stroke in order, given the ends by which the pen leaves knots."""
     ways = [net.way(end) for end in stroke]
     joined = [ways[0]]
     for way in ways[1:]:

@@ -41,7 +41,7 @@ class Costs:
     tip: float = 0.71
     retrace: float = 0.18
     retraced: float = 0.28
-    lift: float = 5.2
+    lift: float = 4.2
     landing: float = 0.59
     leaving: float = 0.9
     jump: float = 0.25
