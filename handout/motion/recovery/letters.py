@@ -112,8 +112,9 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     strokes = ways[best]
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
+    # a bar waits only where the pen must first go on to the next letter
     flags = tuple(
-        flag or stroke[0] in through or stroke in barred
+        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
         for flag, stroke in zip(flags, found[best].strokes, strict=True)
     )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
@@ -132,8 +133,9 @@ def _walks(
         tips = [e for e in loose if e >> 1 not in passed and e not in begin]
         own = own_bar(net, tips, line.small, aslant=letter in CROSSED)
         if own:
-            found += _beside(net, line, [*chains, own], begin, finish, costs, costs.bar)
-    found += _beside(net, line, chains, begin, finish, costs, 0.0)
+            found += _beside(net, line, [*chains, own], begin, finish, costs)
+    if not found:
+        found += _beside(net, line, chains, begin, finish, costs)
     return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
 
 
@@ -144,7 +146,6 @@ def _beside(
     begin: list[int],
     finish: list[int],
     costs: Costs,
-    more: float,
 ) -> list[Walk]:
     """Ways over a letter beside its bars, which come last; none if there is nothing else."""
     if not chains:
@@ -157,7 +158,7 @@ def _beside(
     there = [[2 * number[e >> 1] + (e & 1) for e in ends if e >> 1 in number] for ends in (begin, finish)]
     found = walks(rest, line.small, begin=there[0], finish=there[1], costs=costs, most=_WAYS)
     return [
-        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost + more, tuple(chains))
+        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost, tuple(chains))
         for w in found
     ]
 
