@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
 from handout.motion.recovery.likeness import fitting, unlikeness
+from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
 from handout.motion.recovery.network import Network, network, part
 from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
@@ -23,6 +24,7 @@ _FORMS = 6  # forms that they are compared with
 _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
+_LOOP = 4.0  # cost of a loop that is the wrong way round
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
 
 
@@ -31,7 +33,7 @@ class Line:
     """The line of one letter: its body, and where it is joined the way to its neighbours.
 
     xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
-    small : height of a small letter, in the unit of `xy`.
+    small : height of a small letter, in the unit of `xy`; base : y of the line it stands on, None where that is not known.
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
     either : vertices at loose ends where the pen comes from the letter before, or a bar does.
@@ -46,6 +48,7 @@ class Line:
     finish: tuple[int, ...] = ()
     through: tuple[int, ...] = ()
     either: tuple[int, ...] = ()
+    base: float | None = None
 
     @property
     def joints(self) -> set[int]:
@@ -96,6 +99,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
     ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
+    total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
     late: tuple[bool, ...] | None = None
     if known is not None:
         parts = [

@@ -120,7 +120,7 @@ class Scribe:
             begin += facing
         if glyph.after != NOBODY and not finish:
             finish += self._facing(glyph.after, number, line, entering=False)
-        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through), either=tuple(either))
+        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through), either=tuple(either), base=-float(self.forms.centre[number, 1]))
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
