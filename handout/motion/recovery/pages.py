@@ -19,7 +19,7 @@ from handout.writing.scanned.forms import Form, Forms, Way
 _BARRED = "tfTFHAE"
 _BAR = 0.7  # of a small letter: no bar is lower
 _TIP = 10  # vertices from a tip that tell its direction
-_GAP = 5.7  # half widths that ink may fail
+_GAPS = (5.7, 11.0)  # half widths that ink may fail, in hands that lift the pen between letters, and that join them
 _AHEAD = 0.15  # cosine
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 _SAME = 1e-6  # mm between two places that are one
@@ -80,6 +80,7 @@ class Scribe:
     width : mm, of the hand's usual line.
     patient : whether dots and bars wait for the end of the word, as they do where letters are joined; people who print
         dot every i at once.
+    gap : half widths that ink may fail between two letters.
     """
 
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
@@ -88,6 +89,7 @@ class Scribe:
         beside = [glyph for glyph in hand.glyphs if glyph.before != NOBODY]
         joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
         self.patient = joined >= _JOINED * max(len(beside), 1)
+        self.gap = _GAPS[int(self.patient)]
         self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
         self._slant = float(np.median([page.slant for page in hand.pages]))
@@ -132,7 +134,7 @@ class Scribe:
         half = float(np.median(form.radius))
         for vertex, place, aim in ours:
             for _, there, away in theirs:
-                good = bridged(place, aim, there, away, half)
+                good = bridged(place, aim, there, away, half, self.gap)
                 if good > best and vertex not in anchors and (there[0] < place[0] + half) == entering:
                     best, found = good, [vertex]
         return found
@@ -156,11 +158,11 @@ def tips(xy: Array, edges: Indices) -> list[tuple[int, Array, Array]]:
     return found
 
 
-def bridged(place: Array, aim: Array, there: Array, away: Array, half: float) -> float:
+def bridged(place: Array, aim: Array, there: Array, away: Array, half: float, most: float) -> float:
     """0–1: how well two tips, each with its direction outwards, go on in one another over a little missing ink."""
     way = there - place
     far = float(np.hypot(*way)) / half
-    if far > _GAP:
+    if far > most:
         return 0.0
     if far < 1e-6:
         return 1.0
@@ -238,7 +240,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         entered = False
         for stroke in main:
             part = (glyph, _trimmed(glyph, stroke, joined))
-            if not entered and _goes_on(current, stroke, part, joined):
+            if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
                 current, entered = _Movement([*current.parts, part], stroke.end), True
             else:
                 yield from _ended([current])
@@ -281,22 +283,22 @@ def _shared(glyph: _Glyph, onward: dict[int, int]) -> tuple[list[_Stroke], list[
 
 
 def _goes_on(
-    current: _Movement, stroke: _Stroke, part: tuple[_Glyph, Indices], joined: dict[int, int]
+    current: _Movement, stroke: _Stroke, part: tuple[_Glyph, Indices], joined: dict[int, int], gap: float
 ) -> bool:
     """Whether a stroke is written without a lift after what was written before it."""
     if not current.parts:
         return False
     if stroke.begin is not None and stroke.begin in joined:
         return joined[stroke.begin] == current.leaving
-    return current.leaving is None and _fails(current.parts[-1], part)
+    return current.leaving is None and _fails(current.parts[-1], part, gap)
 
 
-def _fails(first: tuple[_Glyph, Indices], second: tuple[_Glyph, Indices]) -> bool:
+def _fails(first: tuple[_Glyph, Indices], second: tuple[_Glyph, Indices], gap: float) -> bool:
     """Whether a movement goes on in another with a little ink missing."""
     (one, end), (other, begin) = first, second
     a, b = one.graph.xy[end[-_TIP:]], other.graph.xy[begin[:_TIP]]
     aims = [(xy[i] - xy[j]) / max(float(np.hypot(*(xy[i] - xy[j]))), 1e-9) for xy, i, j in ((a, -1, 0), (b, 0, -1))]
-    return bridged(a[-1], aims[0], b[0], aims[1], float(np.median(one.graph.radius))) > 0
+    return bridged(a[-1], aims[0], b[0], aims[1], float(np.median(one.graph.radius)), gap) > 0
 
 
 def _joins(first: _Glyph, second: _Glyph) -> dict[int, int]:
