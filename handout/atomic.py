@@ -1,4 +1,4 @@
-"""Writing files so that nothing is ever left half-written."""
+"""Writing files so that nothing is ever left half-written, and holding them against other programs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, Any, BinaryIO
 
 from handout.errors import InputError
 
@@ -54,6 +54,17 @@ def write(path: Path, data: bytes) -> None:
     """
     with opened(path) as stream:
         stream.write(data)
+
+
+def lock(stream: IO[Any]) -> None:
+    """Hold an open file against other programs; raises OSError if another has it.
+
+    The lock goes with the program, however it ends; where the system has no such locks there is none.
+    """
+    with contextlib.suppress(ImportError):
+        import fcntl
+
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def check_writable(path: Path) -> None:

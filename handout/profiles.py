@@ -7,6 +7,7 @@ The fields are documented for people who do not program in `devices/README.md`.
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Any, Literal
@@ -51,7 +52,10 @@ class Bed(_Table, frozen=True):
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
     which the same corner (or the middle) of the page is laid; y: whether Y grows away from the reader ("up") or
-    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins.
+    towards; zero: "kept", the zero the machine has, or "here", wherever the pen stands when a plot begins; gantry:
+    "cartesian", each motor moves one axis, or "corexy", one moves x + y and the other x − y (only where that is not
+    left to the controller: EBB); inset_x, inset_y: how far the zero lies inside the page's corner, on machines that
+    cannot reach the edge of a sheet.
     """
 
     width: Length
@@ -59,36 +63,63 @@ class Bed(_Table, frozen=True):
     origin: Literal["bottom-left", "top-left", "centre"] = "bottom-left"
     y: Literal["up", "down"] = "up"
     zero: Literal["kept", "here"] = "kept"
+    gantry: Literal["cartesian", "corexy"] = "cartesian"
+    inset_x: Length = Length(0.0)
+    inset_y: Length = Length(0.0)
 
 
 class Limits(_Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
-    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``.
+    travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``; jerk: of a
+    Marlin that uses it in place of junction deviation, 0 for none.
     """
 
     draw_speed: Speed
     travel_speed: Speed
     acceleration: Acceleration
     junction_deviation: Length = Length(0.01)
+    jerk: Speed = Speed(0.0)
     steps_per_mm: float = 80.0
 
 
 class Pen(_Table, frozen=True):
-    """How the pen is lifted: by a servo (``M3 S…``) or by the Z axis.
+    """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
+    has words for it.
 
-    up, down: servo values, or heights in mm for ``lift = "z"``; up_time, down_time: how long to wait for the pen
-    after the command; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
+    up, down: servo values, or heights in mm for ``lift = "z"``; pressed: height at full pressure, to which the pen
+    follows the pressure of a stroke (no number: it does not); up_time, down_time: how long to wait for the pen after
+    the command; ramp: how long the pen is on its way down; up_command, down_command: lines for ``lift = "command"``;
+    z: whether the Z axis counts upwards; z_speed, z_acceleration: of the Z axis; width: of the pen's line.
     """
 
-    lift: Literal["servo", "z"]
+    lift: Literal["servo", "z", "command", "own"]
     up: float
     down: float
     up_time: Time
     down_time: Time
+    pressed: float | None = None
+    ramp: Time = Time(0.0)
+    up_command: tuple[str, ...] = ()
+    down_command: tuple[str, ...] = ()
+    z: Literal["up", "down"] = "up"
     z_speed: Speed = Speed(20.0)
     z_acceleration: Acceleration = Acceleration(200.0)
     width: Length = Length(0.4)
+
+
+class Hpgl(_Table, frozen=True):
+    """What differs between plotters that speak HP-GL.
+
+    rotation: of the coordinates, in degrees (``RO``); speed_step: of ``VS``; pens: in the carousel; pen: the one to
+    write with; pen_time: what fetching or putting away a pen takes.
+    """
+
+    rotation: Literal[0, 90, 180, 270] = 0
+    speed_step: Speed = Speed(10.0)
+    pens: int = 1
+    pen: int = 1
+    pen_time: Time = Time(0.0)
 
 
 class Port(_Table, frozen=True):
@@ -110,6 +141,7 @@ class Plotter(_Table, frozen=True):
     """A pen plotter.
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
+    firmware: its version, where a dialect depends on it (EBB); "": not known, what every version understands is used.
     name: the name of its file, without ``.toml``.
     """
 
@@ -120,8 +152,10 @@ class Plotter(_Table, frozen=True):
     limits: Limits
     pen: Pen
     port: Port = Port()
+    hpgl: Hpgl = Hpgl()
     homing: bool = False
     segment_rate: float = 100.0
+    firmware: str = ""
     notes: str = ""
     name: str = ""
 
@@ -185,10 +219,12 @@ Profile = Plotter | Printer
 
 # key path → (least, greatest); a number outside is an error
 _BOUNDS: dict[str, tuple[float, float]] = {
-    "bed.width": (10, 5000), "bed.height": (10, 5000),
-    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 50000),
-    "limits.junction_deviation": (0, 1), "limits.steps_per_mm": (1, 10000),
-    "pen.up": (-1000, 20000), "pen.down": (-1000, 20000), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "bed.width": (10, 5000), "bed.height": (10, 5000), "bed.inset_x": (0, 100), "bed.inset_y": (0, 100),
+    "hpgl.speed_step": (0.1, 100), "hpgl.pens": (1, 16), "hpgl.pen": (1, 16), "hpgl.pen_time": (0, 60),
+    "limits.draw_speed": (0.1, 2000), "limits.travel_speed": (0.1, 2000), "limits.acceleration": (1, 100_000),
+    "limits.junction_deviation": (0, 1), "limits.jerk": (0, 100), "limits.steps_per_mm": (1, 10000),
+    "pen.up": (-1000, 65535), "pen.down": (-1000, 65535), "pen.up_time": (0, 5), "pen.down_time": (0, 5),
+    "pen.pressed": (-1000, 1000), "pen.ramp": (0, 2),
     "pen.z_speed": (0.1, 500), "pen.z_acceleration": (1, 50000), "pen.width": (0.02, 20),
     "port.baud": (300, 4_000_000), "port.buffer": (32, 65536), "port.queue": (2, 2000), "port.line_time": (0, 0.1),
     "port.timeout": (0.05, 600), "port.start_up": (0, 30), "segment_rate": (5, 1000), "dpi": (72, 2400),
@@ -237,6 +273,8 @@ def read(path: Path) -> Profile:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
     if "name" in table:
         raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
+    if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
+        table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:
         profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
     except msgspec.ValidationError as error:
@@ -244,10 +282,32 @@ def read(path: Path) -> Profile:
     _check_bounds(profile, path)
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
+        _check_dialect(profile, path)
+        _check_hpgl(profile, path)
         profile = msgspec.structs.replace(profile, name=path.stem)
     else:
         _check_trays(profile, path)
     return profile
+
+
+def _check_dialect(profile: Plotter, path: Path) -> None:
+    """What a dialect cannot do must not be asked of it."""
+    if profile.dialect != "ebb":
+        if profile.bed.gantry != "cartesian":
+            raise ProfileError(
+                f'{path}: bed.gantry = "{profile.bed.gantry}" is left to the controller unless it is an EBB.'
+            )
+        return
+    if profile.pen.lift != "servo":
+        raise ProfileError(f'{path}: pen.lift = "{profile.pen.lift}" is not known to an EBB, whose pen has a servo.')
+    if not (1 <= profile.pen.up <= 65535 and 1 <= profile.pen.down <= 65535):
+        raise ProfileError(
+            f"{path}: pen.up and pen.down of an EBB are lengths of pulses, 1 to 65535 in units of 83.3 ns."
+        )
+    if profile.homing:
+        raise ProfileError(f"{path}: homing = true, but an EBB has no switches to find its zero by.")
+    if not re.fullmatch(r"|\d{1,3}(\.\d{1,3}){1,2}", profile.firmware, re.ASCII):
+        raise ProfileError(f'{path}: firmware = {profile.firmware!r} is not a version such as "2.8.1".')
 
 
 def _check_trays(printer: Printer, path: Path) -> None:
@@ -257,12 +317,44 @@ def _check_trays(printer: Printer, path: Path) -> None:
 
 
 def _check_pen(pen: Pen, path: Path) -> None:
-    if pen.lift == "z" and pen.up <= pen.down:
+    sign = 1 if pen.z == "up" else -1
+    if pen.lift == "z" and sign * pen.up <= sign * pen.down:
         raise ProfileError(
-            f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis)."
+            f"{path}: pen.up = {pen.up:g} must be higher than pen.down = {pen.down:g} (mm of the Z axis, which counts "
+            f'{pen.z}wards: pen.z = "{pen.z}").'
         )
+    if pen.pressed is not None and (pen.lift != "z" or sign * pen.pressed > sign * pen.down):
+        raise ProfileError(
+            f'{path}: pen.pressed = {pen.pressed:g} needs lift = "z", and must not be higher than pen.down = '
+            f"{pen.down:g}."
+        )
+    _check_commands(pen, path)
     if pen.up == pen.down:
         raise ProfileError(f"{path}: pen.up and pen.down are both {pen.up:g}; the pen would never leave the paper.")
+
+
+def _check_hpgl(plotter: Plotter, path: Path) -> None:
+    if (plotter.pen.lift == "own") != (plotter.dialect == "hpgl"):
+        raise ProfileError(f'{path}: pen.lift = "own" and dialect = "hpgl" belong together.')
+    if plotter.dialect == "hpgl" and plotter.bed.zero != "kept":
+        raise ProfileError(
+            f'{path}: bed.zero = {plotter.bed.zero!r} must be "kept": the zero of HP-GL is on its sheet.'
+        )
+    if plotter.hpgl.pen > plotter.hpgl.pens:
+        raise ProfileError(f"{path}: hpgl.pen = {plotter.hpgl.pen} is beyond hpgl.pens = {plotter.hpgl.pens}.")
+
+
+def _check_commands(pen: Pen, path: Path) -> None:
+    """Commands of the user's own must be lines that a controller reads, and none that act out of turn."""
+    for name, lines in (("up_command", pen.up_command), ("down_command", pen.down_command)):
+        if (pen.lift == "command") != bool(lines):
+            raise ProfileError(f'{path}: pen.{name} and lift = "command" belong together.')
+        for line in lines:
+            if not re.fullmatch(r"[ -~]{1,70}", line) or set("?!~") & set(line) or not line.strip():
+                raise ProfileError(
+                    f"{path}: pen.{name} has {line!r}, which is not a line of 1 to 70 printable ASCII characters other "
+                    "than ? ! ~."
+                )
 
 
 def _hint(message: str, kind: type) -> str:
@@ -272,7 +364,7 @@ def _hint(message: str, kind: type) -> str:
     quoted = said.split("`")[1] if "`" in said else ""
     key = f"{table}.{quoted}" if table else quoted
     if "unknown field" in said:
-        tables = (kind, Bed, Limits, Pen, Port, Margins, Nudge, Envelope)
+        tables = (kind, Bed, Limits, Pen, Hpgl, Port, Margins, Nudge, Envelope)
         known = {f.name for t in tables for f in msgspec.structs.fields(t)}
         near = difflib.get_close_matches(quoted, known, 1)
         return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")

@@ -6,6 +6,7 @@ x-height 1, baseline y = 0, y up, x to the right, upright (the slant is added wh
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+_COLOUR = re.compile("#[0-9a-f]{6}")
 
 
 def readonly(values: ArrayLike, *shape: int | None) -> Array:
@@ -77,6 +79,8 @@ class Stroke:
         page's x axis towards y.
     width : (n,) float, mm, width of the mark, optional.
     word : index of the written word on its page, counted from 0; −1 if unknown.
+    layer : name of the layer it belongs to, "" for none: what is drawn with one pen, before or after the other layers.
+    colour : of the pen it is meant for, ``"#rrggbb"``, "" for any.
     """
 
     t: Array
@@ -87,8 +91,12 @@ class Stroke:
     rotation: Array | None = None
     width: Array | None = None
     word: int = -1
+    layer: str = ""
+    colour: str = ""
 
     def __post_init__(self) -> None:
+        if self.colour and not _COLOUR.fullmatch(self.colour):
+            raise ValueError(f"{self.colour!r} is not a colour such as #1a1a2e")
         t = readonly(self.t, None)
         if len(t) == 0:
             raise ValueError("a stroke needs at least one sample")
@@ -122,6 +130,7 @@ class Drawing:
     The time between one stroke's last sample and the next stroke's first is spent with the pen up.
     Writing that reuses scanned ink has `ink`, which gives its pixels at a number of dots per inch, and `inked`, where
     it lies: (x least, y least, x greatest, y greatest), mm; such a page need not have strokes.
+    `timed` says whether the times of the strokes mean anything; they do not in drawings that are only lines.
     `about` holds what is stored with every output: seed, hand, text, the program's version …
     """
 
@@ -130,6 +139,7 @@ class Drawing:
     about: Mapping[str, Any] = field(default_factory=dict)
     ink: Callable[[float], Raster] | None = field(default=None, repr=False)
     inked: tuple[float, float, float, float] | None = None
+    timed: bool = True
 
     @property
     def duration(self) -> float:

@@ -10,7 +10,19 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "handout"
 
 # room → rooms it may import, besides itself and the ground floor
-GROUND = {"", "values", "branching", "units", "errors", "atomic", "shipped", "profiles", "markers"}
+GROUND = {
+    "",
+    "values",
+    "branching",
+    "units",
+    "errors",
+    "atomic",
+    "shipped",
+    "profiles",
+    "markers",
+    "markup",
+    "pathdata",
+}
 MAY = {
     "scanning": set(),
     "colour": set(),
@@ -20,6 +32,7 @@ MAY = {
     "inking": {"hand", "writing", "motion", "scanning"},
     "author": {"hand", "writing", "motion", "inking", "scanning", "prompting", "tagging"},
     "sinks": {"motion", "inking"},
+    "sources": {"sinks"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
     "plotting": {"motion", "sinks"},
@@ -32,6 +45,7 @@ MAY = {
         "motion",
         "inking",
         "sinks",
+        "sources",
         "printing",
         "plotting",
         "score",
@@ -41,6 +55,7 @@ MAY = {
         "colour",
         "calibrating",
     },
+    "plugins": {"cli"},
     "__main__": {"cli"},
 }
 HEAVY = {

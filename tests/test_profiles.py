@@ -11,7 +11,8 @@ import pytest
 
 from handout import profiles, shipped
 from handout.errors import ProfileError
-from handout.plotting import fidelity, open_port, plan, run, to_gcode
+from handout.plotting import fidelity, fit_to_bed, open_port, plan, run
+from handout.plotting.dialect import dialect
 from handout.printing import media, submit
 from handout.printing.simulated import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
@@ -35,7 +36,7 @@ def test_plotter_runs_through_the_simulated_device(path):
     profile = profiles.read(path)
     assert isinstance(profile, profiles.Plotter)
     assert profile.name == path.stem and profile.notes
-    drawing = page(words=5)
+    drawing = fit_to_bed(page(words=5), profile)
     made = plan(drawing, profile)
     port = open_port("sim:", profile)
     said = []
@@ -43,10 +44,15 @@ def test_plotter_runs_through_the_simulated_device(path):
     found = fidelity.compare(drawing, port.executed())
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.deviation < 0.1
-    assert found.correlation > 0.98
-    assert port.lost == 0 and not port.pen_is_down and port.firmware.state == "Idle"
-    assert said == (["Homing: the plotter looks for its zero."] if profile.homing else [])
-    assert to_gcode(made).endswith(b"G4P0\n")
+    # HP-GL has no times within a stroke, which its plan admits; of a slow machine it is told what it will do
+    timeless = profile.dialect == "hpgl"
+    assert found.correlation > 0.98 or timeless or profile.limits.acceleration <= 1000
+    assert timeless or fidelity.compare(made.predicted(), port.executed()).correlation > 0.98
+    assert port.lost == 0 and not port.pen_is_down and port.at_rest
+    turned = ["The page is turned to fit the bed: its top edge lies to the left."] if made.placement.turned else []
+    homed = ["Homing: the plotter looks for its zero."] if profile.homing and not timeless else []
+    assert sorted(said) == sorted(homed + turned)
+    assert len(dialect(profile.dialect).file(made, profile)) > 1000
 
 
 @pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
@@ -122,7 +128,7 @@ def edited(tmp_path, stem, old, new):
         (r'^width = "300mm"', 'width = "300"', r"bed\.width: '300s?' is not a length"),
         (r'^width = "300mm"', 'width = "300s"', r"bed\.width: '300s?' is not a length"),
         (r'^width = "300mm"', 'width = "9999mm"', r"bed\.width = 9999 is outside 10 to 5000"),
-        (r'^acceleration = "2000mm/s2"', 'acceleration = "0mm/s2"', r"limits\.acceleration = 0 is outside 1 to 50000"),
+        (r'^acceleration = "2000mm/s2"', 'acceleration = "0mm/s2"', r"limits\.acceleration = 0 is outside 1 to 100000"),
         (r'^down_time = "200ms"', 'down_time = "9s"', r"pen\.down_time = 9 is outside 0 to 5"),
         (r"^segment_rate = 100", "segment_rate = 4000", r"segment_rate = 4000 is outside 5 to 1000"),
         (r"^buffer = 128", "buffer = 8", r"port\.buffer = 8 is outside 32 to 65536"),

@@ -14,11 +14,13 @@ INTERRUPTED = 130
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
-    "write": "Write a text to a file: SVG, PNG, PDF, InkML, JSON or G-code.",
+    "write": "Write a text to a file: SVG, PNG, PDF, InkML or JSON.",
+    "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
+    "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -138,6 +138,14 @@ def compose_and_trace(
 
     `shown` : what is wanted of a scanned hand, its `INK` or its `STROKES` or both; a drawn one has strokes.
     """
+    pages, drawings = composed(text, job, layout, row, shown)
+    return pages, list(drawings)
+
+
+def composed(
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = STROKES
+) -> tuple[list[Manuscript], Iterator[Drawing]]:
+    """The same with every drawing made when it is asked for, so that a long text need not be held as strokes."""
     import numpy as np
 
     from handout.writing.compose import compose
@@ -148,7 +156,7 @@ def compose_and_trace(
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
-    drawings = [traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1)]
+    drawings = (traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1))
     return pages, drawings
 
 

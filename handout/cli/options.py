@@ -23,7 +23,10 @@ _MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written
 
 _WRITING = (
     click.option(
-        "--hand", default="house-joined", show_default=True, help="A built-in hand, your own, or a .hand or .toml file."
+        "--hand",
+        default="house-joined",
+        show_default=True,
+        help="A built-in hand, your own, or a .hand or .toml file or .svg font.",
     ),
     click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
     click.option("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
@@ -51,6 +54,8 @@ _WRITING = (
     click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
     click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
     click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
+)
+_SAYING = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
@@ -82,7 +87,8 @@ def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
     return decorate
 
 
-writing_options = _all(_WRITING)
+manner_options = _all(_WRITING)
+writing_options = _all((*_WRITING, *_SAYING))
 
 
 def _slips(_context: click.Context, _option: click.Parameter, given: str | None) -> float:
@@ -127,7 +133,7 @@ picture_options = _all(_RASTER)
 
 
 def text_of(words: Sequence[str], file: str | None) -> str:
-    """The text to write: the arguments, a file, or standard input for ``-``.
+    """The text to write: the arguments, a file, or standard input for ``-``; one argument may be the name of a file.
 
     Raises
     ------
@@ -138,6 +144,8 @@ def text_of(words: Sequence[str], file: str | None) -> str:
         raise InputError("Both a text and --file are given; give one of them.")
     if file is None and not words:
         raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
+    if file is None and len(words) == 1 and _is_file(words[0]):
+        file = words[0]
     if file is None and list(words) != ["-"]:
         return " ".join(words)
     name = "standard input" if file in (None, "-") else str(file)
@@ -146,6 +154,14 @@ def text_of(words: Sequence[str], file: str | None) -> str:
     except OSError as error:
         raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
     return decoded(data, name)
+
+
+def _is_file(word: str) -> bool:
+    """Whether a text is the name of a file; most texts could not even be one."""
+    try:
+        return Path(word).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def decoded(data: bytes, name: str) -> str:

@@ -7,17 +7,16 @@ from typing import Any
 
 import click
 
-from handout.cli import jobs, options, results
-from handout.errors import InputError
+from handout.cli import jobs, options, programs, results
 
 
 @click.command("write")
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
 @click.option(
-    "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode; may be repeated."
+    "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
-@click.option("--device", default="grbl-servo", show_default=True, help="The plotter a .gcode file is for.")
+@click.option("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
 @options.sheet_options("A4")
 @options.writing_options
 @options.slips_option
@@ -32,7 +31,7 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     from handout.sinks import OF_INK, check_outputs, write_drawings
 
     paths = [Path(name) for name in output]
-    extra = {".gcode": _gcode(given)}
+    extra = programs.Programs(given["device"], paths).sinks
     check_outputs(paths, extra)
     look = options.look(given)
     words = options.text_of(text, file)
@@ -46,19 +45,6 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
         f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _gcode(given: dict[str, Any]) -> Any:
-    def render(drawing: Any) -> bytes:
-        from handout import profiles
-        from handout.plotting import plan, to_gcode
-
-        profile = profiles.find(given["device"], "plotter")
-        if not isinstance(profile, profiles.Plotter):
-            raise InputError(f"{given['device']} is not a plotter.")
-        return to_gcode(plan(drawing, profile), profile)
-
-    return render
 
 
 def _count(number: int, noun: str) -> str:

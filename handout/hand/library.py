@@ -8,10 +8,11 @@ from pathlib import Path
 
 from handout import shipped
 from handout.errors import InputError
-from handout.hand import drawn, file
+from handout.hand import drawn, file, svg_font
 from handout.hand.scanned import ScannedHand
 from handout.values import Hand
 
+_FILES = (".toml", ".svg")  # of drawn hands
 _HOUSE = Path(__file__).resolve().parent / "house"
 
 
@@ -23,7 +24,7 @@ def names() -> list[str]:
 def _paths() -> dict[str, Path]:
     built_in = {path.stem: path for path in sorted(_HOUSE.glob("*.toml"))}
     own = shipped.user_folder("hands")
-    return built_in | ({path.stem: path for path in sorted(own.glob("*.toml"))} if own.is_dir() else {})
+    return built_in | {path.stem: path for ending in _FILES[::-1] for path in sorted(own.glob(f"*{ending}"))}
 
 
 def scanned() -> dict[str, Path]:
@@ -77,49 +78,49 @@ def own_file(name: str) -> Path:
 
 @lru_cache(maxsize=8)
 def _read(path: Path) -> Hand:
-    return drawn.read(path)
+    return svg_font.read(path) if path.suffix == ".svg" else drawn.read(path)
 
 
 def path(name: str) -> Path:
     """The file of a hand that `find` finds."""
-    if name.endswith((".hand", ".toml")):
+    if name.endswith((".hand", *_FILES)):
         return Path(name)
     return _paths()[name] if name in _paths() else scanned_file(name)
 
 
 def find(name: str) -> Hand | ScannedHand:
-    """The hand `name`, drawn or scanned: one of `names()` or `scanned()`, or the path of a .toml or .hand file.
+    """The hand `name`, drawn or scanned: one of `names()` or `scanned()`, or the path of a .toml, .hand or .svg file.
 
     Raises
     ------
     InputError
         No such hand (the message lists the nearest), or a file that cannot be read.
     """
-    if not name.endswith((".hand", ".toml")) and name not in _paths() and name not in scanned():
+    if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned():
         known = sorted({*_paths(), *scanned()})
         near = difflib.get_close_matches(name, known, 3, 0.5) or known
-        raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand or .toml file.")
+        raise InputError(
+            f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file."
+        )
     if name.endswith(".hand") or (name not in _paths() and name in scanned()):
         return file.load(scanned_file(name))
     return load(name)
 
 
 def load(name: str) -> Hand:
-    """The hand `name`: one of `names()`, or the path of a drawn hand's TOML file.
+    """The hand `name`: one of `names()`, or the path of a drawn hand's TOML file or of a single-line SVG font.
 
     Raises
     ------
     InputError
         No such hand (the message lists the nearest), a scanned hand, or a file that cannot be read.
     """
-    if name.endswith(".toml"):
+    if name.endswith(_FILES):
         return _read(Path(name).resolve())
     known = _paths()
     if name.endswith(".hand") or (name not in known and name in scanned()):
         raise InputError(f"{name} is a scanned hand, where a drawn one is wanted: use {', '.join(sorted(known))}.")
     if name not in known:
         near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
-        raise InputError(
-            f"No hand is called {name!r}: use {', '.join(near)}, or the path of a drawn hand's .toml file."
-        )
+        raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file.")
     return _read(known[name])

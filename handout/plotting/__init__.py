@@ -1,12 +1,13 @@
 """From timed strokes to a machine: plan a drawing, open a port, run the plan; or write it as G-code.
 
-A `Drawing` becomes a `Plan` within a machine's limits (`planning`), the plan becomes lines (`grbl`), the lines go
-through a `link` that counts characters to a `port`, of which one is a simulated plotter (`simulated`).
+A `Drawing` becomes a `Plan` within a machine's limits (`planning`), the plan becomes commands (`dialects`), and these
+go through a `Controller` with the flow control of its dialect to a `port`, of which one is a simulated plotter
+(`simulated`).
 """
 
 from handout.plotting.bed import fit_to_bed
+from handout.plotting.dialects.grbl.file import to_gcode
 from handout.plotting.driver import Report, run
-from handout.plotting.gcode import to_gcode
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan
 from handout.plotting.ports import Port, open_port, serial_ports

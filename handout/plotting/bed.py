@@ -54,7 +54,17 @@ def place(page: Page, profile: Plotter) -> Placement:
     ]
     away = -1.0 if profile.bed.y == "up" else 1.0
     flip = np.array([1.0, away])
-    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(flip * (shift - [left, above]), 2), turned)
+    corner = flip * (shift - [left, above]) - _inset(profile)
+    return Placement(readonly(flip[:, None] * turn, 2, 2), readonly(corner, 2), turned)
+
+
+def _inset(profile: Plotter) -> Array:
+    """Machine coordinates of the machine's zero if the page's corner were zero: (2,) float, mm."""
+    bed = profile.bed
+    if bed.origin == "centre":
+        return np.zeros(2)
+    ahead = (bed.origin == "bottom-left") == (bed.y == "up")
+    return np.array([bed.inset_x, bed.inset_y if ahead else -bed.inset_y], dtype=float)
 
 
 def _covered(profile: Plotter, width: float, height: float) -> float:
@@ -84,6 +94,23 @@ def check(xy: Array, profile: Plotter) -> None:
             )
 
 
+def beyond_paper(drawing: Drawing) -> str | None:
+    """What hangs off the paper, in a sentence that names the stroke that is farthest out; None if nothing does."""
+    worst, said = _SLACK, None
+    size = np.array([drawing.page.width, drawing.page.height])
+    for number, stroke in enumerate(drawing.strokes, 1):
+        out = np.concatenate([-stroke.xy.min(axis=0), stroke.xy.max(axis=0) - size])
+        side = int(np.argmax(out))
+        if out[side] > worst:
+            worst, where = float(out[side]), ("left", "upper", "right", "lower")[side]
+            word = f" (of word {stroke.word + 1})" if stroke.word >= 0 else ""
+            said = (
+                f"Stroke {number}{word} reaches {worst:.3g} mm beyond the {where} edge of the paper "
+                f"({size[0]:g} x {size[1]:g} mm): the pen will write on what lies under it."
+            )
+    return said
+
+
 def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     """The drawing, made smaller with its page if it does not fit the bed of the machine; times stay as they are.
 
@@ -101,9 +128,13 @@ def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:
     corner = np.array([min(left, 0.0), min(top, 0.0)])
     width, height = np.array([max(right, drawing.page.width), max(bottom, drawing.page.height)]) - corner
     bed = profile.bed
-    scale = min(1.0, max(min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)))
-    strokes = tuple(_scaled(stroke, corner, scale) for stroke in drawing.strokes)
-    return dataclasses.replace(drawing, strokes=strokes, page=Page(width * scale, height * scale, drawing.page.name))
+    straight, turned = min(bed.width / width, bed.height / height), min(bed.width / height, bed.height / width)
+    scale = min(1.0, max(straight, turned))
+    edge = np.abs(_inset(profile))  # the sheet is larger than what the machine reaches, by so much all around
+    edge = edge if straight >= turned else edge[::-1]
+    strokes = tuple(_scaled(stroke, corner - edge / scale, scale) for stroke in drawing.strokes)
+    page = Page(width * scale + 2 * edge[0], height * scale + 2 * edge[1], drawing.page.name)
+    return dataclasses.replace(drawing, strokes=strokes, page=page)
 
 
 def _scaled(stroke: Stroke, corner: Array, scale: float) -> Stroke:

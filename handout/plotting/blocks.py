@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 
 class Move(NamedTuple):
-    """A straight move to x, y (mm, machine coordinates) at a feed in mm/min."""
+    """A straight move to x, y (mm, machine coordinates) at a feed in mm/min; z: height of the pen, if it changes."""
 
     x: float
     y: float
     feed: float
+    z: float | None = None
 
 
 class Timed(NamedTuple):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting import pens
 from handout.plotting.blocks import Pause, Pen
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Flags, Machine, Motion, to_steps
@@ -40,6 +41,12 @@ class Course:
     told: tuple[tuple[Pen | Pause | None, int], ...]
 
     @property
+    def follows_pressure(self) -> bool:
+        """Whether the pen changes its height while it draws."""
+        heights = self.points[1:, 2][self.draws]
+        return bool(heights.size) and bool((heights != heights[0]).any())
+
+    @property
     def draws(self) -> Flags:
         """(n,) bool: moves with the pen on the paper."""
         return np.asarray(self.kind == DRAW)
@@ -55,6 +62,9 @@ def machine(profile: Plotter) -> Machine:
         steps=np.array([limits.steps_per_mm, limits.steps_per_mm, Z_STEPS], dtype=float),
         deviation=float(limits.junction_deviation),
         queue=profile.port.queue,
+        path=float(limits.acceleration) if profile.dialect == "marlin" else np.inf,
+        curves=profile.dialect == "marlin",
+        jerk=float(limits.jerk),
     )
 
 
@@ -100,22 +110,23 @@ class _Builder:
 
     def move_pen(self, down: bool) -> None:
         """Lift or lower the pen and wait for it."""
-        wait = self.pen.down_time if down else self.pen.up_time
+        wait = pens.wait(self.pen, down, float(self.profile.port.line_time))
         self.told.append((Pen(down), self.count))
         if self.on_z:
             height = self.pen.down if down else self.pen.up
             self.go(LOWER if down else LIFT, np.array([[self.at[0], self.at[1], height]]))
-        if wait > 0 or not self.on_z:
-            self.rest(wait + self.profile.port.line_time)
+        if wait > 0:
+            self.rest(wait)
 
 
-def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
+def lay_out(knots: Track, dots: Array, profile: Plotter, heights: Array | None = None) -> Course:
     """The course that draws the strokes one after the other.
 
     Parameters
     ----------
     knots : in machine coordinates.
     dots : (strokes,) float, s: how long the pen rests on the paper in a stroke that goes nowhere.
+    heights : (n,) float, mm: of the pen at the knots, where it follows the pressure.
     """
     build = _Builder(profile)
     build.told.append((Pen(down=False), 0))
@@ -127,7 +138,8 @@ def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
         build.move_pen(down=True)
         first.append(build.count)
         if b - a > 1:
-            points = np.column_stack([knots.xy[a + 1 : b], np.full(b - a - 1, build.at[2])])
+            z = np.full(b - a - 1, build.at[2]) if heights is None else heights[a + 1 : b]
+            points = np.column_stack([knots.xy[a + 1 : b], z])
             build.go(DRAW, points, stroke, np.diff(knots.t[a:b]))
         elif dots[stroke] > 0:
             build.told.append((Pause(float(dots[stroke])), build.count))
@@ -135,6 +147,14 @@ def lay_out(knots: Track, dots: Array, profile: Plotter) -> Course:
         build.move_pen(down=False)
     build.travel(0.0, 0.0)
     return _course(build, np.array(first, dtype=np.intp))
+
+
+def pen_up_speeds(course: Course, profile: Plotter) -> Array:
+    """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
+    pen = profile.pen
+    speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
+    speeds[LOWER] = pens.lowering_speed(pen)
+    return np.array([speeds[kind] for kind in range(4)])[course.kind]
 
 
 def _course(build: _Builder, first: NDArray[np.intp]) -> Course:
@@ -157,14 +177,18 @@ def _course(build: _Builder, first: NDArray[np.intp]) -> Course:
 
 
 def starts(course: Course, motion: Motion, profile: Plotter) -> Array:
-    """(n + 1,) float, s: when each move begins, and when all is done.
-
-    A controller whose queue ran empty first reads as many lines as the queue holds, or as come before the next rest.
-    """
-    n = len(course.kind)
-    stand = np.flatnonzero(course.stands)
-    lines = np.minimum(np.diff(np.append(stand, n)), profile.port.queue) + 1
+    """(n + 1,) float, s: when each move begins, and when all is done."""
     wait = course.pause.copy()
-    wait[stand] += lines * profile.port.line_time
+    wait[:-1][course.stands] += filling(course, profile)
     done = np.concatenate([[0.0], np.cumsum(motion.duration + wait[:-1])])
     return np.append(done[:-1] + wait[:-1], done[-1] + wait[-1])
+
+
+def filling(course: Course, profile: Plotter) -> Array:
+    """(rests,) float, s: how long the machine stands after each rest until its queue is full and it begins to move.
+
+    It first reads as many lines as the queue holds, or as come before the next rest.
+    """
+    stand = np.flatnonzero(course.stands)
+    lines = np.minimum(np.diff(np.append(stand, len(course.kind))), profile.port.queue) + 1
+    return np.asarray(lines * profile.port.line_time)

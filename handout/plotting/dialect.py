@@ -62,7 +62,13 @@ class Controller(Protocol):
         """Wait until everything that was sent has been executed."""
 
     def position(self) -> tuple[float, float] | None:
-        """Where it stands (machine coordinates, mm); None if it cannot tell, or no longer knows."""
+        """Where it stands (machine coordinates, mm); None if it cannot tell, or no longer knows (it has restarted)."""
+
+    def zero(self) -> None:
+        """Take the place where the pen stands for its zero: a person has put it there."""
+
+    def go(self, x: float, y: float) -> None:
+        """Lift the pen, travel there (machine coordinates, mm) and wait until it stands there."""
 
     def halt(self) -> None:
         """Stop as soon as the protocol allows (what waits in its queue is dropped), and lift the pen.

@@ -1,4 +1,4 @@
-"""From a plan to a machine: stream it, keep the journal, and whatever happens leave the pen lifted."""
+"""From a plan to a machine: stream it, tell how far it is, and whatever happens leave the pen lifted."""
 
 from __future__ import annotations
 
@@ -6,25 +6,27 @@ import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import msgspec
+import numpy as np
 
-from handout.errors import DeviceError, DeviceSilent
-from handout.plotting import bed, fidelity, grbl
-from handout.plotting.connecting import connect, reset, state
-from handout.plotting.journal import Journal
-from handout.plotting.link import Link, Sent
+from handout.errors import DeviceError
+from handout.plotting import bed, fidelity
+from handout.plotting.course import DRAW
+from handout.plotting.dialect import Command, Controller, dialect
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
 from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Plotter
+from handout.values import Array
 
 Progress = Callable[[float, float], None]
+Watch = Callable[[int, int, int, int], None]
+Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
-_MOMENT = 0.02  # s between two looks at a machine that brakes
-_HURRY = 1.0  # s to wait for an answer when something has gone wrong already
+_WORTH = 0.25  # share of the overlap that is secured at a time
+OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 
 
 @dataclass(frozen=True)
@@ -34,15 +36,21 @@ class Report:
     executed_s : s, of the machine's clock if it is simulated, else measured here.
     announced_s : s, as the plan said.
     stretched : time the strokes took over the time they were meant to take; predicted for a real machine.
-    lines : lines of the program, all acknowledged.
-    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits.
+    lines : commands of the program, all executed.
+    segments : straight pieces that were drawn.
+    min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
+        fill its queue, or it does not say.
+    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
+        reports are kept for long.
     """
 
     executed_s: float
     announced_s: float
     stretched: float
     lines: int
-    plan: Plan
+    segments: int
+    min_queue: int | None
+    plan: Plan | None
 
 
 def run(
@@ -51,15 +59,71 @@ def run(
     profile: Plotter,
     *,
     progress: Progress | None = None,
-    journal: Path | None = None,
+    watch: Watch | None = None,
+    secure: Secure | None = None,
+    overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
 ) -> Report:
-    """Plot.
+    """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
+    log = log or (lambda _: None)
+    controller = meet(port, profile, log)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    try:
+        if profile.homing:
+            controller.home()
+        elif profile.bed.zero == "here":
+            controller.zero()
+    except BaseException:
+        controller.halt()
+        raise
+    try:
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
+    except KeyboardInterrupt:
+        park(controller)
+        raise
+
+
+def park(controller: Controller) -> None:
+    """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
+    with contextlib.suppress(DeviceError, KeyboardInterrupt):
+        if controller.position() is not None:
+            try:
+                controller.go(0.0, 0.0)
+            except KeyboardInterrupt:
+                controller.halt()
+
+
+def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
+    """Connect to a machine; it does not move."""
+    return dialect(profile.dialect).connect(port, profile, log)
+
+
+def draw(
+    plan: Plan,
+    controller: Controller,
+    port: Port,
+    profile: Plotter,
+    *,
+    fresh: bool = True,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    secure: Secure | None = None,
+    overlap: float = OVERLAP,
+    log: Callable[[str], None] | None = None,
+) -> Report:
+    """Plot a plan with a machine that is connected and stands at its zero.
 
     Parameters
     ----------
+    fresh : whether the sheet is new; a simulated plotter asks.
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
-    journal : file that keeps what the machine has acknowledged; see `journal`.
+    watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
+        how many blocks of the plan have certainly been done.
+    secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
+    overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
+        with by drawing no more than that twice.
     log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
 
     Raises
@@ -69,88 +133,150 @@ def run(
     DeviceSilent, DeviceAlarm, PortError
         The pen has been lifted then if the machine still answered.
     KeyboardInterrupt
-        As it came; the machine has been stopped and its pen lifted.
+        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
-    link, own = connect(port, profile, log)
-    bed.check(plan.course.points[:, :2], own)
-    own = msgspec.structs.replace(own, bed=profile.bed)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    own = msgspec.structs.replace(controller.profile, bed=profile.bed)
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
         plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
-    if plan.placement.turned:
+    if plan.placement.turned and fresh:
         log("The page is turned to fit the bed: its top edge lies to the left.")
-    if isinstance(port, SimulatedPlotter):
+    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
+        log(said)
+    if isinstance(port, SimulatedPlotter) and fresh:
         port.lay(plan.drawing.page, plan.placement)
-    before = time.monotonic()
-    numbered = [(0, line) for line in grbl.opening(own)] + list(grbl.lines(plan.blocks, own))
-    numbered += [(len(plan.blocks) - 1, line) for line in grbl.closing()]
-    with Journal(journal, [line for _, line in numbered]) as kept:
-        try:
-            _stream(link, numbered, plan, kept, progress)
-        except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
-            _leave_lifted(link, own, log)
-            raise
-    return _report(plan, port, len(numbered), time.monotonic() - before)
+    commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
+    before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
+    stream = _Stream(plan, commands, controller, progress, watch, secure)
+    try:
+        stream.run(overlap)
+    except DeviceError as error:
+        controller.halt()
+        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
+    except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
+        controller.halt()
+        raise
+    return _report(stream, port, before, fresh)
 
 
 def _moves_differently(own: Plotter, planned: Plotter) -> bool:
     return (own.limits, own.pen, own.port.queue) != (planned.limits, planned.pen, planned.port.queue)
 
 
-def _stream(
-    link: Link, numbered: list[tuple[int, bytes]], plan: Plan, kept: Journal, progress: Progress | None
-) -> None:
-    """Send all lines, and wait until the last is answered, which it is when the machine stands still."""
-    told = 0.0
-    begins, whole = plan.begins, max(plan.duration, 1e-9)
+class _Stream:
+    """A program under way."""
 
-    def acknowledged(sent: Sent) -> None:
-        nonlocal told
-        kept.acknowledged(sent)
-        block = numbered[max(sent.number - plan.profile.port.queue, 0)][0]  # what is acknowledged is only queued
-        at = float(begins[block])
-        if progress is not None and at - told >= _OFTEN:
-            told = at
-            progress(at / whole, whole - at)
+    def __init__(
+        self,
+        plan: Plan,
+        commands: list[Command],
+        controller: Controller,
+        progress: Progress | None,
+        watch: Watch | None,
+        secure: Secure | None,
+    ) -> None:
+        self.plan, self.commands, self.controller = plan, commands, controller
+        self.progress, self.watch, self.secure = progress, watch, secure
+        self.min_queue: int | None = None
+        self._before = controller.sent  # commands of the programs before this one
+        self._counts = (0, 0, 0)
+        self._queued: int | None = None  # as last heard; it says nothing about any later moment
+        self._secured = 0
+        self._told = 0.0
+        done = np.array([command.done for command in commands])
+        self._ink = np.append(0.0, np.cumsum(ink(plan)))[done]  # mm drawn when a command has been executed
+        self._strokes = _strokes(plan)[done]
 
-    for number, (_, line) in enumerate(numbered):
-        link.send(Sent(number, line), acknowledged)
-    link.drain(acknowledged)
-    if progress is not None:
-        progress(1.0, 0.0)
+    def run(self, overlap: float) -> None:
+        """Send all commands, and wait until the last has been executed."""
+        for number, command in enumerate(self.commands):
+            while self._under_way(number) > overlap and self._secured < number:
+                if self._is_worth_securing(number, overlap):
+                    self._secure()
+                else:
+                    self.controller.wait()
+                    self._note()
+            self.controller.send(command.data)
+            self._note()
+        self.controller.finish()
+        self._note()
+        self._secure()
+        if self.progress is not None:
+            self.progress(1.0, 0.0)
+
+    def under_way(self) -> str:
+        """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
+        executed = max(self.controller.executed - self._before, 0)
+        begun = self._strokes[: executed + 2]
+        strokes = len(self.plan.drawing.strokes)
+        return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
+
+    def _under_way(self, number: int) -> float:
+        """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
+        return float(self._ink[number] - (self._ink[self._secured - 1] if self._secured else 0.0))
+
+    def _is_worth_securing(self, sent: int, overlap: float) -> bool:
+        """Whether enough has been executed since the last time, or all that was sent: securing may take a moment."""
+        executed = self._counts[2]
+        if executed <= self._secured:
+            return False
+        gained = self._ink[executed - 1] - (self._ink[self._secured - 1] if self._secured else 0.0)
+        return executed >= sent or bool(gained >= _WORTH * overlap)
+
+    def _secure(self) -> None:
+        if self.secure is not None:
+            self.secure()
+        self._secured = self._counts[2]
+
+    def _note(self) -> None:
+        """Tell everyone who wants to know what has changed."""
+        machine, first = self.controller, self._before
+        before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
+        self._watch_queue()
+        if self._counts == before:
+            return
+        executed = max(self._counts[2], 0)
+        done = self.commands[executed - 1].done if executed else 0
+        if self.watch is not None:
+            self.watch(*self._counts, done)
+        at, whole = float(self.plan.begins[min(done, len(self.plan.begins) - 1)]), max(self.plan.duration, 1e-9)
+        if self.progress is not None and at - self._told >= _OFTEN:
+            self._told = at
+            self.progress(at / whole, whole - at)
+
+    def _watch_queue(self) -> None:
+        """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
+        queued, taken = self.controller.queued, self._counts[1]
+        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
+        if queued is None or not heard or first < 1 or taken >= len(self.commands):
+            return
+        stroke = self._strokes[first]
+        if stroke >= 0 and self._strokes[taken] == stroke:
+            self.min_queue = queued if self.min_queue is None else min(self.min_queue, queued)
 
 
-def _leave_lifted(link: Link, profile: Plotter, log: Callable[[str], None]) -> None:
-    """Stop the machine and lift the pen, as far as it still answers; never hides the error that led here."""
-    link.timeout = min(link.timeout, _HURRY)
-    try:
-        with contextlib.suppress(DeviceSilent):  # after an alarm it hears nothing but the reset
-            _hold(link)
-        reset(link, _HURRY)
-        if state(link) == "Alarm":
-            link.ask(b"$X\n")
-        for line in [*grbl.MODES, *grbl.pen(False, profile.pen), *grbl.closing()]:
-            link.ask(line)
-    except DeviceError:
-        log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+def ink(plan: Plan) -> Array:
+    """(blocks,) float, mm: what each block of a plan draws."""
+    length = np.linalg.norm(np.diff(plan.course.points, axis=0), axis=1) * plan.course.draws
+    return np.array([length[row] if block is None else 0.0 for block, row in plan.course.told])
 
 
-def _hold(link: Link) -> None:
-    """Brake, and wait until the machine stands: a reset while it moves would lose its place."""
-    link.port.write(grbl.HOLD)
-    link.forget()
-    for _ in range(200):
-        link.port.write(grbl.STATUS)
-        for reply in link.attend():
-            if isinstance(reply, grbl.Status) and reply.state != "Run" and (reply.state, reply.detail) != ("Hold", "1"):
-                return
-        link.replies(_MOMENT)
+def _strokes(plan: Plan) -> Array:
+    """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
+    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
 
 
-def _report(plan: Plan, port: Port, lines: int, wall: float) -> Report:
-    if not isinstance(port, SimulatedPlotter):
-        return Report(wall, plan.duration, plan.stretched, lines, plan)
-    factor = 1.0 if plan.speed == "fast" else float(plan.speed)
-    stretched = fidelity.stretched(plan.drawing, port.executed()) * factor
-    return Report(port.executed_s, plan.duration, stretched, lines, plan)
+def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
+    plan, stretched = stream.plan, stream.plan.stretched
+    if isinstance(port, SimulatedPlotter):
+        executed_s = port.executed_s - (0.0 if fresh else before)
+        if fresh:
+            stretched = fidelity.stretched(plan.intended(), port.executed())
+    else:
+        executed_s = time.monotonic() - before
+    segments = int(np.count_nonzero(plan.course.kind == DRAW))
+    lines = len(stream.commands)
+    return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)

@@ -1,36 +1,18 @@
-"""A plan as a G-code file that any sender can run."""
+"""What G-code files of all dialects begin with: comments that say what they are, harmless to every machine."""
 
 from __future__ import annotations
 
 import unicodedata
 
 from handout import units
-from handout.plotting import grbl
 from handout.plotting.planned import Plan
 from handout.profiles import Plotter
 
-
-def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
-    """The plan as a complete program for GRBL, with a header of comments.
-
-    Parameters
-    ----------
-    profile : whose dialect and pen are used; default: that of the plan.
-
-    Notes
-    -----
-    The program assumes that the machine's zero lies where the profile says (`bed.origin`), with the pen lifted; it
-    ends there.  It does not end with M2 or M30, which would switch the servo off and drop the pen.
-    """
-    profile = profile or plan.profile
-    lines = [*_header(plan, profile)]
-    lines += [b"$H\n"] if profile.homing else []
-    lines += grbl.opening(profile)
-    lines += [line for _, line in grbl.lines(plan.blocks, profile)]
-    return b"".join([*lines, *grbl.closing()])
+_LONGEST = 69  # characters of a line; some senders and controllers count those of comments too
 
 
-def _header(plan: Plan, profile: Plotter) -> list[bytes]:
+def header(plan: Plan, profile: Plotter) -> list[bytes]:
+    """Lines of comments that say what a program is."""
     about, page = plan.drawing.about, plan.drawing.page
     facts = [("title", about.get("title")), ("hand", about.get("hand")), ("seed", about.get("seed"))]
     turned = ", turned: its top lies to the left" if plan.placement.turned else ""
@@ -41,8 +23,8 @@ def _header(plan: Plan, profile: Plotter) -> list[bytes]:
         ("time", units.duration(plan.duration)),
         ("pen", f"{plan.pen_down / 1000:.2f} m drawn, {plan.pen_up / 1000:.2f} m travelled"),
     ]
-    written = [f"; {name}: {comment(str(value))}\n" for name, value in facts if value is not None]
-    return [b"; written by handout\n", *(line.encode("ascii") for line in written)]
+    written = [f"; {name}: {comment(str(value))}"[:_LONGEST].rstrip() for name, value in facts if value is not None]
+    return [b"; written by handout\n", *(line.encode("ascii") + b"\n" for line in written)]
 
 
 def comment(text: str) -> str:
@@ -52,4 +34,4 @@ def comment(text: str) -> str:
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     kept = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
-    return " ".join("".join(char for char in kept if char not in "?!~").split())[:200]
+    return " ".join("".join(char for char in kept if char not in "?!~").split())

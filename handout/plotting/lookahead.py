@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 Flags = NDArray[np.bool_]
+Queue = int | NDArray[np.intp]
 _STRAIGHT = 0.999999  # cosine beyond which GRBL takes a corner for straight, or for a reversal
 _REST = 1e-9
+_CHORD, _OCTAGON, _LEAST_TURN = 1.0, 0.7071067812, 0.033  # mm; cosine; rad: what Marlin takes for a curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,9 @@ class Machine:
 
     acceleration : (3,) float, mm/s²; rate : (3,) float, mm/s; steps : (3,) float, steps/mm.
     deviation : junction deviation, mm; queue : blocks the planner looks ahead.
+    path : mm/s², greatest acceleration along the path, in whatever direction.
+    curves : whether the speed is also limited in the curves that short segments make (Marlin).
+    jerk : mm/s, greatest change of an axis' speed between two lines, which replaces junction deviation (0: does not).
     """
 
     acceleration: Array
@@ -36,6 +41,9 @@ class Machine:
     steps: Array
     deviation: float
     queue: int
+    path: float = np.inf
+    curves: bool = False
+    jerk: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,20 +76,14 @@ class Motion:
     length: Array
     duration: Array
 
-    def travelled(self, row: int, t: float) -> float:
-        """How far block `row` has come `t` seconds after its start, mm."""
-        u, v, a = float(self.entry[row]), float(self.leave[row]), float(self.acceleration[row])
-        one = slice(row, row + 1)
-        top = float(
-            top_speed(self.length[one], self.acceleration[one], self.entry[one], self.leave[one], self.nominal[one])[0]
-        )
-        left = float(self.duration[row]) - t
-        speeding, braking = (top - u) / a, (top - v) / a
-        if t <= speeding:
-            return u * t + 0.5 * a * t * t
-        if left <= braking:
-            return float(self.length[row]) - v * left - 0.5 * a * left * left
-        return (top * top - u * u) / (2 * a) + top * (t - speeding)
+    def travelled(self, rows: NDArray[np.intp], t: Array) -> Array:
+        """How far blocks have come `t` seconds after their starts.  (m,) mm."""
+        u, v, a, length = self.entry[rows], self.leave[rows], self.acceleration[rows], self.length[rows]
+        top = top_speed(length, a, u, v, self.nominal[rows])
+        left, speeding, braking = self.duration[rows] - t, (top - u) / a, (top - v) / a
+        level = (top * top - u * u) / (2 * a) + top * (t - speeding)
+        way = np.where(left <= braking, length - v * left - 0.5 * a * left * left, level)
+        return np.asarray(np.where(t <= speeding, u * t + 0.5 * a * t * t, way))
 
 
 def to_steps(points: Array, steps: Array) -> Array:
@@ -100,11 +102,14 @@ def blocks(points: Array, stands: Flags, machine: Machine) -> Blocks:
     move = np.diff(to_steps(points, machine.steps), axis=0)
     length = np.sqrt((move * move).sum(axis=1))
     unit = move / np.maximum(length, _REST)[:, None]
+    acceleration = np.minimum(along(unit, machine.acceleration), machine.path)
     corner, radius = np.zeros(len(length)), np.full(len(length), np.inf)
     corner[1:] = corner_speed2(unit[:-1], unit[1:], machine)
+    if machine.curves and not machine.jerk:
+        corner[1:] = np.minimum(corner[1:], _curve_speed2(unit, length, acceleration))
     radius[1:] = _radius(np.diff(points, axis=0))  # whole steps would make rough what is smooth
     corner[stands], radius[stands] = 0.0, np.inf
-    return Blocks(length, along(unit, machine.acceleration), along(unit, machine.rate), corner, radius)
+    return Blocks(length, acceleration, along(unit, machine.rate), corner, radius)
 
 
 def _radius(move: Array) -> Array:
@@ -128,21 +133,33 @@ def corner_speed2(before: Array, after: Array, machine: Machine) -> Array:
     before, after : (n, 3) float, unit vectors.  The speed is that of a circle which touches both lines and leaves the
     corner by the junction deviation: v² = a·δ·sin(θ/2) / (1 − sin(θ/2)), θ the angle between the lines.
     """
+    if machine.jerk:
+        with np.errstate(divide="ignore"):
+            return np.asarray((machine.jerk / np.abs(after - before).max(axis=1)) ** 2)
     cosine = -(before * after).sum(axis=1)
     half = np.sqrt(np.clip(0.5 * (1.0 - cosine), 0.0, 1.0))
     across = after - before
     across /= np.maximum(np.sqrt((across * across).sum(axis=1)), _REST)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        speed2 = np.asarray(along(across, machine.acceleration) * machine.deviation * half / (1.0 - half))
+        limit = np.minimum(along(across, machine.acceleration), machine.path)
+        speed2 = np.asarray(limit * machine.deviation * half / (1.0 - half))
     speed2[cosine < -_STRAIGHT] = np.inf
     speed2[cosine > _STRAIGHT] = 0.0
     return np.asarray(speed2)
 
 
-def run(lines: Blocks, feed: Array, queue: int) -> Motion:
-    """How a GRBL planner with a queue of `queue` blocks runs the lines at the given feeds.
+def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
+    """Square of the speed with which Marlin begins a line that is a chord of a curve, mm²/s²; infinite elsewhere."""
+    cosine = np.clip((unit[:-1] * unit[1:]).sum(axis=1), -1.0, 1.0)
+    speed2 = acceleration[1:] * length[1:] / np.maximum(np.arccos(cosine), _LEAST_TURN)
+    return np.where((length[1:] < _CHORD) & (cosine > _OCTAGON), speed2, np.inf)
+
+
+def run(lines: Blocks, feed: Array, queue: Queue) -> Motion:
+    """How a GRBL planner runs the lines at the given feeds.
 
     feed : (n,) float, mm/s, the F of each block.
+    queue : blocks in its queue when a block begins, that one included; one number, or (n,) where it ran short of lines.
     """
     if len(feed) == 0:
         return Motion(*(np.zeros(0) for _ in range(6)))
@@ -157,30 +174,34 @@ def run(lines: Blocks, feed: Array, queue: int) -> Motion:
     return Motion(entry, leave, nominal, lines.acceleration, lines.length, took)
 
 
-def reachable(limit: Array, gain: Array, queue: int | None = None) -> Array:
+def reachable(limit: Array, gain: Array, queue: Queue | None = None) -> Array:
     """The greatest squared speeds under `limit` that acceleration and braking allow.
 
     limit : (n + 1,) float, mm²/s², at the ends of the blocks; gain : (n,) float, 2·a·length of each block.
-    queue : how many blocks ahead braking is planned (None: all); beyond them the planner expects to stop.
+    queue : how many blocks ahead braking is planned (None: all; (n,): at the start of each); beyond them the planner
+        expects to stop.
     """
     energy = np.concatenate([[0.0], np.cumsum(gain)])
     raised = limit + energy
-    if queue is None or queue >= len(gain):
+    if queue is None or np.min(queue) >= len(gain):
         back = np.minimum.accumulate(raised[::-1])[::-1]
     else:
-        stop = np.concatenate([energy[queue:], np.full(queue, energy[-1])])
-        back = np.minimum(_ahead_minimum(raised, queue), stop)
+        width = np.append(np.broadcast_to(queue, len(gain)), 1)
+        stop = energy[np.minimum(np.arange(len(energy)) + width, len(gain))]
+        back = np.minimum(_ahead_minimum(raised, width), stop)
     speed2 = np.minimum.accumulate(back - 2.0 * energy) + energy
     return np.asarray(np.maximum(speed2, 0.0))
 
 
-def _ahead_minimum(values: Array, width: int) -> Array:
-    """Minimum of each value and the `width` − 1 after it, by doubling."""
-    out, have = values.copy(), 1
-    while have < width:
-        step = min(have, width - have)
-        out[:-step] = np.minimum(out[:-step], out[step:])
-        have += step
+def _ahead_minimum(values: Array, width: NDArray[np.intp]) -> Array:
+    """Minimum of each value and the `width` − 1 after it, of two spans whose lengths are powers of two."""
+    n = len(values)
+    out, span, level = values.copy(), 1, values
+    while span <= width.max():
+        chosen = np.flatnonzero((width >= span) & (width < 2 * span))
+        out[chosen] = np.minimum(level[chosen], level[np.minimum(chosen + width[chosen] - span, n - 1)])
+        ahead = np.append(level[span:], np.full(min(span, n), np.inf))
+        level, span = np.minimum(level, ahead[:n]), 2 * span
     return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import re
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from handout.errors import InputError, PortError
 from handout.profiles import Plotter
@@ -28,8 +28,9 @@ def open_port(url: str, profile: Plotter) -> Port:
 
     Parameters
     ----------
-    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``sim:`` for the
-        simulated plotter, with options such as ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``auto``: the only serial
+        port that the machine can be at; ``sim:`` for the simulated plotter, with options such as
+        ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
     Raises
     ------
@@ -45,6 +46,10 @@ def open_port(url: str, profile: Plotter) -> Port:
         if rest and not rest.startswith("?"):
             raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
         return SimulatedPlotter(profile, options.parse(rest[1:]))
+    if url == "auto":
+        from handout.plotting.probing import find_port
+
+        url = find_port(profile)
     return SerialPort(url, profile.port.baud)
 
 
@@ -60,6 +65,7 @@ class SerialPort:
             self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.1, write_timeout=10, **more)
         except (OSError, ValueError) as error:  # pyserial's own errors are OSErrors
             raise PortError(_why(url, error)) from error
+        _keep_awake(self._serial)
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -111,8 +117,53 @@ def _reason(error: Exception) -> str:
     return re.sub(r"\s+", " ", getattr(error, "strerror", None) or str(error)).rstrip(".")
 
 
-def serial_ports() -> list[str]:
-    """Names of the serial ports of this computer."""
+def _keep_awake(port: Any) -> None:
+    """Closing the port must not drop its DTR line: a controller that has that on its reset forgets where it is.
+
+    The first opening resets such a controller (an Uno) all the same; the second finds it as it was left.
+    """
+    try:
+        import termios
+
+        modes = termios.tcgetattr(port.fileno())
+        modes[2] &= ~termios.HUPCL
+        termios.tcsetattr(port.fileno(), termios.TCSANOW, modes)
+    except (ImportError, AttributeError, OSError, ValueError, TypeError, _termios_error()):
+        return  # a socket, a pseudo-terminal that cannot, Windows
+
+
+def _termios_error() -> type[Exception]:
+    try:
+        import termios
+    except ImportError:
+        return OSError
+    return termios.error
+
+
+class Found(NamedTuple):
+    """A serial port of this computer: its name, what it is called, and its USB id (vendor, product) if it has one."""
+
+    name: str
+    title: str
+    usb: tuple[int, int] | None
+
+    @property
+    def usb_text(self) -> str:
+        """As it is usually written, ``04d8:fd92``; empty if it has none."""
+        return "" if self.usb is None else f"{self.usb[0]:04x}:{self.usb[1]:04x}"
+
+
+def found_ports() -> list[Found]:
+    """The serial ports of this computer, by name."""
     from serial.tools import list_ports
 
-    return sorted(port.device for port in list_ports.comports())
+    rows = [(port.device, port.description or "", port.vid, port.pid) for port in list_ports.comports()]
+    return sorted(
+        Found(name, "" if title == "n/a" else title, None if vid is None or pid is None else (vid, pid))
+        for name, title, vid, pid in rows
+    )
+
+
+def serial_ports() -> list[str]:
+    """Names of the serial ports of this computer."""
+    return [port.name for port in found_ports()]

@@ -10,7 +10,6 @@ next step is taken; of a line that was cut off by a crash nothing is believed.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
@@ -24,6 +23,7 @@ from typing import Any, Literal, TextIO
 
 import platformdirs
 
+from handout import atomic
 from handout.errors import InputError
 from handout.printing.address import Row
 
@@ -194,20 +194,12 @@ def _opened(path: Path) -> TextIO:
     except OSError as error:
         raise InputError(f"Cannot write the journal {path}: {error.strerror or error}.") from error
     try:
-        _lock(stream)
+        atomic.lock(stream)
     except OSError as error:
         stream.close()
         said = "This batch is being printed by another program at this moment: wait until it is through."
         raise InputError(said) from error
     return stream
-
-
-def _lock(stream: TextIO) -> None:
-    # the lock goes with the program, however it ends; where the system has no such locks there is none
-    with contextlib.suppress(ImportError):
-        import fcntl
-
-        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _entries(path: Path) -> Iterator[dict[str, Any]]:

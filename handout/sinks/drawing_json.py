@@ -10,7 +10,9 @@
                   "pressure": […],                                 0–1; this and the following only if known
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
-                  "word": 3}, …]}                                  index of the word, absent if unknown
+                  "word": 3,                                       index of the word, absent if unknown
+                  "layer": "flourishes", "colour": "#c01020"}, …],  absent if none
+     "timed": false}                                               absent if the times mean something
 
 Numbers are written with as many digits as it takes to read back the same double.
 """
@@ -45,21 +47,27 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     rotation: list[float] | None = None
     width: list[float] | None = None
     word: int = -1
+    layer: str = ""
+    colour: str = ""
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _File(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     format: Literal["handout-drawing"]
     version: Literal[1]
     page: _Page
     about: dict[str, Any]
     strokes: list[_Stroke]
+    timed: bool = True
 
 
 def to_json(drawing: Drawing) -> bytes:
     """A page as JSON, in the form described at the top of this file."""
     page = _Page(float(drawing.page.width), float(drawing.page.height), about.plain(drawing.page.name))
     strokes = [_written(stroke) for stroke in drawing.strokes]
-    return msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes)) + b"\n"
+    return (
+        msgspec.json.encode(_File("handout-drawing", 1, page, about.plain(drawing.about), strokes, drawing.timed))
+        + b"\n"
+    )
 
 
 def from_json(data: bytes) -> Drawing:
@@ -77,20 +85,21 @@ def from_json(data: bytes) -> Drawing:
     if not (file.page.width > 0 and file.page.height > 0):
         raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
     strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
-    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about)
+    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about, timed=file.timed)
 
 
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), word=stroke.word, **lists)
+    notes = {"word": stroke.word, "layer": about.plain(stroke.layer), "colour": stroke.colour}
+    return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), **lists, **notes)
 
 
 def _read(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
-    channels = {name: getattr(stroke, name) for name in _CHANNELS}
+    known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
     try:
-        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), word=stroke.word, **channels)
+        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), **known)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -3,8 +3,8 @@
 Channels: X, Y (mm, y down), T (s, on the clock of the page), and where a stroke has them F (pressure, 0–1), OE and OA
 (elevation and azimuth of the pen, rad; elevation is what tilt lacks to a right angle), OR (rotation of the barrel,
 rad) and W (width of the line, mm).  The page, and seed, hand and all else that is known about the drawing, are
-annotations in JSON; strokes of a word form a group with the word's index.  Reading back gives the same drawing to
-1e-6 of each unit.
+annotations in JSON; strokes of a word form a group with the word's index, and with their layer and colour if they have
+any.  Reading back gives the same drawing to 1e-6 of each unit.
 """
 
 from __future__ import annotations
@@ -50,12 +50,17 @@ def to_inkml(drawing: Drawing) -> bytes:
         *(_context(names, number) for number, names in enumerate(kinds)),
         "</definitions>",
     ]
-    for (word, names), group in groupby(drawing.strokes, lambda s: (s.word, _names(s))):
-        note = f'<annotation type="word">{word}</annotation>' if word >= 0 else ""
-        parts.append(f'<traceGroup contextRef="#pen{kinds.index(names)}">{note}')
+    for (notes, names), group in groupby(drawing.strokes, lambda s: (_notes(s), _names(s))):
+        parts.append(f'<traceGroup contextRef="#pen{kinds.index(names)}">{notes}')
         parts += [f"<trace>{_trace(stroke)}</trace>" for stroke in group]
         parts.append("</traceGroup>")
     return "\n".join([*parts, "</ink>\n"]).encode("utf-8")
+
+
+def _notes(stroke: Stroke) -> str:
+    word = "" if stroke.word < 0 else str(stroke.word)
+    notes = {"word": word, "layer": escape(about.xml_safe(stroke.layer)), "colour": stroke.colour}
+    return "".join(f'<annotation type="{name}">{text}</annotation>' for name, text in notes.items() if text)
 
 
 def _names(stroke: Stroke) -> tuple[str, ...]:

@@ -11,18 +11,19 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from handout import markup
 from handout.errors import InputError
-from handout.sinks import markup
 from handout.values import Array, Drawing, Page, Stroke
 
 _LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "himetric": 0.01}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _TOKEN = re.compile(r"""\s*([!'"]?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\*|\?|[TF]|[-+]?\#[0-9A-Fa-f]+)""")
+_COLOUR = re.compile("#[0-9a-f]{6}")
 _RATE = 100.0  # Hz, of samples without times
 _LIFT = 0.1  # s between strokes without times
 _MARGIN = 5.0  # mm, around writing that would otherwise lie beyond its page
@@ -36,11 +37,19 @@ class _Channel:
     factor: float
 
 
+class _Notes(NamedTuple):
+    """What groups say of their traces."""
+
+    word: int = -1
+    layer: str = ""
+    colour: str = ""
+
+
 @dataclass(frozen=True)
 class _Trace:
     channels: dict[str, Array]
     start: float | None  # s, if the trace says when it began
-    word: int
+    notes: _Notes
 
 
 _PLAIN = (_Channel("X", 1.0), _Channel("Y", 1.0))
@@ -60,7 +69,7 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     Drawing
         Of a file of this program: the drawing it was made of, to 1e-6 of each unit.  Of another: a page as large
         as the writing reaches; times that start at 0, and where there are none 100 samples a second
-        (`about["timing"]` says so); samples at which the clock stands still are left out.
+        (`about["timing"]` says so, and it is not `timed`); samples at which the clock stands still are left out.
 
     Raises
     ------
@@ -137,26 +146,31 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
     """All traces of a pen that is down, in the order of the file."""
     count = 0
 
-    def walk(parent: Element, current: tuple[_Channel, ...], word: int) -> Iterator[_Trace]:
+    def walk(parent: Element, current: tuple[_Channel, ...], notes: _Notes) -> Iterator[_Trace]:
         nonlocal count
         for element in parent:
             if element.tag in ("context", "inkSource", "traceFormat"):
                 current = formats.of(element, current)
             elif element.tag == "traceGroup":
-                yield from walk(element, formats.of(element, current), _word(element, word))
+                yield from walk(element, formats.of(element, current), _notes(element, notes))
             elif element.tag == "trace":
                 count += 1
                 values = _values((element.text or "").strip(), formats.of(element, current), count)
                 if element.get("type") != "penUp" and values:
                     start = _number(element.get("timeOffset"))
-                    yield _Trace(values, None if start is None else start / 1000, word)
+                    yield _Trace(values, None if start is None else start / 1000, notes)
 
-    yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), -1)
+    yield from walk(root, formats.of(root, tuple(_Channel(c.name, formats.unit) for c in _PLAIN)), _Notes())
 
 
-def _word(group: Element, word: int) -> int:
-    note = next((n.text or "" for n in group.findall("annotation") if n.get("type") == "word"), "")
-    return int(note) if note.strip().isdecimal() else word
+def _notes(group: Element, outer: _Notes) -> _Notes:
+    said = {n.get("type", ""): n.text or "" for n in group.findall("annotation")}
+    word, colour = said.get("word", "").strip(), said.get("colour", "").strip().lower()
+    return _Notes(
+        int(word) if word.isdecimal() else outer.word,
+        said.get("layer", outer.layer),
+        colour if _COLOUR.fullmatch(colour) else outer.colour,
+    )
 
 
 def _values(text: str, channels: tuple[_Channel, ...], number: int) -> dict[str, Array]:
@@ -254,8 +268,8 @@ def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
         going = np.r_[True, t[1:] > np.maximum.accumulate(t)[:-1]]
         moved = {name: values[going] for name, values in trace.channels.items()}
         moved["X"], moved["Y"] = moved["X"] + shift[0], moved["Y"] + shift[1]
-        strokes.append(_stroke(_Trace(moved, None, trace.word), number, t[going]))
-    return Drawing(tuple(strokes), page, about)
+        strokes.append(_stroke(_Trace(moved, None, trace.notes), number, t[going]))
+    return Drawing(tuple(strokes), page, about, timed=clocked or traces[0].start is not None)
 
 
 def _clocked(traces: list[_Trace]) -> bool:
@@ -288,7 +302,7 @@ def _stroke(trace: _Trace, number: int, t: Array | None) -> Stroke:
         xy = np.column_stack([c["X"], c["Y"]])
         tilt, azimuth = _pose(c)
         rotation, width = c.get("OR"), c.get("W")
-        return Stroke(t, xy, c.get("F"), tilt, azimuth, rotation, width, trace.word)
+        return Stroke(t, xy, c.get("F"), tilt, azimuth, rotation, width, *trace.notes)
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
 

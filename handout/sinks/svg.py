@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
@@ -17,7 +17,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     """A page as an SVG file; units are mm.
 
     Every stroke is a ``<path class="stroke">`` of cubic Béziers that stays within 0.01 mm of the samples, with
-    ``data-t0`` and ``data-t1`` (s), ``data-k`` (ms that each Bézier takes) and ``data-word``.  The group
+    ``data-t0`` and ``data-t1`` (s), ``data-k`` (ms that each Bézier takes), ``data-word`` and ``data-layer``; one with
+    a colour of its own has it as ``stroke``.  The group
     ``#travel`` has the moves between strokes; it is hidden, and shown by the class ``show-travel`` on the root,
     by ``file.svg#travel`` or by the key T.  A click, the key P or ``file.svg#play`` replays the writing at its
     own speed.
@@ -69,10 +70,12 @@ def _stroke(stroke: Stroke, curve: Curve, pen_width: float) -> str:
     width = _mm(paths.stroke_width(stroke, pen_width))
     own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
+    layer = f" data-layer={quoteattr(about.xml_safe(stroke.layer))}" if stroke.layer else ""
+    own += f' stroke="{stroke.colour}"' if stroke.colour else ""
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""
     times = f'data-t0="{_mm(float(stroke.t[0]))}" data-t1="{_mm(float(stroke.t[-1]))}"'
-    return f'<path class="stroke" {times}{word}{own}{spans} d="{_path(curve)}"/>'
+    return f'<path class="stroke" {times}{word}{layer}{own}{spans} d="{_path(curve)}"/>'
 
 
 def _path(curve: Curve) -> str:

@@ -94,6 +94,17 @@ def test_plot_copies_and_dry_run(call):
     assert facts["files"] == ["p.svg"] and facts["planned_s"] > 0
 
 
+def test_plot_reports_how_faithful_the_motion_is(call, tmp_path):
+    call("plot", "--port", "sim:", "Ada", "--report", "done.json", "-q", "--seed", 1)
+    call("plot", "Ada", "--dry-run", "p.svg", "--report", "planned.json", "-q", "--seed", 1)
+    done, planned = (json.loads(Path(name).read_text()) for name in ("done.json", "planned.json"))
+    assert done["measured"] and not planned["measured"]
+    assert done["correlation"] > 0.99 and done["rms_of_peak"] < 0.03 and done["min_queue"] > 0
+    assert done["executed_s"] == pytest.approx(planned["executed_s"], rel=0.05)  # of two machines
+    _, err = call("plot", "Ada", "--dry-run", "q.svg", "--report", "nowhere/r.json", code=2)
+    assert "nowhere" in err and not Path("q.svg").exists()
+
+
 def test_plot_fit_to_the_bed(call):
     text = "line\n" * 20
     _, err = call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", code=2)
@@ -194,7 +205,8 @@ def test_bad_input_is_one_clear_sentence(call, arguments, code, says):
     assert says.lower() in err.lower(), err
     assert out == ""
     assert len(err.strip()) < 700
-    assert set(Path().iterdir()) == before, "something was left behind"
+    kept = {Path("state")} if "--resume" in err else set()  # a plot that had begun
+    assert set(Path().iterdir()) == before | kept, "something was left behind"
 
 
 def test_a_file_that_is_not_text(call):
@@ -229,3 +241,22 @@ def test_pens_and_papers(call):
     assert [Image.open(name).mode for name in ("a.png", "c.png", "d.png")] == ["RGB", "RGBA", "P"]
     corner = Image.open("a.png").getpixel((350, 100))
     assert min(corner) > 235
+
+
+def test_devices_probe_and_ports(call, monkeypatch):
+    from serial.tools import list_ports
+    from serial.tools.list_ports_common import ListPortInfo
+
+    found = json.loads(call("devices", "probe", "--port", "sim:", "--device", "grbl-z", "--json")[0])
+    assert found["dialect"] == "grbl" and found["firmware"].startswith("1.1h")
+    assert found["limits"]["limits.acceleration"] == 1500 and found["limits"]["port.queue"] == 15
+    out, err = call("devices", "probe", "--port", "sim:?acceleration=600mm/s2")
+    assert "sim: speaks grbl" in out.replace("?acceleration=600mm/s2", "") and "own 600" in err
+    call("devices", "probe", "--port", "/dev/tty-none", code=3)
+    rows = [ListPortInfo("/dev/ttyACM0")]
+    rows[0].vid, rows[0].pid, rows[0].description = 0x04D8, 0xFD92, "EiBotBoard"
+    monkeypatch.setattr(list_ports, "comports", lambda: rows)
+    assert call("devices", "list", "--ports")[0] == "/dev/ttyACM0  04d8:fd92  EiBotBoard\n"
+    assert json.loads(call("devices", "list", "--ports", "--json")[0])["ports"][0]["usb"] == "04d8:fd92"
+    monkeypatch.setattr(list_ports, "comports", lambda: [])
+    assert "No serial port was found" in call("devices", "list", "--ports")[1]

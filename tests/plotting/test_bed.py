@@ -96,3 +96,34 @@ def test_a_larger_page_with_a_small_drawing_is_left_alone():
     profile = machine(origin="top-left", height=Length(200.0))
     note = Drawing((Stroke([0.0, 1.0], [[10.0, 10.0], [60.0, 40.0]]),), Page(500, 500))
     assert fit_to_bed(note, profile) is note
+
+
+@pytest.mark.parametrize(("origin", "y"), [kind for kind in KINDS if kind[0] != "centre"])
+def test_a_zero_inside_the_sheet(origin, y):
+    """The same place of a page lies nearer to the zero by the inset, and the page's own corner out of reach."""
+    inside = machine(origin=origin, y=y, inset_x=Length(10.0), inset_y=Length(4.0))
+    sheet, places = Page(120.0, 90.0), np.array([[30.0, 40.0], [70.0, 60.0]])
+    before, after = (bed.place(sheet, each).to_machine(places) for each in (machine(origin=origin, y=y), inside))
+    assert np.abs(before) - np.abs(after) == pytest.approx(np.array([[10.0, 4.0]] * 2))
+    with pytest.raises(DoesNotFit):
+        bed.check(bed.place(sheet, inside).to_machine(np.array([[5.0, 45.0]])), inside)
+
+
+@pytest.mark.parametrize("sheet", [Page(420, 297), Page(297, 420), Page(900, 100)])
+def test_what_is_made_to_fit_keeps_off_the_edge_that_is_out_of_reach(sheet):
+    inside = machine(inset_x=Length(20.0), inset_y=Length(4.0))
+    corners = np.array([[1.0, 1.0], [sheet.width - 1, sheet.height - 1]])
+    fitted = fit_to_bed(Drawing((Stroke(np.array([0.0, 1.0]), corners),), sheet), inside)
+    there = bed.place(fitted.page, inside).to_machine(fitted.strokes[0].xy)
+    bed.check(there, inside)
+    assert (np.ptp(there, axis=0) / [inside.bed.width, inside.bed.height]).max() > 0.97
+
+
+def test_what_hangs_off_the_paper_is_named():
+    page = Page(100, 50)
+    inside = Stroke(np.array([0.0, 1.0]), np.array([[0, 0], [100, 50]]))
+    assert bed.beyond_paper(Drawing((inside,), page)) is None
+    for xy, edge, far in (((-3, 10), "left", 3), ((10, -4), "upper", 4), ((105, 9), "right", 5), ((9, 56), "lower", 6)):
+        out = Stroke(np.array([2.0, 3.0]), np.array([[50, 25], xy]), word=6)
+        said = bed.beyond_paper(Drawing((inside, out), page))
+        assert f"Stroke 2 (of word 7) reaches {far} mm beyond the {edge} edge of the paper (100 x 50 mm)" in said

@@ -2,8 +2,9 @@
 
 import dataclasses
 
+import msgspec
 from cursive import page
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
@@ -11,6 +12,8 @@ from handout.plotting import open_port, plan, to_gcode
 from handout.plotting.gcode import comment
 
 PROFILE = profiles.find("simulated", "plotter")
+MADE = plan(page(words=1), PROFILE)
+BODY = [line for line in to_gcode(MADE).split(b"\n") if not line.startswith(b";")]
 
 
 def test_the_header_says_what_it_is():
@@ -48,10 +51,26 @@ def test_a_file_sent_line_by_line_draws_the_drawing():
     assert len(port.executed().strokes) == len(drawing.strokes)
 
 
+def test_zero_here_is_said_once_at_the_beginning():
+    here = msgspec.structs.replace(PROFILE, bed=msgspec.structs.replace(PROFILE.bed, zero="here"))
+    lines = to_gcode(MADE, here).split(b"\n")
+    assert lines.count(b"G92X0Y0") == 1 and b"G92X0Y0" not in BODY
+    assert next(line for line in lines if not line.startswith(b";")) == b"G92X0Y0"
+
+
 @given(st.text())
 def test_comments_cannot_command_the_machine(text):
     kept = comment(text)
-    assert kept.isascii() and not set(kept) & set("?!~\x18\r\n") and len(kept) <= 200
+    assert kept.isascii() and not set(kept) & set("?!~\x18\r\n")
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.dictionaries(st.sampled_from(["title", "hand", "seed"]), st.text(max_size=120)))
+def test_no_line_of_a_file_is_long_or_more_than_plain_ascii(about):
+    text = to_gcode(dataclasses.replace(MADE, drawing=dataclasses.replace(MADE.drawing, about=about)))
+    lines = text.split(b"\n")
+    assert text.isascii() and not set(text) & set(b"?!~\x18\r") and max(map(len, lines)) <= 70
+    assert [line for line in lines if not line.startswith(b";")] == BODY
 
 
 def test_a_shouted_title_does_not_hold_the_machine():

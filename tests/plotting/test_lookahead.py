@@ -81,7 +81,8 @@ def executed(points, feed):
     """Duration of the whole, by the simulated controller's queue and stepper, fed as fast as it has room."""
     axes = Axes(MACHINE.steps.tolist(), MACHINE.rate.tolist(), MACHINE.acceleration.tolist(), MACHINE.deviation)
     queue = Queue(axes, MACHINE.queue)
-    stepper = Stepper(queue)
+    ends = [0.0]
+    stepper = Stepper(queue, lambda now, there: ends.append(now))
     waiting = list(zip(points[1:].tolist(), feed.tolist(), strict=True))
     while waiting or stepper.moving:
         while waiting and not queue.full:
@@ -89,10 +90,10 @@ def executed(points, feed):
             queue.add(tuple(target), speed)
             stepper.replan()
             stepper.prepare()
-        stepper.start(stepper.trace[-1][0] if stepper.trace else 0.0)
+        stepper.start(ends[-1])
         if stepper.moving:
             stepper.finish_slice()
-    return stepper.trace[-1][0] - stepper.trace[0][0], stepper.position
+    return ends[-1], stepper.position
 
 
 @settings(max_examples=30, deadline=None)

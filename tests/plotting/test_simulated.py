@@ -78,7 +78,7 @@ def test_g92_moves_the_zero():
 
 def moving(port):
     """Times and x, mm, from where the first motion began."""
-    trace = port.firmware.stepper.trace
+    trace = port.paper.trace
     first = next(at for at, (_, position) in enumerate(trace) if position != trace[0][1])
     return np.array([(t, steps[0] / 80) for t, steps in trace[first - 1 :]])
 

@@ -51,7 +51,10 @@ def strokes(draw: st.DrawFn) -> Stroke:
     xy = draw(st.lists(st.tuples(_coordinate, _coordinate), min_size=n, max_size=n))
     has = draw(st.sets(st.sampled_from(_channels)))
     channels = {c: np.array(draw(st.lists(st.floats(0, 1.5), min_size=n, max_size=n))) for c in _channels if c in has}
-    return Stroke(np.cumsum(steps), np.array(xy), word=draw(st.integers(-1, 40)), **channels)
+    layer, colour = draw(st.sampled_from(["", "red & <thin>", "tinte"])), draw(st.sampled_from(["", "#c01020"]))
+    return Stroke(
+        np.cumsum(steps), np.array(xy), word=draw(st.integers(-1, 40)), layer=layer, colour=colour, **channels
+    )
 
 
 drawings = st.builds(
@@ -79,4 +82,4 @@ def _alike(a: Stroke, b: Stroke, tolerance: float) -> bool:
             return False
         if one is not None and (one.shape != other.shape or np.abs(one - other).max() > tolerance):
             return False
-    return a.word == b.word
+    return (a.word, a.layer, a.colour) == (b.word, b.layer, b.colour)

@@ -138,6 +138,16 @@ def test_every_stroke_has_its_times_and_its_word() -> None:
         assert path.get("data-word") == str(stroke.word)
 
 
+def test_layers_and_colours_are_told() -> None:
+    t, xy = np.array([0.0, 1.0]), np.array([[1.0, 1.0], [2.0, 3.0]])
+    red = Stroke(t, xy, layer='"red" & <thin>', colour="#c01020")
+    path, plain = paths(to_svg(Drawing((red, Stroke(t + 2, xy)), CARD)))
+    assert (path.get("data-layer"), path.get("stroke")) == ('"red" & <thin>', "#c01020")
+    assert plain.get("data-layer") is None and plain.get("stroke") is None
+    with pytest.raises(ValueError, match="not a colour"):
+        Stroke(t, xy, colour='red" onload="')
+
+
 def test_dots_are_visible() -> None:
     point = np.array([[5.0, 5.0]])
     tiny = Stroke(np.array([1.0, 1.1]), np.array([[9.0, 9.0], [9.0002, 9.0]]))

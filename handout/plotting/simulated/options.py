@@ -1,8 +1,14 @@
-"""What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``."""
+"""What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+
+A fault strikes after so many instructions of the plot have been read (`after`); the faults of `BYTE_FAULTS` can instead
+be told the byte, counted from 0 over all that is written to the port, at which they strike (`at`).
+"""
 
 from __future__ import annotations
 
 import difflib
+import re
+from typing import Any
 from urllib.parse import parse_qsl
 
 import msgspec
@@ -13,29 +19,46 @@ from handout.errors import InputError
 FAULTS = {
     "jam": "it stands still and never answers again",
     "late": "every ok comes late by the time `late`",
-    "lost-byte": "the end of a line is lost on the way to it",
+    "lost-byte": "the end of a line, or the byte `at`, is lost on the way to it",
+    "flipped-byte": "the same byte comes with its bit number `bit` turned over",
+    "doubled-byte": "the same byte comes twice",
     "lost-ok": "one ok is lost on the way back",
+    "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
+    "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
     "reset": "it starts again, as after a break in its power",
-    "unplugged": "the connection is gone",
+    "unplugged": "the connection is gone; it goes on with what it has received",
+    "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
 }
-_NUMBERS = {"after": (0, 10**9), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1)}
+BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
+_NUMBERS = {
+    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
+    "blank": (0, 1), "motors": (0, 1),
+}  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
 
 class Options(msgspec.Struct, frozen=True, kw_only=True):
     """How a simulated plotter differs from its profile.
 
-    fault : what goes wrong, one of `FAULTS`; after : how many lines of G-code are read before that.
+    fault : what goes wrong, one of `FAULTS`; after : how many instructions of the plot are read before that.
+    at : the byte at which one of `BYTE_FAULTS` strikes (−1: after `after` instructions); bit : that is turned over.
     buffer, queue : bytes and moves it can hold (0: as the profile says).
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
+    settings : numbers and values of its own settings, as ``$20=1`` in the address (GRBL).
+    variant : a relative of the controller that it is instead: "grblhal" or "fluidnc" (GRBL).
+    blank : its memory is blank (GRBL).
     realtime : pass time as a real machine would, instead of as fast as possible.
+    firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
+    motors : whether its motors have power.
     """
 
     fault: str = ""
     after: int = 20
+    at: int = -1
+    bit: int = 0
     buffer: int = 0
     queue: int = 0
     late: float = 0.5
@@ -43,6 +66,11 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     acceleration: float = 0.0
     speed: float = 0.0
     realtime: bool = False
+    settings: tuple[tuple[int, float], ...] = ()
+    variant: str = ""
+    blank: bool = False
+    firmware: str = ""
+    motors: bool = True
 
 
 def parse(query: str) -> Options:
@@ -53,18 +81,25 @@ def parse(query: str) -> Options:
     InputError
         An unknown option or fault, or a value that cannot be read.
     """
-    given: dict[str, str | int | float | bool] = {}
+    given: dict[str, Any] = {"settings": []}
     for name, text in parse_qsl(query, keep_blank_values=True):
         if name == "fault":
             given[name] = _one_of(text, list(FAULTS), "fault")
         elif name in _QUANTITIES:
             given[name] = units.parse(text, _QUANTITIES[name], name)
+        elif name == "variant":
+            given[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
+        elif re.fullmatch(r"\$\d{1,3}", name):
+            given["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
             given[name] = _whole(name, text)
+        elif name == "firmware":
+            given[name] = _version(text)
         else:
-            _one_of(name, ["fault", *_NUMBERS, *_QUANTITIES], "option")
-    if "realtime" in given:
-        given["realtime"] = bool(given["realtime"])
+            known = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
+            _one_of(name, known, "option")
+    for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
+        given[name] = bool(given.get(name, usual))
     return msgspec.convert(given, Options)
 
 
@@ -73,6 +108,19 @@ def _whole(name: str, text: str) -> int:
     if not text.isascii() or not text.isdigit() or not least <= int(text) <= greatest:
         raise InputError(f"sim: {name}={text} is not a whole number from {least} to {greatest}.")
     return int(text)
+
+
+def _version(text: str) -> str:
+    if not re.fullmatch(r"\d{1,3}(\.\d{1,3}){1,2}", text, re.ASCII):
+        raise InputError(f"sim: firmware={text} is not a version such as 2.8.1.")
+    return text
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(f"sim: {name}={text} is not a number.") from error
 
 
 def _one_of(text: str, known: list[str], what: str) -> str:

@@ -1,4 +1,4 @@
-"""The simulated controller's queue of moves: entry speeds from junction deviation, looking back and ahead."""
+"""A simulated controller's queue of moves: entry speeds from junction deviation, looking back and ahead."""
 
 from __future__ import annotations
 

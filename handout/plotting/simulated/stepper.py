@@ -1,15 +1,29 @@
-"""The simulated controller's step generator: moves in slices of ten milliseconds, a few of them prepared ahead."""
+"""A simulated controller's step generator: moves in slices of ten milliseconds, some of them prepared ahead."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
-from handout.plotting.simulated.queue import Line, Queue, Steps
+from handout.plotting.simulated.queue import Line, Steps
 
 _SLICE = 0.010
 _AHEAD = 6
+
+
+class Planned(Protocol):
+    """Where the stepper takes its lines from; see `queue.Queue`."""
+
+    lines: deque[Line]
+    position: Steps
+
+    @property
+    def leave(self) -> float: ...
+
+    def plan(self) -> None: ...
 
 
 @dataclass(slots=True)
@@ -51,12 +65,11 @@ def _ramp(mm: float, u: float, v: float, nominal: float, a: float) -> _Ramp:
 
 
 class Stepper:
-    """Takes lines from the queue and turns them into steps; `trace` keeps where it was when."""
+    """Takes lines from the queue and turns them into steps; `moved` is told where it is when."""
 
-    def __init__(self, queue: Queue) -> None:
-        self.queue = queue
+    def __init__(self, queue: Planned, moved: Callable[[float, Steps], None], ahead: int = _AHEAD) -> None:
+        self.queue, self.moved, self.ahead = queue, moved, ahead
         self.position: Steps = queue.position
-        self.trace: list[tuple[float, Steps]] = [(0.0, queue.position)]
         self.moving = False
         self.holding = False
         self.next_end = math.inf  # time at which the slice under way ends
@@ -73,7 +86,7 @@ class Stepper:
         if self.moving or not self.queue.lines:
             return
         self.moving, self._speed = True, 0.0
-        self.trace.append((now, self.position))
+        self.moved(now, self.position)
         self._next_slice(now)
 
     def replan(self) -> None:
@@ -106,7 +119,7 @@ class Stepper:
     def finish_slice(self) -> None:
         """The slice under way ends now."""
         now, (_, self.position) = self.next_end, self._slices.popleft()
-        self.trace.append((now, self.position))
+        self.moved(now, self.position)
         self._next_slice(now)
 
     def _next_slice(self, now: float) -> None:
@@ -118,7 +131,7 @@ class Stepper:
 
     def prepare(self) -> None:
         """Prepare slices as long as there is room and something to do."""
-        while self.moving and len(self._slices) < _AHEAD:
+        while self.moving and len(self._slices) < self.ahead:
             if self._ramp is None and not self._begin_line():
                 return
             self._slice()

@@ -34,12 +34,13 @@ def strokes(
     t = np.array([time for time, _ in trace])
     at = np.array([position for _, position in trace], dtype=float).reshape(-1, 3) / np.array(steps)
     down = _by_height(t, at[:, 2], pen) if pen.lift == "z" else _by_power(power, pen)
-    drawn = (_stroke(t, at[:, :2], begin, end, placement) for begin, end in down)
+    drawn = (_stroke(t, at, begin, end, placement, pen) for begin, end in down)
     return [stroke for stroke in drawn if stroke is not None]
 
 
 def _by_height(t: Array, z: Array, pen: Pen) -> Iterator[tuple[float, float]]:
-    low = np.concatenate([[False], z <= pen.down + 0.1 * (pen.up - pen.down), [False]])
+    share = (z - pen.down) / (pen.up - pen.down)  # of the way from the paper to where the pen is lifted
+    low = np.concatenate([[False], share <= 0.1, [False]])
     change = np.flatnonzero(np.diff(low.astype(int)))
     for begin, end in change.reshape(-1, 2):
         yield float(t[begin]), float(t[end - 1])
@@ -58,18 +59,20 @@ def _by_power(power: list[tuple[float, float]], pen: Pen) -> Iterator[tuple[floa
         yield begin - _GRACE, np.inf
 
 
-def _stroke(t: Array, xy: Array, begin: float, end: float, placement: Placement) -> Stroke | None:
+def _stroke(t: Array, at: Array, begin: float, end: float, placement: Placement, pen: Pen) -> Stroke | None:
     """The samples from begin to end without the rests before and after; one sample if the pen did not move."""
     a, b = int(np.searchsorted(t, begin)), int(np.searchsorted(t, end, side="right"))
     if a == b:
         if a == 0:
             return None
-        return Stroke(np.array([begin]), placement.to_page(xy[a - 1 : a]))
-    moved = np.flatnonzero((xy[a:b] != xy[a]).any(axis=1))
+        return Stroke(np.array([begin]), placement.to_page(at[a - 1 : a, :2]))
+    moved = np.flatnonzero((at[a:b, :2] != at[a, :2]).any(axis=1))
     if len(moved) == 0:
-        return Stroke(t[a : a + 1], placement.to_page(xy[a : a + 1]))
-    a, b = a + int(moved[0]) - 1, a + int(moved[-1]) + 1
-    while b - a > 2 and (xy[b - 1] == xy[b - 2]).all():
-        b -= 1
-    keep = np.append(True, np.diff(t[a:b]) > 0)
-    return Stroke(t[a:b][keep], placement.to_page(xy[a:b][keep]))
+        return Stroke(t[a : a + 1], placement.to_page(at[a : a + 1, :2]))
+    under_way = np.flatnonzero((at[a:b, :2] != at[b - 1, :2]).any(axis=1))  # a closed stroke ends where it began
+    a, b = a + int(moved[0]) - 1, a + int(under_way[-1]) + 2
+    rows = np.arange(a, b)[np.append(True, np.diff(t[a:b]) > 0)]
+    pressure = None
+    if pen.pressed is not None:
+        pressure = np.clip((at[rows, 2] - pen.down) / ((pen.pressed - pen.down) or 1.0), 0.0, 1.0)
+    return Stroke(t[rows], placement.to_page(at[rows, :2]), pressure)

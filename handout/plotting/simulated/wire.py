@@ -3,18 +3,54 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-_REALTIME = frozenset(b"?!~\x18")
+
+class Framing:
+    """How a controller cuts what it receives into instructions.
+
+    Parameters
+    ----------
+    ends : bytes of which each completes an instruction.
+    immediate : bytes that act on reception, wherever they stand, and are never stored.
+    blocks : whether the sender has to wait while the buffer is full (USB); if not, bytes are lost.
+    """
+
+    def __init__(self, ends: bytes, immediate: bytes = b"", blocks: bool = False) -> None:
+        self.blocks = blocks
+        self.end = re.compile(b"[" + re.escape(ends) + b"]")
+        self.ends = ends
+        self._ends, self._immediate = frozenset(ends), frozenset(immediate)
+
+    def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+        """Pieces of what is sent, each up to the end of an instruction; and whether a piece acts on reception.
+
+        A framing in which several bytes together act on reception keeps them until they are complete.
+        """
+        start = 0
+        for at, byte in enumerate(data):
+            if byte in self._immediate:
+                if at > start:
+                    yield data[start:at], False
+                yield data[at : at + 1], True
+                start = at + 1
+            elif byte in self._ends:
+                yield data[start : at + 1], False
+                start = at + 1
+        if start < len(data):
+            yield data[start:], False
 
 
 @dataclass(slots=True)
 class _Piece:
-    """Bytes up to the end of a line, or one real-time byte; `first` is when the first of them is in, s."""
+    """Bytes up to the end of an instruction, or some that act on reception; `first` is when the first is in, s."""
 
     first: float
     data: bytes
+    urgent: bool
     given: int = 0
 
 
@@ -28,36 +64,32 @@ class Wire:
 
     Attributes
     ----------
-    lost : how many bytes found the buffer full.
-    cut : how many more ends of lines come through before one is lost on the way (−1: none is).
+    lost : how many bytes found the buffer full, or nobody who listened.
+    deaf_until : s; bytes that come in before that are lost.
     """
 
-    def __init__(self, size: int, byte: float, cut: int = -1) -> None:
-        self.size, self.byte, self.cut = size, byte, cut
+    def __init__(self, size: int, byte: float, framing: Framing) -> None:
+        self.size, self.byte, self.framing = size, byte, framing
         self.lost = 0
+        self.deaf_until = 0.0  # s; what comes before that is lost
         self._under_way: deque[_Piece] = deque()
         self._free = 0.0
         self._buffer = bytearray()  # received, not read
-        self._line = bytearray()  # read, the line is not complete
+        self._line = bytearray()  # read, the instruction is not complete
 
-    def put(self, data: bytes, now: float) -> None:
-        """Send bytes off."""
+    def put(self, data: bytes, now: float) -> float:
+        """Send bytes off; returns when the last of them will be in, s."""
         at = max(self._free, now)
-        for piece in _pieces(data):
-            self._under_way.append(_Piece(at + self.byte, self._damaged(piece)))
+        for piece, urgent in self.framing.cut(data):
+            self._under_way.append(_Piece(at + self.byte, piece, urgent))
             at += len(piece) * self.byte
         self._free = at
-
-    def _damaged(self, piece: bytes) -> bytes:
-        if piece.endswith(b"\n") and self.cut >= 0:
-            self.cut -= 1
-            return piece[:-1] if self.cut < 0 else piece
-        return piece
+        return at
 
     @property
     def next(self) -> float:
-        """When the next line is complete or the next real-time byte comes in, s."""
-        if not self._under_way:
+        """When the next instruction is complete or the next urgent piece comes in, s."""
+        if not self._under_way or (self.framing.blocks and not self._under_way[0].urgent and self.room <= 1):
             return math.inf
         piece = self._under_way[0]
         return piece.first + max(len(piece.data) - 1, 0) * self.byte
@@ -67,60 +99,64 @@ class Wire:
         """Bytes the buffer can still take."""
         return self.size - len(self._buffer)
 
-    def receive(self, now: float) -> list[int]:
-        """Take in all that has arrived; the real-time bytes among it."""
-        urgent: list[int] = []
+    def receive(self, now: float) -> list[bytes]:
+        """Take in all that has arrived; the urgent pieces among it."""
+        urgent: list[bytes] = []
         while self._under_way and self._under_way[0].first <= now + 1e-12:
             piece = self._under_way[0]
             many = min(len(piece.data), math.floor((now - piece.first) / self.byte + 1e-6) + 1)
-            fresh = piece.data[piece.given : many]
-            piece.given = many
-            if fresh and fresh[0] in _REALTIME:
-                urgent.append(fresh[0])
-            else:
-                fits = fresh[: self.size - 1 - len(self._buffer)]  # a ring of n bytes holds n − 1
-                self.lost += len(fresh) - len(fits)
-                self._buffer += fits
-            if many < len(piece.data):
+            if piece.urgent:
+                if many < len(piece.data):
+                    break
+                urgent.append(piece.data)
+            elif not self._store(piece, many):
                 break
             self._under_way.popleft()
         return urgent
 
+    def _store(self, piece: _Piece, many: int) -> bool:
+        """Put the bytes of a piece that have arrived into the buffer; whether that was all of it."""
+        fresh = piece.data[piece.given : many]
+        if piece.first + piece.given * self.byte < self.deaf_until:
+            unheard = min(len(fresh), math.ceil((self.deaf_until - piece.first) / self.byte - piece.given))
+            self.lost += unheard
+            piece.given += unheard
+            fresh = fresh[unheard:]
+        fits = fresh[: max(self.size - 1 - len(self._buffer), 0)]  # a ring of n bytes holds n − 1
+        self._buffer += fits
+        if self.framing.blocks:
+            piece.given += len(fits)
+        else:
+            self.lost += len(fresh) - len(fits)
+            piece.given = many
+        return piece.given == len(piece.data)
+
     @property
     def has_line(self) -> bool:
-        """Whether a line is complete; what is there of it is read meanwhile."""
-        if b"\n" in self._buffer:
+        """Whether an instruction is complete; what is there of it is read meanwhile."""
+        if self.framing.end.search(self._buffer):
             return True
         self._line += self._buffer
         self._buffer.clear()
         return False
 
     def line(self) -> bytes | None:
-        """Read from the buffer: a complete line if there is one by now."""
-        end = self._buffer.find(b"\n")
-        take = len(self._buffer) if end < 0 else end + 1
+        """Read from the buffer: a complete instruction, with its end, if there is one by now."""
+        end = self.framing.end.search(self._buffer)
+        take = end.end() if end else len(self._buffer)
         self._line += self._buffer[:take]
         del self._buffer[:take]
-        if end < 0:
+        if end is None:
             return None
         line = bytes(self._line)
         self._line.clear()
         return line
 
+    def lose(self) -> None:
+        """What is under way comes to nobody."""
+        self._under_way.clear()
+
     def clear(self) -> None:
         """Forget what has been received."""
         self._buffer.clear()
         self._line.clear()
-
-
-def _pieces(data: bytes) -> list[bytes]:
-    """The bytes cut after every end of a line and around every real-time byte."""
-    pieces, start = [], 0
-    for at, byte in enumerate(data):
-        if byte in _REALTIME:
-            pieces += [data[start:at], data[at : at + 1]]
-            start = at + 1
-        elif byte == 10:
-            pieces.append(data[start : at + 1])
-            start = at + 1
-    return [piece for piece in [*pieces, data[start:]] if piece]

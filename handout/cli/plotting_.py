@@ -1,0 +1,255 @@
+"""Plots that are kept: running one, going on with one, listing and showing them; for `handout plot`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from handout import units
+from handout.cli import results
+from handout.errors import DeviceError, InputError
+
+if TYPE_CHECKING:
+    from handout.plotting import Plan, Port, Report
+    from handout.plotting.jobs.journal import Standing
+    from handout.plotting.jobs.store import Job
+
+_SIMULATED = "sim"
+WORDS = ("jobs", "show", "forget")
+
+
+class _AtTheTerminal:
+    """The person at the plotter, asked at the terminal; a `running.Person`.
+
+    yes : nothing is asked about sheets and pens.
+    """
+
+    def __init__(self, address: str, yes: bool) -> None:
+        self.simulated = address.partition(":")[0] == _SIMULATED
+        self.yes = yes
+
+    def do(self, request: str) -> None:
+        """Ask, and wait for Enter."""
+        if self.simulated or (self.yes and "plotter's zero" not in request):
+            return
+        if not sys.stdin.isatty():
+            way = "--at-zero when it is done" if "plotter's zero" in request else "--yes to go on unasked"
+            raise InputError(f"{request}: nobody can be asked to; use {way}.")
+        click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Say what is wrong, and wait for Enter."""
+        if self.simulated or not sys.stdin.isatty():
+            return False
+        click.echo(f"handout: {error}", err=True)
+        request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
+        click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
+        return True
+
+
+class Account:
+    """The file of `--report`: how faithful the motion was, or will be; nothing without a file.
+
+    Raises
+    ------
+    InputError
+        The file could not be written; asked before any work is done.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        from handout import atomic
+
+        self.path, self.rows = path, list[dict[str, Any]]()
+        if path is not None:
+            atomic.check_writable(path)
+
+    def planned(self, plans: Sequence[Plan]) -> None:
+        """Write what is predicted of every page."""
+        from handout.plotting import reporting
+
+        if self.path is not None:
+            reporting.write(self.path, [reporting.row(plan, page) for page, plan in enumerate(plans, 1)])
+
+    def plotted(self, report: Report, port: Port) -> None:
+        """Write what is to be said of all parts up to the one that has just been plotted."""
+        from handout.plotting import reporting
+
+        if self.path is not None:
+            self.rows.append(reporting.plotted(report, port, len(self.rows) + 1))
+            reporting.write(self.path, self.rows)
+
+
+def run(
+    job: Job, address: str, told: Account, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool
+) -> list[Report]:
+    """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    from handout.plotting import open_port
+    from handout.plotting.jobs import running
+
+    def opened() -> Port:
+        nonlocal port
+        known, port = port, None
+        return known or open_port(address, job.profile)
+
+    with _kept(job):
+        return running.run_job(
+            job,
+            opened,
+            _AtTheTerminal(address, yes),
+            at_zero=at_zero,
+            progress=_progress(quiet),
+            plotted=told.plotted,
+            log=results.talk(quiet),
+        )
+
+
+@contextlib.contextmanager
+def _kept(job: Job) -> Iterator[None]:
+    """Add to what ends a job how to go on with it; a job of which nothing was drawn is forgotten."""
+    from handout.plotting.jobs import store
+
+    try:
+        yield
+    except (DeviceError, InputError) as error:
+        if said := _how_to_go_on(job):
+            raise type(error)(f"{error} {said}") from error
+        with contextlib.suppress(InputError):
+            store.forget(job)
+        raise
+    except (KeyboardInterrupt, click.Abort) as stop:
+        if said := _how_to_go_on(job):
+            stop.add_note(said)
+        raise
+
+
+def _how_to_go_on(job: Job) -> str:
+    try:
+        standing = job.standing()
+    except InputError:  # what is wrong has been said
+        return ""
+    if not (standing.begun or standing.part):
+        return ""
+    return f"The job is kept; go on with: handout plot --resume {job.name}"
+
+
+def _progress(quiet: bool) -> Any:
+    if quiet or not sys.stderr.isatty():
+        return None
+
+    def show(share: float, left: float) -> None:
+        click.echo(f"\r{share:4.0%}, {units.duration(left)} left\033[K", err=True, nl=share >= 1)
+
+    return show
+
+
+def outlook(job: Job) -> str:
+    """What will happen when a job is gone on with."""
+    standing = job.standing()
+    if not standing.begun:
+        return f"{_called(job)}: goes on with {_part(job, standing)}."
+    strokes = job.drawing(standing.part).strokes
+    words = job.drawing(standing.part).about.get("words") or []
+    at = min(standing.place.stroke, len(strokes) - 1)
+    number = strokes[at].word
+    word = f', in the word "{words[number]}"' if 0 <= number < len(words) and words[number] else ""
+    return (
+        f"{_called(job)}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
+        f"{_drawn(job, standing) / 1000:.2f} of {job.ink / 1000:.2f} m are drawn, of which at most "
+        f"{job.options.overlap:g} mm are drawn again."
+    )
+
+
+def _called(job: Job) -> str:
+    return f"{job.name} ({job.title})" if job.title else job.name
+
+
+def _part(job: Job, standing: Standing) -> str:
+    from handout.plotting.jobs.parts import named
+
+    part = job.parts[standing.part]
+    sheets = job.pages * job.options.copies
+    layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
+    return f"sheet {part.copy * job.pages + part.page + 1} of {sheets}{layer}"
+
+
+def _drawn(job: Job, standing: Standing) -> float:
+    """mm of ink that are certainly on paper."""
+    from handout.plotting.remaining import drawn
+
+    whole = sum(part.ink for part in job.parts[: standing.part])
+    return whole + (drawn(job.drawing(standing.part), standing.place).pen_down if standing.begun else 0.0)
+
+
+def facts(job: Job) -> dict[str, Any]:
+    """A job as `--json` prints it."""
+    standing = job.standing()
+    done = job.ink if standing.finished else _drawn(job, standing)
+    return {
+        "job": job.name,
+        "title": job.title,
+        "begun": job.begun,
+        "device": job.profile.name,
+        "port": job.port,
+        "sheets": job.pages * job.options.copies,
+        "layers": [layer for layer in job.layers if layer],
+        "parts": len(job.parts),
+        "part": standing.part + (0 if standing.finished else 1),
+        "finished": standing.finished,
+        "stopped": standing.stopped,
+        "runs": list(standing.runs),
+        "drawn_mm": round(done, 1),
+        "pen_down_mm": round(job.ink, 1),
+    }
+
+
+def manage(word: str, names: tuple[str, ...], as_json: bool) -> None:
+    """``handout plot jobs``, ``show JOB`` and ``forget JOB``."""
+    from handout.plotting.jobs import store
+
+    if word == "jobs":
+        if names:
+            raise InputError(f"plot jobs takes no names; for one job use: handout plot show {names[0]}")
+        jobs = [facts(job) for job in _readable(store.every())]
+        click.echo(json.dumps(jobs, ensure_ascii=False) if as_json else _table(jobs), nl=bool(as_json or jobs))
+        return
+    if len(names) != 1:
+        raise InputError(f"plot {word} needs the name of one job, such as handout plot {word} mar01-1; see: plot jobs.")
+    job = store.find(names[0])
+    if word == "forget":
+        store.forget(job)
+        click.echo(f"Forgot {_called(job)}.", err=True)
+        return
+    told = facts(job)
+    if as_json:
+        click.echo(json.dumps(told, ensure_ascii=False))
+        return
+    for name, value in told.items():
+        click.echo(f"{name:12} {', '.join(map(str, value)) if isinstance(value, list) else value}")
+    if not told["finished"]:
+        click.echo(f"\n{outlook(job)}\nhandout plot --resume {job.name}")
+
+
+def _readable(jobs: list[Job]) -> Iterator[Job]:
+    for job in jobs:
+        try:
+            job.standing()
+        except InputError as error:
+            click.echo(f"handout: {error}", err=True)
+        else:
+            yield job
+
+
+def _table(jobs: list[dict[str, Any]]) -> str:
+    rows = []
+    for job in jobs:
+        share = job["drawn_mm"] / max(job["pen_down_mm"], 1e-9)
+        state = "finished" if job["finished"] else f"{min(share, 0.99):.0%} drawn"
+        sheets = "1 sheet" if job["sheets"] == 1 else f"{job['sheets']} sheets"
+        rows.append(f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip())
+    return "\n".join(rows)

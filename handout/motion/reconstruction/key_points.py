@@ -1,0 +1,82 @@
+"""Key points of a trace: where one stroke of the hand passes into the next.
+
+Source: seed 002, §3.2, with what the specification adds: cusps, whose turning of ±π cancels in the smoothed signal, and
+a cut through segments that nearly close on themselves or retrace their way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from handout.values import Array
+
+SAMPLES = 200  # in the extent of a trace
+WINDOW = 40  # samples over which turning is summed
+_PROMINENCE, _APART = 0.02, 10
+_CUSP = np.radians(100)  # turning within a few samples that makes a cusp
+_NEAR = 6  # samples on either side of a cusp
+_BENT = 2.2  # path over chord beyond which a segment is cut at its farthest point
+
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class KeyPoints:
+    """index : (m,) into the trace, ends included; turning : (n,) float, 0–2: 1 − cos of the smoothed turning."""
+
+    index: Index
+    turning: Array
+
+
+def find(xy: Array, *, cusps: bool = True) -> KeyPoints:
+    """Key points of an evenly sampled trace (n, 2), about `SAMPLES` samples in its extent.
+
+    cusps : also at cusps, and where a segment nearly closes on itself.
+    """
+    turning = _smoothed_turning(xy)
+    edge = WINDOW // 4
+    peaks, _ = find_peaks(turning, prominence=_PROMINENCE, distance=_APART)
+    peaks = peaks[(peaks > edge) & (peaks < len(xy) - edge)]
+    if not cusps:
+        return KeyPoints(np.concatenate([[0], peaks, [len(xy) - 1]]).astype(np.intp), turning)
+    more = [cusp for cusp in _cusps(xy) if not (np.abs(peaks - cusp) <= 8).any() and 3 < cusp < len(xy) - 4]
+    index = np.unique(np.concatenate([[0], peaks, more, [len(xy) - 1]])).astype(np.intp)
+    return KeyPoints(_cut_where_bent(xy, index), turning)
+
+
+def _smoothed_turning(xy: Array) -> Array:
+    direction = np.diff(xy @ np.array([1.0, 1j]))
+    angle = np.angle(direction[1:] * np.conj(direction[:-1]))
+    padded = np.pad(np.pad(angle, 1), WINDOW // 2)
+    summed = np.convolve(padded, np.hanning(WINDOW), "same")[WINDOW // 2 : -(WINDOW // 2)]
+    return np.asarray(1 - np.cos(np.clip(summed, -np.pi, np.pi)))
+
+
+def _cusps(xy: Array) -> Index:
+    """Samples where the chord before and the chord after differ by more than `_CUSP`."""
+    if len(xy) < 3 * _NEAR:
+        return np.zeros(0, dtype=np.intp)
+    chord = (xy[_NEAR:] - xy[:-_NEAR]) @ np.array([1.0, 1j])
+    turn = 1 - np.cos(np.angle(chord[_NEAR:] * np.conj(chord[:-_NEAR])))
+    peaks, _ = find_peaks(turn, height=1 - np.cos(_CUSP), distance=8)
+    return np.asarray(peaks + _NEAR)
+
+
+def _cut_where_bent(xy: Array, index: Index) -> Index:
+    """The key points, and in segments much longer than their chord the point farthest from both ends."""
+    out = [int(index[0])]
+    for a, b in zip(index[:-1].tolist(), index[1:].tolist(), strict=True):
+        piece = xy[a : b + 1]
+        step = np.diff(piece, axis=0)
+        length, chord = np.hypot(step[:, 0], step[:, 1]).sum(), np.hypot(*(piece[-1] - piece[0]))
+        if b - a > 12 and length > _BENT * chord:
+            away = np.hypot(*(piece - piece[0]).T) + np.hypot(*(piece - piece[-1]).T)
+            far = a + int(np.argmax(away))
+            if min(far - a, b - far) > 3:
+                out.append(far)
+        out.append(b)
+    return np.array(out, dtype=np.intp)

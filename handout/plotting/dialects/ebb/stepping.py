@@ -1,0 +1,215 @@
+"""From timed moves to the numbers a board steps by.
+
+A board counts in ticks of 40 µs.  At every tick each motor's rate is added to its accumulator, and when that overflows
+2³¹ the motor makes a step; an acceleration may be added to the rate at every tick.  Here the accumulators are followed
+in whole numbers, so what the board will do is known to the step, and what one move leaves over the next makes good.
+
+Source: the documented operation of SM, LM and LT: rate = 2³¹ · 40 µs · steps/s; after T ticks the accumulator has grown
+by rate·T + ½·acceleration·T².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from handout.plotting.blocks import Timed
+from handout.plotting.dialects.ebb.version import SIGNED, STEPS, TIME, Version
+from handout.profiles import Plotter
+from handout.values import Array
+
+TICKS = 25_000  # a second
+WHOLE = 1 << 31  # of an accumulator: a step
+_FASTEST = WHOLE - 1  # one step a tick
+_STEEPEST = 0.75  # share of the change of speed that would bring a motor to rest at an end of a move counted in steps
+
+
+class Slice(NamedTuple):
+    """What one motor has to do in one move: from where to where, steps, and its speeds at both ends, steps a tick."""
+
+    begin: float
+    end: float
+    before: float
+    after: float
+
+
+class Axis:
+    """One motor: where it stands, in whole steps, and its accumulator.
+
+    signed : whether rates have a sign (firmware 3); before that the accumulator grows in either direction.
+    """
+
+    def __init__(self, signed: bool) -> None:
+        self.signed = signed
+        self.at, self.filled = 0, 0
+
+    def clear(self) -> None:
+        """The accumulator starts anew."""
+        self.filled = 0
+
+    def counted(self, goal: float) -> int:
+        """Steps of a move that is told by its steps."""
+        steps = round(goal) - self.at
+        self.at += steps
+        return steps
+
+    def timed(self, part: Slice, ticks: int, clear: bool) -> tuple[int, int]:
+        """Rate and acceleration of a move that is told by its time; the accumulator does as the board's will.
+
+        The half step lets a motor stand on the step that is nearest to where it should be.
+        """
+        way = 1 if self._needed(part.end, 1) >= 0 else -1
+        if clear:
+            self.filled = _FASTEST if self.signed and way < 0 else 0
+        needed = self._needed(part.end, way)
+        if self.signed and not clear:
+            rate, gain = _ramp(needed, part, ticks, crossing=True)
+        else:
+            rate, gain = _ramp(max(needed * way, 0.0), _turned(part, way), ticks, crossing=False)
+            rate, gain = way * rate, (way * gain if self.signed else gain)
+        grown = _sum(rate, gain, ticks) if self.signed else _sum(abs(rate), gain, ticks)
+        self.at += (1 if self.signed else way) * ((self.filled + grown) // WHOLE)
+        self.filled = (self.filled + grown) % WHOLE
+        return rate, gain
+
+    def _needed(self, goal: float, way: int) -> float:
+        """Steps from where the accumulator is to the goal, when the motor turns that way."""
+        share = self.filled / WHOLE - 0.5
+        return goal - self.at - (share if self.signed else way * share)
+
+
+def _turned(part: Slice, way: int) -> Slice:
+    return part if way > 0 else Slice(*(-value for value in part))
+
+
+def _ramp(steps: float, part: Slice, ticks: int, crossing: bool) -> tuple[int, int]:
+    """Rate and acceleration that make so many steps; without crossing zero the rate stays on one side of it.
+
+    The acceleration is even: half of it is subtracted before the first tick, which has to come out whole.  A rate of
+    nothing would have no sign, which is what tells the direction.
+    """
+    gain = (part.after - part.before) / ticks
+    if not crossing:
+        most = 2.0 * steps / max(ticks * (ticks - 1), 1)
+        gain = min(max(gain, -most), most)
+    even = 2 * int(gain * WHOLE / 2)
+    rate = round((steps * WHOLE - even * ticks * ticks / 2) / ticks)
+    if not crossing:
+        rate = max(rate, even // 2 - even * ticks, 1 if even or rate > 0 else 0)
+    top = max(abs(rate + even // 2), abs(rate - even // 2 + even * ticks))
+    return (round(steps * WHOLE / ticks), 0) if top > _FASTEST else (rate, even)
+
+
+def _sum(rate: int, gain: int, ticks: int) -> int:
+    """What a move adds to an accumulator."""
+    return rate * ticks + gain * ticks * ticks // 2
+
+
+def mixing(profile: Plotter) -> Array:
+    """(2, 2) float, steps of the motors from mm of x and y."""
+    mixed = profile.bed.gantry == "corexy"
+    return float(profile.limits.steps_per_mm) * (np.array([[1.0, 1.0], [1.0, -1.0]]) if mixed else np.eye(2))
+
+
+class Motors:
+    """Follows both motors through a program.
+
+    Parameters
+    ----------
+    begin : steps of both motors from the machine's zero, where the program begins.
+
+    Attributes
+    ----------
+    place : (2,) float, mm, machine coordinates, to which they have been told to go.
+    """
+
+    def __init__(self, profile: Plotter, begin: tuple[int, int] = (0, 0)) -> None:
+        self.version = Version.of(profile.firmware)
+        self.mix = mixing(profile)
+        self.axes = [Axis(self.version >= SIGNED) for _ in range(2)]
+        for axis, at in zip(self.axes, begin, strict=True):
+            axis.at = at
+        self.place = np.linalg.solve(self.mix, np.array(begin, dtype=float))
+        self._clock, self._told = 0.0, 0  # s; ticks or ms that were told so far
+
+    def run(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
+        """The commands of moves in a row that begin and end at rest, each with the number of its move."""
+        xy = np.array([self.place, *((move.x, move.y) for move in moves)])
+        seconds = np.array([move.seconds for move in moves])
+        self.place = xy[-1]
+        places = xy @ self.mix.T
+        unit = 1000 if self.version < STEPS else TICKS
+        speeds = _speeds(places, seconds) / TICKS
+        for index, whole in enumerate(self._whole(seconds, unit)):
+            parts = [
+                Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
+                for a in (0, 1)
+            ]
+            yield index, self._told_as(parts, whole, index == 0)
+
+    def _whole(self, seconds: Array, unit: int) -> list[int]:
+        """Durations in whole units; what is rounded off one is added to the next."""
+        ends = self._clock + np.cumsum(seconds)
+        told = np.rint(ends * unit).astype(int).tolist()
+        self._clock = float(ends[-1])
+        whole = np.diff([self._told, *told])
+        self._told = told[-1]
+        return [max(int(count), 1) for count in whole]
+
+    def _told_as(self, parts: list[Slice], whole: int, first: bool) -> bytes:
+        """One move, in so many ms or ticks."""
+        if self.version < STEPS:
+            return self._constant(parts, whole)
+        return self._stepped(parts, whole) if self.version < TIME else self._timed(parts, whole, first)
+
+    def _constant(self, parts: list[Slice], ms: int) -> bytes:
+        one, two = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
+        return f"SM,{ms},{one},{two}\r".encode("ascii")
+
+    def _stepped(self, parts: list[Slice], ticks: int) -> bytes:
+        numbers: list[int] = []
+        for axis, part in zip(self.axes, parts, strict=True):
+            steps = axis.counted(part.end)
+            numbers += [*_counted_ramp(steps, part, ticks)] if steps else [0, 0, 0]
+        if numbers[1] == numbers[4] == 0:
+            return _still(ticks)
+        return f"LM,{','.join(map(str, numbers))}\r".encode("ascii")
+
+    def _timed(self, parts: list[Slice], ticks: int, first: bool) -> bytes:
+        (r1, a1), (r2, a2) = (axis.timed(part, ticks, first) for axis, part in zip(self.axes, parts, strict=True))
+        if not (r1 or a1 or r2 or a2):
+            return _still(ticks)
+        clear = ",3" if first else ""
+        return f"LT,{ticks},{r1},{a1},{r2},{a2}{clear}\r".encode("ascii")
+
+
+def _still(ticks: int) -> bytes:
+    return f"SM,{max(round(1000 * ticks / TICKS), 1)},0,0\r".encode("ascii")
+
+
+def _counted_ramp(steps: int, part: Slice, ticks: int) -> tuple[int, int, int]:
+    """Rate, steps and acceleration of LM, so that the last step comes with the last tick.
+
+    Before firmware 2.7 the rate is added first and changed afterwards: after T ticks the accumulator has grown by
+    rate·T + acceleration·T·(T − 1)/2.  The rate is kept well away from zero, where a last step would never come.
+    """
+    count, way = abs(steps), 1 if steps > 0 else -1
+    most = 2.0 * _STEEPEST * count / max(ticks * (ticks - 1), 1)
+    gain = min(max(way * (part.after - part.before) / ticks, -most), most)
+    mean = count / ticks
+    last = mean + gain * (ticks - 1) / 2
+    rate = min((count + last) / ticks - gain * (ticks - 1) / 2, 1.0 - 2.0**-31)
+    return round(rate * WHOLE), steps, round(gain * WHOLE)
+
+
+def _speeds(places: Array, seconds: Array) -> Array:
+    """Speeds where moves meet, per second, that of the smoothest motion through all places; at rest at both ends.
+
+    places : (n + 1, 2) float; seconds : (n,) float.
+    """
+    from scipy.interpolate import CubicSpline
+
+    at = np.append(0.0, np.cumsum(seconds))
+    return np.asarray(CubicSpline(at, places, bc_type="clamped")(at, 1))

@@ -1,0 +1,218 @@
+"""A GRBL controller that is connected: commands out, counts in, its place watched; hold, halt and home."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.grbl import connecting, words
+from handout.plotting.dialects.grbl.connecting import reset, status
+from handout.plotting.dialects.grbl.link import Sent
+from handout.plotting.dialects.grbl.track import Place, Track
+from handout.plotting.dialects.grbl.words import Status
+from handout.plotting.ports import Port
+from handout.profiles import Plotter
+
+_AHEAD = 6  # moves that GRBL has taken out of its queue and not yet executed, at most; five segments and one under way
+_AHEAD_OF_KIN = 12  # of its relatives; grblHAL has ten segments
+_OFTEN = 8  # commands between two questions for its state
+_SOON = 0.05  # s without a word after which it is asked, if the plot has to wait for it
+_MOMENT = 0.02  # s between two looks at a machine that brakes
+_FAR = 0.2  # mm from where it should stand at which something is wrong
+_HURRY = 1.0  # s to wait for an answer when something has gone wrong already
+
+
+class Grbl:
+    """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
+
+    def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
+        self.log = log
+        self.link, self.profile, self.known = connecting.connect(port, profile, log)
+        self.sent = self.taken = self.executed = 0
+        self.queued: int | None = None
+        self._ahead = _AHEAD if self.known.version.startswith("1.1h") else _AHEAD_OF_KIN
+        self._knows = self.known.kept and not self.known.locked  # its place, as far as it can tell
+        self._offset = self.known.offset
+        self._track: Track | None = None
+        self.link.told = self._look
+
+    def send(self, data: bytes) -> None:
+        """Write a line as soon as the receive buffer has room for it."""
+        if self._track is None:
+            self._track = self._new_track()
+        if self._track is not None:
+            self._track.send(self.sent, data)
+        self._knows = True  # whoever begins a plot vouches for its zero
+        self.sent += 1
+        self.link.send(Sent(self.sent - 1, data), self._acknowledged)
+        if self.sent % _OFTEN == 0:
+            self.link.glance()
+
+    def wait(self) -> None:
+        """Hear what it says next; if it says nothing, it is asked for its state, of which place and queue are parts."""
+        self.link.hear(self._acknowledged, _SOON)
+
+    def finish(self) -> None:
+        """Wait until the last line is acknowledged, and it says that it stands where it should."""
+        self.link.drain(self._acknowledged)
+        while self.executed < self.taken:
+            self.wait()
+
+    def _acknowledged(self, sent: Sent) -> None:
+        self.taken = sent.number + 1
+
+    def _new_track(self) -> Track | None:
+        place = self._place(status(self.link))
+        if place is None:
+            return None
+        settings = self.known.settings
+        return Track(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
+
+    def _place(self, said: Status) -> Place | None:
+        """Where it says that it stands, mm, in the coordinates of the program."""
+        scale = self.known.scale
+        work, machine, offset = (tuple(v * scale for v in said.field(name)) for name in ("WPos", "MPos", "WCO"))
+        self._offset = offset or self._offset
+        if not work and len(machine) == len(self._offset):
+            work = tuple(at - by for at, by in zip(machine, self._offset, strict=True))
+        return (work[0], work[1], work[2]) if len(work) >= 3 else None
+
+    def _look(self, said: Status) -> None:
+        """Count what has certainly been executed, from where it is and what waits in its queue."""
+        free = said.field("Bf")
+        size = self.profile.port.queue
+        self.queued = max(size - int(free[0]), 0) if free else None
+        place, track = self._place(said), self._track
+        if track is None or place is None:
+            self._count_blindly(said)
+            return
+        power = said.field("FS")
+        in_hand = (self.queued if self.queued is not None else size) + self._ahead
+        certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
+        resting = said.state == "Idle" and self.taken == self.sent and not self.queued
+        if certain is None or (resting and math.dist(place, track.at) > _FAR):
+            raise DeviceAlarm(_strayed(place))
+        if self.queued is None:
+            self.queued = track.moves(certain, self.taken)
+        self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
+        track.forget(self.executed)
+
+    def _count_blindly(self, said: Status) -> None:
+        """It does not say where it is: all that its queue could hold may still be there."""
+        in_hand = (self.profile.port.queue if self.queued is None else self.queued) + self._ahead
+        resting = said.state == "Idle" and self.taken == self.sent and not self.queued
+        self.executed = self.taken if resting else max(self.executed, self.taken - in_hand)
+
+    def position(self) -> tuple[float, float] | None:
+        """In the coordinates of the program, mm; None after a restart or an alarm until it is homed or told."""
+        place = self._place(status(self.link)) if self._knows else None
+        return None if place is None else place[:2]
+
+    def zero(self) -> None:
+        """``G92``, which it forgets with the next reset."""
+        self.link.ask(b"G92X0Y0\n")
+        self._relearn()
+
+    def home(self) -> None:
+        """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
+        if self.profile.pen.lift != "z":
+            if connecting.state(self.link) == "Alarm":
+                self.link.ask(b"$X\n")
+            for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
+                self.link.ask(line)
+        connecting.home(self.link, self.log)
+        self._relearn()
+
+    def _relearn(self) -> None:
+        """Its place has another name now."""
+        self.known.note(self.link.ask(b"$G\n") + self.link.ask(b"$#\n"))
+        self._offset, self._knows, self._track = self.known.offset, True, None
+
+    def go(self, x: float, y: float) -> None:
+        """Lift the pen and travel."""
+        speed = float(self.profile.limits.travel_speed)
+        for line in [*words.MODES, *words.pen(False, self.profile.pen), words.move(x, y, speed), *words.closing()]:
+            self.link.ask(line)
+        self._track = None
+
+    def halt(self) -> None:
+        """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
+        link = self.link
+        with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
+            try:
+                link.timeout = min(link.timeout, _HURRY)
+                place = self._hold()
+                self._lift(place)
+            except KeyboardInterrupt:
+                self._give_up()
+            except DeviceError:
+                self._dropped()
+
+    def _give_up(self) -> None:
+        self._knows = False
+        try:
+            self._lift(None)
+        except DeviceError:
+            self._dropped()
+
+    def _dropped(self) -> None:
+        self._knows = False
+        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def _hold(self) -> Place | None:
+        """Brake, and wait until the machine stands: a reset while it moves would lose its place, which is returned."""
+        link = self.link
+        link.port.write(words.HOLD)
+        link.forget()
+        try:
+            for _ in range(200):
+                link.port.write(words.STATUS)
+                for reply in link.attend():
+                    if not isinstance(reply, Status) or reply.state == "Run" or reply.detail == "1":
+                        continue
+                    return self._held(reply)
+                link.replies(_MOMENT)
+        except DeviceSilent:  # after an alarm it hears nothing but the reset
+            self._knows = False
+        return None
+
+    def _held(self, said: Status) -> Place | None:
+        """What has been executed when it stands; its place if it still knows it."""
+        self._knows &= said.state in ("Hold", "Idle")
+        place = self._place(said) if self._knows else None
+        if place is not None and self._track is not None:
+            certain = self._track.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
+            self._knows &= certain is not None
+            self.executed = max(self.executed, min(certain or 0, self.taken))
+        return place
+
+    def _lift(self, place: Place | None) -> None:
+        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is known."""
+        link = self.link
+        reset(link, _HURRY)
+        if connecting.state(link) == "Alarm":
+            self._knows = False
+            link.ask(b"$X\n")
+        offset = self._offset
+        self.known.note(link.ask(b"$#\n"))
+        self._offset = self.known.offset
+        again = [words.call_it(place)] if place is not None and _differ(offset, self._offset) else []
+        for line in [*words.MODES, *again, *words.pen(False, self.profile.pen), words.MARK, *words.closing()]:
+            link.ask(line)
+        if again:
+            self._offset = offset
+        self._track = None
+
+
+def _differ(one: Sequence[float], other: Sequence[float]) -> bool:
+    return len(one) != len(other) or any(abs(a - b) > 1e-4 for a, b in zip(one, other, strict=True))
+
+
+def _strayed(place: Place) -> str:
+    return (
+        f"The plotter is at {place[0]:.1f}, {place[1]:.1f} mm and not on its way, or its pen is not as it should be: a "
+        "command came over wrong. Use a shorter or shielded cable, and keep it away from the motors' cables."
+    )

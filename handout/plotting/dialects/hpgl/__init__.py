@@ -1,0 +1,24 @@
+"""HP-GL, the language of pen plotters from 1977 to today, over RS-232."""
+
+from __future__ import annotations
+
+from handout.plotting.dialect import Controller, Log
+from handout.plotting.dialects.hpgl import words
+from handout.plotting.planned import Plan
+from handout.plotting.ports import Port
+from handout.profiles import Plotter
+
+suffixes = (".hpgl", ".plt")
+program = words.program
+
+
+def file(plan: Plan, profile: Plotter) -> bytes:
+    """The instructions, one a line: plotters pass over ends of lines.  HP-GL has no comments."""
+    return b"".join(command.data + b"\n" for command in program(plan.blocks, profile))
+
+
+def connect(port: Port, profile: Plotter, log: Log) -> Controller:
+    """See `Dialect.connect`."""
+    from handout.plotting.dialects.hpgl import connecting
+
+    return connecting.connect(port, profile, log)

@@ -1,0 +1,259 @@
+"""A conversation with a plotter: instructions out as there is room for them, its questions asked one at a time.
+
+A plotter acknowledges nothing.  It says at any time how many bytes of its buffer are free (ESC.B), and acts on such a
+question when it arrives, behind all that was sent before.  So at the moment of the answer everything sent has arrived,
+and what is not in the buffer any more has been read: all of it has been executed but for the last few vectors.
+
+Two answers must never be under way at once: the plotter takes that for an error and ignores the second question.
+Instructions are written whole, and no question comes between their bytes.
+
+Source: the manuals of the HP 7470A and 7475A (device control instructions, software checking handshake).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections import deque
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.hpgl import words
+from handout.plotting.ports import Port
+from handout.profiles import Plotter
+
+_FITS = 60  # bytes that the smallest buffer can take when it is empty
+_PARTS = 4  # of what is on its way, the part that is worth going on for
+_RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
+_UNPROVEN = 400  # instructions after which it is asked, with the pen lifted, whether it understood them
+_GLANCE = 0.25  # s it is listened to at a time
+_MOMENT = 0.05  # s between two questions when nothing has changed
+_HURRY = 3.0  # s to wait for an answer when something has gone wrong already
+_LAST_LINE = 2.0  # s that the last line may take
+_LONGEST = 15.0  # s that one instruction may take, at the least velocity
+_DREGS = 40  # moments in which old answers are listened for
+_ANSWER = 80  # bytes that no answer has
+_NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
+_CHECKED = 16  # questions for room between two for errors of the line
+
+
+_END = re.compile(rb"[\r\n]")
+
+
+class HpglController:
+    """A plotter that is connected and ready; a `Controller`.
+
+    size : bytes its buffer holds; model : what it calls itself; restarted : whether it was off since its last plot.
+    """
+
+    def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
+        self.port, self.profile, self.log = port, profile, log
+        self.timeout = float(profile.port.timeout)
+        self.size, self.model, self.restarted = profile.port.buffer, "", False
+        self.sent = self.taken = self.executed = 0
+        self._understood = 0  # instructions of which it is known that none was damaged
+        self.queued: int | None = None
+        self._room = 0  # bytes that may be written before it is asked again
+        self._bytes = self._read = 0  # written; certainly taken out of its buffer
+        self._ends: deque[tuple[int, int]] = deque()  # of what may be in its buffer: all bytes up to its end, its moves
+        self._read_moves: deque[int] = deque()  # of what was read but is not certainly executed
+        self._asked = 0
+        self._still = 0.0  # s in which it has taken nothing out of its buffer
+        self._held = False
+        self._partial = b""
+        self._marked = False  # whether its answers end in a way that it forgets when it is switched off
+
+    def send(self, data: bytes) -> None:
+        """Write an instruction as soon as there is room for it."""
+        while self._room < len(data):
+            self.wait()
+        self.port.write(data)
+        self.sent += 1
+        self._bytes += len(data)
+        self._room -= len(data)
+        self._ends.append((self._bytes, sum(len(instruction.points) for instruction in words.read(data))))
+        if data == words.START:
+            self.started()
+            self.restarted = False
+        elif data == words.PEN_UP and self.sent - self._understood > _UNPROVEN:
+            self.finish()
+
+    def wait(self) -> None:
+        """Ask how far it is; if that is hardly farther than before, wait a moment."""
+        enough = self.executed + (self.sent - self.executed) // _PARTS
+        self._look()
+        if self.executed <= enough:
+            self._rest()
+            if not self._ends and self.executed < self.sent:
+                self._place(self._patience)
+                self._settled()
+
+    def finish(self) -> None:
+        """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
+        while self._ends:
+            self._look()
+            if self._ends:
+                self._rest()
+        self._place(self._patience)
+        self._check_line()
+        number = int(self.ask(words.ERROR)[0])
+        if number:
+            self.executed = self._understood
+            raise DeviceAlarm(
+                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
+                "may be wrong; check the cable."
+            )
+        self._settled()
+        self._understood = self.sent
+
+    def _rest(self) -> None:
+        """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
+        self.port.read(_MOMENT)
+        self.check_state()
+        self._still = 0.0 if self._held else self._still + _MOMENT
+        if self._still > self._patience + _LONGEST:
+            raise DeviceSilent(
+                f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
+            )
+
+    def _settled(self) -> None:
+        """It stands, with nothing left to do."""
+        self._read_moves.clear()
+        self.executed = self.taken = self.sent
+        self.queued = 0
+
+    def position(self) -> tuple[float, float] | None:
+        """Where it stands once the vector under way is done, machine coordinates, mm; None if it was switched off."""
+        if self.restarted:
+            return None
+        x, y, _ = self._place(self._patience)
+        per_mm = self.profile.limits.steps_per_mm
+        return x / per_mm, y / per_mm
+
+    def halt(self) -> None:
+        """Drop what waits in its buffer and lift the pen; the vector under way is drawn to its end."""
+        self.timeout = min(self.timeout, _HURRY)
+        try:
+            with contextlib.suppress(DeviceSilent):
+                self.drop()
+            self.port.write(words.PEN_UP)
+            if not self._place(self._patience)[2]:
+                return
+        except DeviceError:
+            pass
+        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def home(self) -> None:
+        """A plotter knows its zero from the moment its paper is loaded."""
+
+    def zero(self) -> None:
+        """Its zero is on its paper and cannot be elsewhere."""
+
+    def go(self, x: float, y: float) -> None:
+        """As the beginning of a stroke would."""
+        self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
+        self._place(self._patience)
+        self.restarted = False
+
+    def started(self) -> None:
+        """From now on, a plotter that says it was started has been off in between."""
+        self.restarted = bool(int(self.ask(words.STATUS)[0]) & words.STARTED)
+
+    def drop(self) -> None:
+        """Empty its buffer."""
+        self.port.write(words.ABORT)
+        self._ends.clear()
+        for _ in range(_DREGS):  # what was asked before and is answered now
+            if not self.port.read(_MOMENT):
+                break
+        self._partial = b""
+        self._room = int(self.ask(words.SPACE)[0]) - self._reserve
+
+    def _look(self) -> None:
+        """Ask for the free bytes, and now and then whether some were lost."""
+        self._asked += 1
+        if self._asked % _CHECKED == 0:
+            self._check_line()
+        free = int(self.ask(words.SPACE)[0])
+        read, self._read = self._read, max(self._read, self._bytes - max(self.size - free, 0))
+        self._still = self._still if read == self._read else 0.0
+        while self._ends and self._ends[0][0] <= self._read:
+            self._read_moves.append(self._ends.popleft()[1])
+        while self._pushed_out():
+            self._read_moves.popleft()
+        self.taken, self.queued = self.sent, sum(moves for _, moves in self._ends)
+        self.executed = self.sent - len(self._ends) - len(self._read_moves)
+        self._room = free - self._reserve if self._ends else max(free - self._reserve, min(free, _FITS))
+
+    def _pushed_out(self) -> bool:
+        """Whether the oldest instruction that was read has been executed.
+
+        The last one may be under way; those before it are read to their ends, and of their moves one may be under way
+        and `port.queue` may wait.
+        """
+        between = list(self._read_moves)[1:-1]
+        return sum(between) > self.profile.port.queue
+
+    def _check_line(self) -> None:
+        number = int(self.ask(words.LINE_ERROR)[0])
+        if number in (15, 16):
+            raise DeviceSilent(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
+        if number:
+            self.log(f"The plotter reports {words.line_error(number)}.")
+
+    def check_state(self) -> None:
+        """Whether a person has a hand on it."""
+        state = int(self.ask(words.STATE)[0])
+        if state & words.LEVER:
+            raise DeviceAlarm(
+                "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
+                "the lever."
+            )
+        held = bool(state & words.VIEWING)
+        if held and not self._held:
+            self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
+        self._held = held
+
+    def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
+        """So many numbers that it answers."""
+        found = words.numbers(self.hear(question, patience))
+        if found is None or len(found) != count:
+            raise DeviceSilent(_NO_PLOTTER)
+        return found
+
+    def _place(self, patience: float) -> tuple[float, ...]:
+        """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""
+        return self.ask(words.POSITION, patience, 3)
+
+    @property
+    def _patience(self) -> float:
+        """s for an answer that comes when it stands; it may fetch a pen first."""
+        return self.timeout + float(self.profile.hpgl.pen_time) + _LAST_LINE
+
+    @property
+    def _reserve(self) -> int:
+        return min(_RESERVE, self.size // 4)
+
+    def hear(self, question: bytes, patience: float = 0.0) -> bytes:
+        """Ask, and wait for the answer, without its end."""
+        self.port.write(question)
+        waited, patience = 0.0, patience or self.timeout
+        while not (end := _END.search(self._partial)):
+            if len(self._partial) > _ANSWER or (waited > patience and self._partial):
+                raise DeviceSilent(_NO_PLOTTER)
+            if waited > patience:
+                raise DeviceSilent(
+                    f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
+                    "to this port, and its baud rate."
+                )
+            fresh = self.port.read(_GLANCE)
+            self._partial = (self._partial + fresh).lstrip(b"\r\n")
+            waited += 0.0 if fresh else _GLANCE
+        answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
+        if self._marked and end.group() == b"\r":
+            self.restarted, self._marked = True, False
+            raise DeviceAlarm(
+                "The plotter was switched off and on in between: load its paper as it was, and check its power."
+            )
+        self._marked |= question == words.STATE and end.group() == b"\n"
+        return answer.strip()

@@ -1,0 +1,241 @@
+"""Plot a job, or what is left of it: part after part, asking for pens and sheets, keeping the journal.
+
+After something has gone wrong nothing moves by itself.  When a person has taken the job up again, the machine looks for
+its zero, or is told where that is, or still knows; then it goes, pen lifted, to where drawing has to go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Callable
+from typing import Protocol
+
+import msgspec
+import numpy as np
+
+from handout.errors import DeviceError
+from handout.plotting import bed
+from handout.plotting.dialect import Controller
+from handout.plotting.driver import Progress, Report, draw, meet
+from handout.plotting.jobs.finding import found
+from handout.plotting.jobs.journal import Journal
+from handout.plotting.jobs.parts import asked
+from handout.plotting.jobs.store import Job
+from handout.plotting.places import Milestones
+from handout.plotting.planned import Plan
+from handout.plotting.planning import plan
+from handout.plotting.ports import Port
+from handout.plotting.remaining import onward, remaining
+from handout.values import Drawing
+
+_CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
+_ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
+_REACH = 1.1  # ink on the drawing's path for ink in straight pieces
+_WRITTEN = 1.0  # mm of ink between two lines of the journal
+
+
+class Person(Protocol):
+    """Whoever stands at the plotter."""
+
+    def do(self, request: str) -> None:
+        """Ask for something, and wait until it is done; InputError if there is nobody to ask."""
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Say what has gone wrong, and wait until it is put right; False if the job is to end here."""
+
+
+def run_job(
+    job: Job,
+    open_port: Callable[[], Port],
+    person: Person,
+    *,
+    at_zero: bool = False,
+    progress: Progress | None = None,
+    plotted: Callable[[Report, Port], None] | None = None,
+    log: Callable[[str], None] | None = None,
+) -> list[Report]:
+    """Plot what is left of a job.
+
+    Parameters
+    ----------
+    open_port : opens the way to the machine, and again after a break.
+    at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
+    plotted : told of every part that has been plotted.
+
+    Returns
+    -------
+    list of Report
+        One for every part that was plotted, without its plan: a job may have many.
+
+    Raises
+    ------
+    DeviceError, KeyboardInterrupt
+        The journal knows how far it has come.
+    InputError
+        Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job.
+    """
+    with job.open() as kept:
+        run = _Run(job, kept, person, progress, plotted, log or (lambda _: None))
+        while not run.is_done():
+            try:
+                with contextlib.closing(open_port()) as port:
+                    run.parts(port, at_zero)
+            except DeviceError as error:
+                at_zero = False
+                if not person.try_again(error):
+                    raise
+        job.drop_drawings()
+    return run.reports
+
+
+class _Run:
+    """One program's work on a job."""
+
+    def __init__(
+        self,
+        job: Job,
+        kept: Journal,
+        person: Person,
+        progress: Progress | None,
+        plotted: Callable[[Report, Port], None] | None,
+        log: Callable[[str], None],
+    ) -> None:
+        self.job, self.kept, self.person, self.log = job, kept, person, log
+        self.progress, self.plotted = progress, plotted
+        self.reports: list[Report] = []
+
+    def is_done(self) -> bool:
+        """Whether nothing is left; a part that only its end was not written down of is complete."""
+        kept, job = self.kept, self.job
+        if kept.standing.begun and not remaining(job.drawing(kept.standing.part), kept.standing.place).strokes:
+            kept.complete()
+        if kept.standing.part >= len(job.parts) and not kept.standing.finished:
+            kept.finish()
+        return kept.standing.finished
+
+    def parts(self, port: Port, at_zero: bool) -> None:
+        """All parts that are left, over one connection."""
+        kept = self.kept
+        controller = meet(port, self.job.profile, self.log)
+        self._find_zero(controller, at_zero)
+        while kept.standing.part < len(self.job.parts):
+            number = kept.standing.part
+            part, before = self.job.parts[number], self.job.parts[number - 1] if number else None
+            fresh = not kept.standing.begun and (before is None or (before.copy, before.page) != (part.copy, part.page))
+            if not kept.standing.begun:
+                for request in asked(before, part, self.job.pages, self.job.layers):
+                    self.person.do(request)
+                kept.begin(number)
+            self._draw(number, controller, port, fresh)
+            kept.complete()
+
+    def _find_zero(self, controller: Controller, at_zero: bool) -> None:
+        """Make sure that the machine knows its zero and stands in it."""
+        profile, standing = self.job.profile, self.kept.standing
+        resumed = standing.begun or standing.part > 0
+        knows = resumed and not at_zero and self._look(controller)
+        if profile.homing:
+            if knows:
+                controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
+            controller.home()
+        elif knows:
+            self.log(
+                "The plotter has kept its place: it goes back to its zero with the pen lifted, and on from there. If "
+                "it was moved by hand, stop it now and use --at-zero."
+            )
+            controller.go(0.0, 0.0)
+        elif resumed or profile.bed.zero == "here":
+            if resumed and not at_zero:
+                corner = _CORNERS[profile.bed.origin]
+                self.person.do(
+                    f"Lift the pen and push it above the plotter's zero, the {corner} of the page as it lies"
+                )
+            controller.zero()
+
+    def _look(self, controller: Controller) -> bool:
+        """Whether the machine still knows where it is; if so, what it has drawn is known to the step."""
+        at = controller.position()
+        if at is None or max(map(abs, at)) < _ZERO:
+            return False
+        if self.kept.standing.begun:
+            whole = self.job.drawing(self.kept.standing.part)
+            xy = bed.place(whole.page, self.job.profile).to_page(np.array([at]))[0]
+            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN)
+            if place is not None:
+                self.kept.drawn(place)
+        return True
+
+    def _draw(self, number: int, controller: Controller, port: Port, fresh: bool) -> None:
+        """One part, or what is left of it."""
+        job, kept = self.job, self.kept
+        whole = job.drawing(number)
+        left = remaining(whole, kept.standing.place)
+        own = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
+        made = plan(left, own, speed=job.options.speed)
+        keeper = _Keeper(kept, whole, left, made)
+        try:
+            report = draw(
+                made,
+                controller,
+                port,
+                job.profile,
+                fresh=fresh,
+                progress=self._progress(number, made),
+                watch=keeper.note,
+                secure=keeper.secure,
+                overlap=job.options.overlap,
+                log=self.log,
+            )
+        except DeviceError:
+            keeper.write()
+            raise
+        except BaseException:  # the machine was stopped in good order
+            keeper.write()
+            with contextlib.suppress(DeviceError):
+                self._look(controller)
+            raise
+        if self.plotted is not None:
+            self.plotted(report, port)
+        self.reports.append(dataclasses.replace(report, plan=None))
+
+    def _progress(self, number: int, made: Plan) -> Progress | None:
+        """The progress of a part as that of the whole job, by its ink."""
+        tell, parts = self.progress, self.job.parts
+        if tell is None:
+            return None
+        whole = max(self.job.ink, 1e-9)
+        behind, later = sum(part.ink for part in parts[:number]), sum(part.ink for part in parts[number + 1 :])
+        begun = behind + max(parts[number].ink - made.pen_down, 0.0)
+        pace = made.duration / max(made.pen_down, 1e-9)
+
+        def told(share: float, left: float) -> None:
+            tell(min((begun + share * made.pen_down) / whole, 1.0), left + pace * later)
+
+        return told
+
+
+class _Keeper:
+    """Writes into the journal how far a part has come, as the driver tells it."""
+
+    def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
+        self.kept, self.whole, self.left = kept, whole, left
+        self.start, self.reached = kept.standing.place, Milestones(made)
+        self._done = self._written = 0
+
+    def note(self, sent: int, taken: int, executed: int, done: int) -> None:
+        """So much is certainly drawn; not every line is worth writing."""
+        self._done = done
+        if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
+            self.write()
+
+    def write(self) -> None:
+        """Write down what was noted last."""
+        self._written = self._done
+        self.kept.drawn(onward(self.start, self.left, self.whole, self.reached.place(self._done)))
+
+    def secure(self) -> None:
+        """What was noted last survives a power cut."""
+        self.write()
+        self.kept.sync()

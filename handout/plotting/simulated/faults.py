@@ -1,0 +1,61 @@
+"""What goes wrong with a simulated plotter, and when: every fault strikes once."""
+
+from __future__ import annotations
+
+from handout.plotting.simulated.options import BYTE_FAULTS, Options
+
+
+class Faults:
+    """The fault that was asked for.
+
+    lines : instructions of a plot that were read so far, the one being read included.
+    """
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self.lines = 0
+        self._bytes = 0  # written by the host so far
+        self._ends = 0  # ends of instructions among them
+        self._struck = False
+
+    def past(self, fault: str) -> bool:
+        """Whether it is this fault, and its time has come."""
+        return self.options.fault == fault and self.options.at < 0 and self.lines > self.options.after
+
+    def strikes(self, fault: str) -> bool:
+        """Whether it is this fault and it happens now."""
+        if self._struck or not self.past(fault):
+            return False
+        self._struck = True
+        return True
+
+    def damaged(self, data: bytes, ends: bytes) -> tuple[bytes, str]:
+        """What of the bytes the host writes sets off on the wire; and the fault that cuts the way short, if one does.
+
+        A fault at the byte `at` of all that the host writes strikes there; without `at`, at the end of instruction
+        number `after`.
+        """
+        fault, begin = self.options.fault, self._bytes
+        self._bytes += len(data)
+        if self._struck or fault not in BYTE_FAULTS:
+            return data, ""
+        place = self.options.at - begin if self.options.at >= 0 else self._end(data, ends)
+        if not 0 <= place < len(data):
+            return data, ""
+        self._struck = True
+        before, byte, rest = data[:place], data[place : place + 1], data[place + 1 :]
+        if fault in ("unplugged", "power-cut"):
+            return before, fault
+        changed = {"lost-byte": b"", "doubled-byte": byte + byte}
+        return before + changed.get(fault, bytes([byte[0] ^ (1 << self.options.bit)])) + rest, ""
+
+    def _end(self, data: bytes, ends: bytes) -> int:
+        """Where the end of instruction number `after` is among the bytes; −1: not among them."""
+        if self.options.fault in ("unplugged", "power-cut"):
+            return -1  # these strike when it is read
+        for place, byte in enumerate(data):
+            if byte in ends:
+                self._ends += 1
+                if self._ends > self.options.after:
+                    return place
+        return -1

@@ -1,0 +1,176 @@
+"""How the simulated controller reads a line: words, modal state, and the error numbers of GRBL 1.1."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+_WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
+_COMMENT = re.compile(r"\([^)]*\)?|;.*")
+# G and M words the machine knows, and the group of which a line may hold one
+_GROUPS = {
+    "G0": "motion", "G1": "motion", "G80": "motion", "G4": "other", "G92": "other", "G92.1": "other",
+    "G10": "other", "G28.1": "other", "G30.1": "other", "G18": "plane", "G19": "plane",
+    "G17": "plane", "G20": "units", "G21": "units", "G40": "radius", "G49": "tool", "G54": "system",
+    "G90": "distance", "G91": "distance", "G94": "feed",
+    "M0": "stop", "M2": "stop", "M30": "stop", "M3": "spindle", "M4": "spindle", "M5": "spindle",
+    "M7": "coolant", "M8": "coolant", "M9": "coolant",
+}  # fmt: skip
+
+
+class Refused(Exception):
+    """A line the controller answers with an error number."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"error:{number}")
+        self.number = number
+
+
+@dataclass
+class Modes:
+    """What one line leaves behind for the next."""
+
+    motion: str = "G0"
+    inches: bool = False
+    relative: bool = False
+    feed: float = 0.0  # mm/min
+    spindle: bool = False
+    power: float = 0.0
+    offset: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # G92, mm
+    work: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # G54, mm; kept in its memory
+
+    @property
+    def shift(self) -> list[float]:
+        """From work to machine coordinates, mm."""
+        return [a + b for a, b in zip(self.offset, self.work, strict=True)]
+
+    def words(self) -> str:
+        """As ``$G`` tells them."""
+        units, distance = "G20" if self.inches else "G21", "G91" if self.relative else "G90"
+        spindle = "M3" if self.spindle else "M5"
+        return f"{self.motion} G54 G17 {units} {distance} G94 {spindle} M9 T0 F{self.feed:g} S{self.power:g}"
+
+
+@dataclass
+class Request:
+    """What a line asks for: a move to `target` (mm, machine coordinates), a dwell, a change of the spindle."""
+
+    target: tuple[float, float, float] | None = None
+    rapid: bool = False
+    dwell: float | None = None
+    spindle: bool = False
+    writes: bool = False  # into its memory, deaf meanwhile
+
+
+def strip(line: str) -> str:
+    """The line without comments and blanks, in capitals: what the controller stores of it."""
+    return _COMMENT.sub("", line).replace(" ", "").replace("\t", "").upper()
+
+
+def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
+    """Read a stripped line of G-code and change the modes.
+
+    Parameters
+    ----------
+    at : where the machine will be when all queued moves are done, mm.
+
+    Raises
+    ------
+    Refused
+        With GRBL's error number; the modes are as they were.
+    """
+    words, codes = _words(line)
+    units = 25.4 if ("G20" in codes or (modes.inches and "G21" not in codes)) else 1.0
+    axes = [words.get(axis) for axis in "XYZ"]
+    given = [None if value is None else value * units for value in axes]
+    motion = next((code for code in codes if _GROUPS[code] == "motion"), modes.motion)
+    other = next((code for code in codes if _GROUPS[code] == "other"), None)
+    feed = words["F"] * units if "F" in words else modes.feed
+    moves = other is None and any(value is not None for value in given)
+    if other == "G4" and "P" not in words:
+        raise Refused(28)
+    if other in ("G92", "G10") and not any(value is not None for value in given):
+        raise Refused(26)
+    if other == "G10" and words.get("L") not in (2.0, 20.0):
+        raise Refused(20 if "L" in words else 28)
+    if moves and motion == "G80":
+        raise Refused(31)
+    if moves and motion == "G1" and feed <= 0:
+        raise Refused(22)
+    _set(modes, codes, words, feed, motion)
+    _offset(modes, other, given, at)
+    if other == "G10":
+        _store(modes, given, at if words["L"] == 20.0 else None)
+    request = Request(dwell=words["P"] if other == "G4" else None, writes=other in ("G10", "G28.1", "G30.1"))
+    request.spindle = "S" in words or bool({"M3", "M4", "M5", "M2", "M30"} & set(codes))
+    if moves:
+        request.target, request.rapid = _target(modes, given, at), motion == "G0"
+    return request
+
+
+def _words(line: str) -> tuple[dict[str, float], list[str]]:
+    words: dict[str, float] = {}
+    codes: list[str] = []
+    groups: set[str] = set()
+    end = 0
+    for match in _WORD.finditer(line):
+        if match.start() != end:
+            break
+        end, letter = match.end(), match.group(1)
+        if letter in "GM":
+            code = letter + re.sub(r"\.0*$", "", match.group(2).lstrip("0") or "0")
+            if code not in _GROUPS:
+                raise Refused(20)
+            if _GROUPS[code] in groups:
+                raise Refused(21)
+            groups.add(_GROUPS[code])
+            codes.append(code)
+        elif letter not in "FLNPSTXYZ":
+            raise Refused(20)
+        elif letter in words:
+            raise Refused(25)
+        else:
+            words[letter] = float(match.group(2))
+    if end != len(line):
+        raise Refused(2 if line[end].isalpha() else 1)
+    return words, codes
+
+
+def _set(modes: Modes, codes: list[str], words: dict[str, float], feed: float, motion: str) -> None:
+    modes.feed, modes.motion = feed, motion
+    modes.power = words.get("S", modes.power)
+    for code in codes:
+        if code in ("G20", "G21"):
+            modes.inches = code == "G20"
+        elif code in ("G90", "G91"):
+            modes.relative = code == "G91"
+        elif code in ("M3", "M4"):
+            modes.spindle = True
+        elif code in ("M5", "M2", "M30"):
+            modes.spindle = False
+
+
+def _offset(modes: Modes, other: str | None, given: list[float | None], at: tuple[float, float, float]) -> None:
+    if other == "G92":
+        rows = zip(modes.offset, given, at, modes.work, strict=True)
+        modes.offset = [old if value is None else here - work - value for old, value, here, work in rows]
+    elif other == "G92.1":
+        modes.offset = [0.0, 0.0, 0.0]
+
+
+def _store(modes: Modes, given: list[float | None], at: tuple[float, float, float] | None) -> None:
+    """G10: the work offset is given (L2), or such that the place where it stands is called so (L20)."""
+    here = [0.0, 0.0, 0.0] if at is None else [a - b for a, b in zip(at, modes.offset, strict=True)]
+    sign = 1.0 if at is None else -1.0
+    rows = zip(modes.work, given, here, strict=True)
+    modes.work = [old if value is None else place + sign * value for old, value, place in rows]
+
+
+def _target(modes: Modes, given: list[float | None], at: tuple[float, float, float]) -> tuple[float, float, float]:
+    if modes.relative:
+        x, y, z = (here + (value or 0.0) for value, here in zip(given, at, strict=True))
+    else:
+        x, y, z = (
+            here if value is None else value + shift for value, here, shift in zip(given, at, modes.shift, strict=True)
+        )
+    return x, y, z

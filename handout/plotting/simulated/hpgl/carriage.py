@@ -1,0 +1,140 @@
+"""The mechanics of the simulated plotter: vectors one after the other, each speeding up and braking.
+
+A vector of (dx, dy) is as fast and speeds up as quickly as its longer axis may.  What speed it may have where it meets
+the next one follows from the corner that the plotter is said to cut; without one it stands at every end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+Point = tuple[int, int]  # plotter units
+
+_TICK = 0.004  # s between two places that are remembered
+
+
+@dataclass
+class Vector:
+    """A straight line from a to b (units), and how it may be run (units/s, units/s²); entry: speed at its start."""
+
+    a: Point
+    b: Point
+    speed: float
+    push: float
+    entry: float = 0.0
+
+    @property
+    def length(self) -> float:
+        return math.dist(self.a, self.b)
+
+    @property
+    def way(self) -> tuple[float, float]:
+        return (self.b[0] - self.a[0]) / self.length, (self.b[1] - self.a[1]) / self.length
+
+
+class Carriage:
+    """Runs vectors, and knows where it is.
+
+    Parameters
+    ----------
+    push : units/s² of each axis; cut : units by which a corner may be cut; room : vectors that it takes in advance.
+    """
+
+    def __init__(self, push: float, cut: float, room: int) -> None:
+        self.push, self.cut, self.room = push, cut, room
+        self.at: Point = (0, 0)
+        self.waiting: deque[Vector] = deque()
+        self.ahead: deque[tuple[float, Point]] = deque()  # when it will be where, of the vector under way
+
+    @property
+    def full(self) -> bool:
+        return len(self.waiting) >= self.room
+
+    @property
+    def moving(self) -> bool:
+        return bool(self.ahead)
+
+    @property
+    def end(self) -> Point:
+        """Where it will stand when all is done."""
+        if self.waiting:
+            return self.waiting[-1].b
+        return self.ahead[-1][1] if self.ahead else self.at
+
+    @property
+    def next(self) -> float:
+        """When it gets to the next place, s."""
+        return self.ahead[0][0] if self.ahead else math.inf
+
+    def add(self, b: Point, speed: float) -> None:
+        """Take a vector; speed : units/s of the faster axis."""
+        a = self.end
+        if a == b:
+            return
+        share = max(abs(b[0] - a[0]), abs(b[1] - a[1])) / math.dist(a, b)
+        self.waiting.append(Vector(a, b, speed / share, self.push / share))
+
+    def start(self, now: float) -> None:
+        """Begin with the next vector if none is under way."""
+        if self.ahead or not self.waiting:
+            return
+        self._look_ahead()
+        vector = self.waiting.popleft()
+        leave = self.waiting[0].entry if self.waiting else 0.0
+        self._run(vector, leave, now)
+
+    def arrive(self) -> None:
+        """It gets to the next place."""
+        now, self.at = self.ahead.popleft()
+        if not self.ahead:
+            self.start(now)
+
+    def stop(self) -> None:
+        """Stand still, forget everything."""
+        self.waiting.clear()
+        self.ahead.clear()
+
+    def _look_ahead(self) -> None:
+        """The entry speeds of all that wait but the first, from the last backwards: it stands at the end of that."""
+        leave = 0.0
+        for before, vector in reversed(list(zip(self.waiting, list(self.waiting)[1:], strict=False))):
+            able = math.sqrt(leave**2 + 2 * vector.push * vector.length)
+            vector.entry = leave = min(able, self._corner(before, vector), before.speed, vector.speed)
+
+    def _corner(self, before: Vector, after: Vector) -> float:
+        if self.cut <= 0:
+            return 0.0
+        (ax, ay), (bx, by) = before.way, after.way
+        half = math.sqrt(max(0.5 * (1 + ax * bx + ay * by), 0.0))  # sine of half the angle between the lines
+        if half > 0.9999999:
+            return math.inf
+        across = math.hypot(bx - ax, by - ay)
+        push = self.push * across / max(abs(bx - ax), abs(by - ay))
+        return math.sqrt(push * self.cut * half / (1 - half))
+
+    def _run(self, vector: Vector, leave: float, now: float) -> None:
+        """Lay out when it will be where."""
+        u, push, length = vector.entry, vector.push, vector.length
+        leave = min(leave, math.sqrt(u * u + 2 * push * length))
+        if self.waiting:
+            self.waiting[0].entry = leave
+        top = min(vector.speed, math.sqrt(push * length + 0.5 * (u * u + leave * leave)))
+        top = max(top, u, leave)
+        up, down = (top - u) / push, (top - leave) / push
+        level = max(length - 0.5 * up * (u + top) - 0.5 * down * (top + leave), 0.0) / top
+        whole = up + level + down
+        ticks = max(math.ceil(whole / _TICK), 1)
+        for tick in range(1, ticks):
+            t = whole * tick / ticks
+            if t < up:
+                gone = u * t + 0.5 * push * t * t
+            elif t < up + level:
+                gone = 0.5 * up * (u + top) + top * (t - up)
+            else:
+                left = whole - t
+                gone = length - leave * left - 0.5 * push * left * left
+            x, y = (p + (q - p) * gone / length for p, q in zip(vector.a, vector.b, strict=True))
+            self.ahead.append((now + t, (round(x), round(y))))
+        self.ahead.append((now + whole, vector.b))

@@ -1,0 +1,130 @@
+"""How well plans explain a trace, as a picture: the trace and the fit with its targets, and the speeds below.
+
+Upper part: the trace in grey, the path of the plan in blue over it, virtual targets as numbered circles joined by thin
+lines.  Lower part, row by row: the speed of the trace in grey, that of the plan in blue, and every stroke's own pulse.
+"""
+
+from __future__ import annotations
+
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from handout.motion.reconstruction.pages import Fit, PlannedPage, sampled
+from handout.motion.reconstruction.timing import SHORTEST, prepared
+from handout.values import Array, Drawing
+
+_MARGIN = 8.0  # mm
+_ROW, _GAP = 26.0, 9.0  # mm: height of a row of speeds, and between rows
+_SECONDS = 3.0  # a row
+_COLOURS = ("#d1495b", "#edae49", "#66a182", "#8d5a97", "#2e86ab")
+
+
+def to_svg(drawing: Drawing, page: PlannedPage) -> bytes:
+    """The report.
+
+    drawing : the trace; page : its plans, made by `pages.fit`, a plan a stroke.
+    """
+    bounds = drawing.bounds
+    assert bounds is not None
+    left, top, right, bottom = bounds
+    wide, high = max(right - left, 20.0), bottom - top
+    scale = min(170.0 / wide, 120.0 / max(high, 5.0), 8.0)
+    rows = max(1, int(np.ceil(_clock(page)[-1] / _SECONDS)))
+    upper = high * scale + 2 * _MARGIN
+    height = upper + 14 + rows * (_ROW + _GAP)
+    parts = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="190mm" height="{height:.1f}mm" viewBox="0 0 190 {height:.1f}" '
+        'font-family="sans-serif" fill="none">',
+        f"<title>{escape(_said(page))}</title>",
+        f'<rect width="190" height="{height:.1f}" fill="#fff"/>',
+        f'<svg width="190" height="{upper:.1f}">',  # which hides targets far outside
+        *_shapes(drawing, page, np.array([left, top]), scale),
+        "</svg>",
+        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{escape(_said(page))}</text>',
+        *_speeds(drawing, page, upper + 12, rows),
+        "</svg>\n",
+    ]
+    return "\n".join(parts).encode("utf-8")
+
+
+def _said(page: PlannedPage) -> str:
+    """One line of figures."""
+    moved = [fit for fit in page.fits if fit.plan.strokes]
+    if not moved:
+        return f"{len(page.fits)} dots, nothing that moves"
+    strokes = sum(fit.plan.strokes for fit in moved)
+    said = f"{len(page.fits)} movements, {strokes} strokes; path {np.median([fit.place for fit in moved]):.1f} dB"
+    speeds = [fit.speed for fit in moved if fit.speed is not None]
+    return said + (f", speed {np.median(speeds):.1f} dB" if speeds else "") + " (medians)"
+
+
+def _line(xy: Array, colour: str, width: float, more: str = "") -> str:
+    points = " ".join(f"{x:.2f},{y:.2f}" for x, y in xy.tolist())
+    return f'<polyline points="{points}" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round"{more}/>'
+
+
+def _shapes(drawing: Drawing, page: PlannedPage, corner: Array, scale: float) -> list[str]:
+    out = []
+    for stroke in drawing.strokes:
+        xy = (stroke.xy - corner) * scale + _MARGIN
+        out.append(_line(np.repeat(xy, 2, axis=0), "#bbb", 1.1, ' stroke-linecap="round"'))
+    for fit in page.fits:
+        if fit.plan.strokes == 0:
+            continue
+        targets = (fit.plan.targets - corner) * scale + _MARGIN
+        out.append(_line(targets, "#e08f62", 0.15, ' stroke-dasharray="0.8 0.8"'))
+        out.append(_line((fit.plan.at(sampled(fit.plan)) - corner) * scale + _MARGIN, "#1d4e89", 0.35))
+        for number, (x, y) in enumerate(targets.tolist()):
+            out.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="0.7" stroke="#e06c32" stroke-width="0.25"/>')
+            out.append(f'<text x="{x + 0.9:.2f}" y="{y - 0.6:.2f}" font-size="2" fill="#b0521f">{number}</text>')
+    return out
+
+
+def _clock(page: PlannedPage) -> Array:
+    """(n + 1,) s: when each movement begins on a clock on which they follow each other, and where it ends."""
+    lasts = [fit.plan.end - fit.plan.start + 0.1 for fit in page.fits]
+    return np.concatenate([[0.0], np.cumsum(lasts)])
+
+
+def _speeds(drawing: Drawing, page: PlannedPage, top: float, rows: int) -> list[str]:
+    begins = _clock(page)
+    most = max([1.0, *(float(np.hypot(*fit.plan.velocity(sampled(fit.plan)).T).max()) for fit in _moving(page))])
+    across, up = (190 - 2 * _MARGIN) / _SECONDS, _ROW / (1.1 * most)
+    out = []
+    for row in range(rows):
+        base = top + row * (_ROW + _GAP) + _ROW
+        out.append(_line(np.array([[_MARGIN, base], [190 - _MARGIN, base]]), "#999", 0.2))
+        out += [
+            f'<text x="{_MARGIN + s * across:.1f}" y="{base + 3:.1f}" font-size="2.4" fill="#666">'
+            f"{row * _SECONDS + s:g} s</text>"
+            for s in range(int(_SECONDS))
+        ]
+    out.append(f'<text x="{_MARGIN}" y="{top - 1:.1f}" font-size="2.4" fill="#666">up to {most:.0f} mm/s</text>')
+
+    def curve(t: Array, speed: Array, colour: str, width: float) -> None:
+        for row in range(int(t[0] // _SECONDS), int(t[-1] // _SECONDS) + 1):
+            inside = (t >= row * _SECONDS - 0.01) & (t <= (row + 1) * _SECONDS + 0.01)
+            if inside.sum() > 1:
+                x = _MARGIN + (t[inside] - row * _SECONDS) * across
+                base = top + row * (_ROW + _GAP) + _ROW
+                out.append(_line(np.column_stack([x, base - speed[inside] * up]), colour, width))
+
+    for fit, stroke, begin in zip(page.fits, drawing.strokes, begins.tolist(), strict=False):
+        if fit.plan.strokes == 0:
+            continue
+        t = sampled(fit.plan)
+        if page.timed and stroke.t[-1] - stroke.t[0] >= SHORTEST:
+            recording = prepared(stroke.t, stroke.xy)
+            curve(recording.t - recording.t[0] + begin, np.abs(recording.velocity), "#aaa", 0.7)
+        for number, alone in enumerate(fit.plan.speeds(t)):
+            shown = alone > 0.01 * most
+            if shown.sum() > 2:
+                curve((t - fit.plan.start + begin)[shown], alone[shown], _COLOURS[number % len(_COLOURS)], 0.2)
+        curve(t - fit.plan.start + begin, np.hypot(*fit.plan.velocity(t).T), "#1d4e89", 0.35)
+    return out
+
+
+def _moving(page: PlannedPage) -> list[Fit]:
+    return [fit for fit in page.fits if fit.plan.strokes]

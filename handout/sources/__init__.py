@@ -1,0 +1,106 @@
+"""Inputs that are drawings: which suffix is read as which format. The opposite of `sinks`.
+
+Formats are imported only when they are read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from handout.errors import InputError
+from handout.values import Drawing
+
+__all__ = ["read_drawing", "suffixes"]
+
+_LARGEST = 64 * 2**20  # bytes
+
+
+def _svg(data: bytes) -> Drawing:
+    from handout.sources.svg import from_svg
+
+    return from_svg(data)
+
+
+def _json(data: bytes) -> Drawing:
+    from handout.sinks.drawing_json import from_json
+
+    return from_json(data)
+
+
+def _inkml(data: bytes) -> Drawing:
+    from handout.sinks.inkml_reading import from_inkml
+
+    return from_inkml(data)
+
+
+def _svc(data: bytes) -> Drawing:
+    from handout.sources.svc import from_svc
+
+    return from_svc(data)
+
+
+def _gml(data: bytes) -> Drawing:
+    from handout.sources.gml import from_gml
+
+    return from_gml(data)
+
+
+def _unipen(data: bytes, path: Path) -> Drawing:
+    from handout.sources.unipen import from_unipen
+
+    def include(name: str) -> bytes | None:
+        """Looked for beside the file, and in ``include`` beside each folder above it, as the public collections lie."""
+        relative = Path(name)
+        if relative.is_absolute() or ".." in relative.parts:
+            return None
+        places = [path.parent / relative, *(folder / "include" / relative for folder in path.resolve().parents)]
+        return next((place.read_bytes() for place in places if place.is_file()), None)
+
+    return from_unipen(data, include)
+
+
+_FORMATS: dict[str, Callable[[bytes], Drawing]] = {
+    ".svg": _svg,
+    ".json": _json,
+    ".inkml": _inkml,
+    ".svc": _svc,
+    ".gml": _gml,
+}
+_WITH_PATH: dict[str, Callable[[bytes, Path], Drawing]] = {".dat": _unipen, ".unp": _unipen}
+
+
+def suffixes() -> list[str]:
+    """All suffixes that can be read."""
+    return sorted([*_FORMATS, *_WITH_PATH])
+
+
+def read_drawing(path: str | Path) -> Drawing:
+    """Read a drawing from a file whose suffix says the format.
+
+    Returns
+    -------
+    Drawing
+        `about["left_out"]` lists in words what of the file is not in it, if anything.
+
+    Raises
+    ------
+    InputError
+        An unknown suffix (the message lists the known ones), a file that cannot be read, is larger than 64 MiB, or is
+        not what its suffix says.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in suffixes():
+        raise InputError(f"{path}: {path.suffix or 'no suffix'!r} is not one of {', '.join(suffixes())}.")
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(_LARGEST + 1)
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    if len(data) > _LARGEST:
+        raise InputError(f"{path} is larger than {_LARGEST // 2**20} MiB: simplify the drawing or split it.")
+    try:
+        return _WITH_PATH[suffix](data, path) if suffix in _WITH_PATH else _FORMATS[suffix](data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

@@ -1,0 +1,102 @@
+"""Reads GML, the Graffiti Markup Language: tags as they were sprayed or drawn, in the unit square of a screen.
+
+Both spellings in use are read: ``<GML>`` and ``<gml>``, ``<time>`` and ``<t>``, ``screenBounds`` in any case.  Where
+the environment names a real scale with its unit, that is the size; otherwise the longer side of the screen is 200 mm.
+
+Source: the example files of the specification, versions 0.1c and 1.0.
+"""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from handout import markup
+from handout.errors import InputError
+from handout.sources import recorded
+from handout.sources.recorded import Raw
+from handout.values import Array, Drawing
+
+_LONGER = 200.0  # mm
+_UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, "ft": 304.8}
+_LEAST = 3  # points of a tag that is worth the name
+
+
+def from_gml(data: bytes) -> Drawing:
+    """Read a GML file; `about` has the keys of its header's client.
+
+    Raises
+    ------
+    InputError
+        Not GML, a point without numbers, or fewer than three points in all.
+    """
+    root = markup.parse(data, "GML")
+    if root.tag.lower() != "gml":
+        raise InputError(f"This is not GML: its root element is <{root.tag}>, not <gml>.")
+    scale, rotated = _scale(root)
+    raw = []
+    for number, stroke in enumerate((e for e in root.iter() if e.tag.lower() == "stroke"), 1):
+        if (stroke.get("isdrawing") or stroke.get("isDrawing") or "true").lower() == "false":
+            continue
+        if points := [p for e in stroke if e.tag.lower() == "pt" and (p := _point(e, number))]:
+            raw.append(_raw(np.array(points), scale, rotated))
+    count = sum(len(one.xy) for one in raw)
+    if count < _LEAST:
+        raise InputError(f"This GML has {count} points of a pen that draws; at least {_LEAST} are needed.")
+    return recorded.drawing(raw, "GML", _about(root))
+
+
+def _child(element: Element | None, *names: str) -> Element | None:
+    """The first child of one of the names, whatever their case."""
+    return next((e for e in (element if element is not None else []) if e.tag.lower() in names), None)
+
+
+def _number(element: Element | None) -> float:
+    try:
+        return float((element.text or "") if element is not None else "")
+    except ValueError:
+        return float("nan")
+
+
+def _point(element: Element, stroke: int) -> tuple[float, float, float, float] | None:
+    """x, y, time and pressure, NaN where it has none; nothing for a point that has no place."""
+    if _child(element, "x") is None and _child(element, "y") is None:
+        return None
+    x, y = _number(_child(element, "x")), _number(_child(element, "y"))
+    if not (np.isfinite(x) and np.isfinite(y)):
+        raise InputError(f"Stroke {stroke} of this GML has a point whose x or y is not a number.")
+    return x, y, _number(_child(element, "t", "time")), _number(_child(element, "pres"))
+
+
+def _scale(root: Element) -> tuple[Array, bool]:
+    """mm of the unit square's sides, and whether the tag lies on its side: x grows down the wall where `up` is x."""
+    environment = next((e for e in root.iter() if e.tag.lower() == "environment"), None)
+    screen, real = _child(environment, "screenbounds"), _child(environment, "realscale")
+    up = _child(environment, "up")
+    rotated = up is not None and abs(_number(_child(up, "x"))) == 1
+    unit = _child(real, "unit")
+    if real is not None and unit is not None:
+        factor = _UNITS.get((unit.text or "").strip().lower())
+        size = np.array([_number(_child(real, "x")), _number(_child(real, "y"))])
+        if factor and np.isfinite(size).all() and (size > 0).all() and size.max() * factor <= 5000:
+            return size * factor, rotated
+    size = np.array([_number(_child(screen, "x")), _number(_child(screen, "y"))])
+    if not (np.isfinite(size).all() and (size > 0).all()):
+        size = np.ones(2)
+    return _LONGER * size / size.max(), rotated
+
+
+def _raw(points: Array, scale: Array, rotated: bool) -> Raw:
+    xy = points[:, :2] * scale
+    if rotated:
+        xy = np.column_stack([xy[:, 1], scale[0] - xy[:, 0]])
+    t = points[:, 2] if np.isfinite(points[:, 2]).all() else None
+    channels = {"pressure": np.clip(points[:, 3], 0.0, 1.0)} if np.isfinite(points[:, 3]).all() else {}
+    return Raw(xy, t, channels)
+
+
+def _about(root: Element) -> dict[str, str]:
+    client = next((e for e in root.iter() if e.tag.lower() == "client"), None)
+    texts = {e.tag.lower(): (e.text or "").strip() for e in (client if client is not None else [])}
+    return {key: text for key, text in texts.items() if text}

@@ -1,0 +1,104 @@
+"""What all formats of recorded pens share: raw strokes in mm and s become a drawing on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.values import Array, Drawing, Page, Stroke
+
+MOST = 1_000_000  # samples
+RATE = 100.0  # samples a second where the file says nothing
+_LIFT = 0.1  # s between strokes whose clocks do not follow on each other
+_MARGIN = 5.0  # mm around the writing
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """A movement of a pen on paper, as the file has it.
+
+    xy : (n, 2) float, mm, y down.
+    t : (n,) float, s, on the clock of the file, or None.
+    channels : further ones of `Stroke`, each (n,) float.
+    word : index of the word; −1 if unknown.
+    """
+
+    xy: Array
+    t: Array | None
+    channels: Mapping[str, Array]
+    word: int = -1
+
+
+def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
+    """A drawing of raw strokes.
+
+    Samples at which the clock stands still are left out (devices report a resting pen again and again); where no clock
+    runs, there are 100 samples a second, and `about["timing"]` says so.
+
+    Parameters
+    ----------
+    what : the format, for messages.
+    fit : move the writing to the corner of a page that is as large as it needs; otherwise only what lies left of the
+        page or above it is moved.
+
+    Raises
+    ------
+    InputError
+        No movement of a pen that is down, more than a million samples, or a value that is not a finite number.
+    """
+    if not raw:
+        raise InputError(f"This {what} has no movement of a pen on paper.")
+    samples = sum(len(one.xy) for one in raw)
+    if samples > MOST:
+        raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
+    for number, one in enumerate(raw, 1):
+        if not all(np.isfinite(v).all() for v in (one.xy, one.t if one.t is not None else 0.0, *one.channels.values())):
+            raise InputError(f"Stroke {number} of this {what} has a value that is not a finite number.")
+    about = dict(about)
+    clocked = _clocked(raw)
+    if not clocked:
+        about["timing"] = f"assumed: {RATE:g} samples a second"
+    shift, page = _sheet(np.concatenate([one.xy for one in raw]), fit)
+    strokes: list[Stroke] = []
+    origin = float(raw[0].t[0]) if raw[0].t is not None and clocked else 0.0
+    for one in raw:
+        t = one.t - origin if clocked and one.t is not None else np.arange(len(one.xy)) / RATE
+        end = float(strokes[-1].t[-1]) if strokes else None
+        if end is not None and t[0] <= end:
+            t = t - t[0] + end + _LIFT
+        going = _going(t)
+        channels: dict[str, Any] = {name: values[going] for name, values in one.channels.items()}
+        strokes.append(Stroke(t[going], one.xy[going] + shift, word=one.word, **channels))
+    return Drawing(tuple(strokes), page, about)
+
+
+def _clocked(raw: Sequence[Raw]) -> bool:
+    """Whether the samples have times that mean something."""
+    steps = [np.diff(one.t) > 0 for one in raw if one.t is not None]
+    if len(steps) != len(raw):
+        return False
+    return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)
+
+
+def _going(t: Array) -> NDArray[np.bool_]:
+    """Samples that are later than all before them."""
+    return np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
+
+
+def _sheet(points: Array, fit: bool) -> tuple[Array, Page]:
+    """By how much the writing is moved, and its page."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    shift = _MARGIN - low if fit else np.where(low < 0, _MARGIN - low, 0.0)
+    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
+    return shift, Page(max(width, 1.0), max(height, 1.0))
+
+
+def full_pressure(most: float) -> float:
+    """Full pressure of a device: the least usual range that holds the greatest that was measured."""
+    usual = (1.0, 63.0, 127.0, 255.0, 511.0, 1023.0, 2047.0, 4095.0, 8191.0)
+    return next((full for full in usual if most <= full), most if np.isfinite(most) else 1.0)

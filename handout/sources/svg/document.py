@@ -1,0 +1,238 @@
+"""Walks an SVG and finds every line it strokes: Béziers in mm, with layer and colour; counts what it leaves out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from handout import pathdata
+from handout.errors import InputError
+from handout.sources.svg import frames
+from handout.sources.svg.styles import Sheet, Style
+from handout.values import Array
+
+_MOST_USED = 50_000  # elements drawn by use
+_DEEPEST = 100
+_GROUPS = {"g", "a", "svg", "switch", "symbol"}
+_SHAPES = {"path", "line", "polyline", "polygon", "rect", "circle", "ellipse"}
+_LEFT_OUT = {"text": "text", "flowRoot": "text", "image": "picture", "foreignObject": "foreign object"}
+_LEAST = 1e-9  # a shape or a scale that is smaller is nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A stroked subpath.
+
+    path : (3 k + 1, 2) mm, cubics, see `pathdata`.
+    attributes : of its element.
+    """
+
+    path: Array
+    layer: str
+    colour: str
+    attributes: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """What holds where an element stands: the map into mm, the style, the layer, the size of the viewport in px."""
+
+    to_mm: Array
+    style: Style
+    layer: str
+    size: tuple[float, float]
+    depth: int
+
+
+@dataclass(eq=False)
+class Walk:
+    """A document while it is read; `left_out` counts, in words, what is not in the lines."""
+
+    root: Element
+    left_out: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self._named = {name: element for element in self.root.iter() if (name := element.get("id"))}
+        self._sheet = Sheet([element.text or "" for element in self.root.iter("style")])
+        self._used = 0
+        self._using: list[Element] = []
+
+    def lines(self) -> Iterator[Line]:
+        """All stroked lines in the order of painting.
+
+        Raises
+        ------
+        InputError
+            An element that cannot be read; elements that use themselves, or so many others that there is no end.
+        """
+        width, height = size(self.root)
+        to_mm = frames.after(np.eye(2, 3) * frames.PX, frames.viewport(self.root.attrib, width, height))
+        box = frames.view_box(self.root.get("viewBox"))
+        inside = (box[2], box[3]) if box else (width, height)
+        style = Style().inside(self._sheet.of("svg", self.root.attrib))
+        if style.shown:
+            yield from self._children(self.root, _Frame(to_mm, style, "", inside, 0))
+
+    def _children(self, parent: Element, frame: _Frame) -> Iterator[Line]:
+        for child in parent:
+            yield from self._element(child, frame)
+            if parent.tag == "switch" and child.tag in _GROUPS | _SHAPES | {"use"}:
+                break
+
+    def _element(self, element: Element, frame: _Frame) -> Iterator[Line]:
+        tag = element.tag
+        if tag not in _GROUPS and tag not in _SHAPES and tag != "use" and tag not in _LEFT_OUT:
+            return
+        if tag == "symbol" and element not in self._using:
+            return
+        self._used += bool(self._using)
+        if self._used > _MOST_USED or frame.depth > _DEEPEST:
+            raise InputError(f"More than {_MOST_USED} elements are drawn by <use>: simplify the drawing.")
+        properties = self._sheet.of(tag, element.attrib)
+        style = frame.style.inside(properties)
+        if not style.shown:
+            return
+        for name in ("clip-path", "mask"):
+            if properties.get(name, "none") != "none":
+                self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
+        to_mm = frames.after(frame.to_mm, self._transform(element, properties))
+        here = _Frame(to_mm, style, _layer(element) or frame.layer, frame.size, frame.depth + 1)
+        if tag in _LEFT_OUT:
+            self.left_out[_LEFT_OUT[tag]] += style.visible
+        elif tag == "use":
+            yield from self._use(element, here)
+        elif tag in _GROUPS:
+            inner = self._viewport(element, here) if tag in ("svg", "symbol") else here
+            yield from self._children(element, inner)
+        elif style.visible:
+            yield from self._shape(element, here)
+
+    def _transform(self, element: Element, properties: Mapping[str, str]) -> Array:
+        try:
+            return frames.transform(properties.get("transform"))
+        except InputError as error:
+            raise InputError(f"<{element.tag}{_id(element)}>: {error}.") from None
+
+    def _use(self, element: Element, frame: _Frame) -> Iterator[Line]:
+        target = self._named.get((element.get("href") or "").removeprefix("#"))
+        if target is None:
+            return
+        if target in self._using:
+            raise InputError(f"<use{_id(element)}> uses what it is part of, without end: remove it.")
+        at = frames.shift(self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1]))
+        to_mm = frames.after(frame.to_mm, at)
+        self._using.append(target)
+        yield from self._element(target, _Frame(to_mm, frame.style, frame.layer, frame.size, frame.depth))
+        self._using.pop()
+
+    def _viewport(self, element: Element, frame: _Frame) -> _Frame:
+        width = self._length(element, "width", frame.size[0], frame.size[0])
+        height = self._length(element, "height", frame.size[1], frame.size[1])
+        x, y = self._length(element, "x", frame.size[0]), self._length(element, "y", frame.size[1])
+        inner = frames.after(frames.shift(x, y), frames.viewport(element.attrib, width, height))
+        box = frames.view_box(element.get("viewBox"))
+        inside = (box[2], box[3]) if box else (width, height)
+        return _Frame(frames.after(frame.to_mm, inner), frame.style, frame.layer, inside, frame.depth)
+
+    def _length(self, element: Element, name: str, whole: float, default: float = 0.0) -> float:
+        try:
+            return frames.length(element.get(name), whole, default)
+        except InputError as error:
+            raise InputError(f"<{element.tag}{_id(element)}>: {name}: {error}.") from None
+
+    def _shape(self, element: Element, frame: _Frame) -> Iterator[Line]:
+        style = frame.style
+        if not style.stroked:
+            self.left_out["filled outline without a stroke"] += style.filled
+            return
+        paths = self._paths(element, frame.size)
+        if style.dashed and paths:
+            self.left_out["dashes (their lines are drawn whole)"] += 1
+        turn, away = frame.to_mm[:, :2], frame.to_mm[:, 2]
+        for path in paths:
+            with np.errstate(over="ignore", invalid="ignore"):
+                placed = path @ turn.T + away
+            if not np.isfinite(placed).all():
+                raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
+            yield Line(placed, frame.layer, style.colour, element.attrib)
+
+    def _paths(self, element: Element, size: tuple[float, float]) -> list[Array]:
+        """The subpaths of a shape, in its own units."""
+        tag = element.tag
+        if tag == "path":
+            try:
+                return pathdata.cubics(element.get("d", ""))
+            except InputError as error:
+                raise InputError(f"<path{_id(element)}>: {error}.") from None
+        if tag in ("polyline", "polygon"):
+            return self._corners(element, closed=tag == "polygon")
+        wide, high = size
+        across = ((wide**2 + high**2) / 2) ** 0.5
+        if tag == "line":
+            ends = [[self._length(element, f"x{i}", wide), self._length(element, f"y{i}", high)] for i in (1, 2)]
+            return [pathdata.polyline(np.array(ends))]
+        if tag == "rect":
+            return self._rectangle(element, wide, high)
+        cx, cy = self._length(element, "cx", wide), self._length(element, "cy", high)
+        if tag == "circle":
+            rx = ry = self._length(element, "r", across)
+        else:
+            rx, ry = self._length(element, "rx", wide), self._length(element, "ry", high)
+        return [pathdata.ellipse(cx, cy, rx, ry)] if min(rx, ry) > _LEAST else []
+
+    def _rectangle(self, element: Element, wide: float, high: float) -> list[Array]:
+        x, y = self._length(element, "x", wide), self._length(element, "y", high)
+        width, height = self._length(element, "width", wide), self._length(element, "height", high)
+        rx, ry = self._length(element, "rx", wide, -1.0), self._length(element, "ry", high, -1.0)
+        rx, ry = (ry if rx < 0 else rx), (rx if ry < 0 else ry)
+        return [pathdata.rectangle(x, y, width, height, rx, ry)] if min(width, height) > _LEAST else []
+
+    def _corners(self, element: Element, *, closed: bool) -> list[Array]:
+        try:
+            values = pathdata.numbers(element.get("points", ""))
+        except ValueError as error:
+            raise InputError(f"<{element.tag}{_id(element)}>: points: {error}.") from None
+        points = np.array(values[: len(values) // 2 * 2]).reshape(-1, 2)
+        if not np.isfinite(points).all():
+            raise InputError(f"<{element.tag}{_id(element)}> has a point that is infinitely far away.")
+        return [pathdata.polyline(points, closed)] if len(points) else []
+
+
+def size(root: Element) -> tuple[float, float]:
+    """Width and height of the whole in px; of the viewBox where the file does not say, else 0.
+
+    Raises
+    ------
+    InputError
+        One of them is not a length.
+    """
+    box = frames.view_box(root.get("viewBox"))
+    found = []
+    for index, name in enumerate(("width", "height")):
+        whole = box[2 + index] if box else 0.0
+        try:
+            found.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
+        except InputError as error:
+            raise InputError(f"<svg>: {name}: {error}.") from None
+    if box and frames.is_share(root.get("width")) != frames.is_share(root.get("height")):
+        # one of them given: the other follows from the shape of the viewBox
+        if frames.is_share(root.get("width")):
+            found[0] = found[1] * box[2] / box[3]
+        else:
+            found[1] = found[0] * box[3] / box[2]
+    return found[0], found[1]
+
+
+def _layer(element: Element) -> str:
+    """The name of the layer that an element is, as Inkscape writes them."""
+    if element.tag == "g" and element.get("groupmode") == "layer":
+        return element.get("label") or element.get("id") or ""
+    return ""
+
+
+def _id(element: Element) -> str:
+    return f" id={element.get('id')!r}" if element.get("id") else ""

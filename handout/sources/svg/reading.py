@@ -1,0 +1,163 @@
+"""From an SVG file to a drawing: lines become strokes; the times of this program's own previews come back."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from handout import markup, pathdata
+from handout.errors import InputError
+from handout.sources.svg.document import Line, Walk, size
+from handout.sources.svg.frames import PX
+from handout.values import Array, Drawing, Indices, Page, Stroke
+
+_TOLERANCE = 0.02  # mm between a curve and its points
+_MOST_POINTS = 1_000_000
+_PACE = 50.0  # mm/s, of strokes without times
+_LIFT = 0.1  # s between them
+_NEAREST = 1e-4  # mm; points nearer to the one before are the same
+_LARGEST = 10_000.0  # mm, of a page, and from its corner to anything on it
+_RATE = 140.0  # samples a second where times are known
+_MARGIN = 5.0  # mm around a drawing whose page is not known
+
+
+def from_svg(data: bytes) -> Drawing:
+    """Read what an SVG file strokes.
+
+    Paths, basic shapes, nested groups and viewports, transforms, units, ``use`` and style sheets of simple rules are
+    understood; curves become points within 0.02 mm of them.  A stroke has the name of its Inkscape layer, and the
+    colour it is stroked with.  A file that this program wrote gives back strokes with their times, as long as its
+    paths are as they were written.
+
+    Returns
+    -------
+    Drawing
+        Not `timed`, except for a file of this program's own.  `about["left_out"]` lists in words what is not in it:
+        text, pictures, filled outlines; and clips and dashes, which are not obeyed.
+
+    Raises
+    ------
+    InputError
+        Not SVG, nothing in it that is stroked, an element that cannot be read (the message says which), entities, or
+        more than a million points.
+    """
+    root = markup.parse(data, "SVG", doctype=True)
+    if root.tag != "svg":
+        raise InputError(f"This is not SVG: its root element is <{root.tag}>, not <svg>.")
+    walk = Walk(root)
+    lines, needed = [], 0.0
+    for line in walk.lines():
+        needed += pathdata.points_needed([line.path], _TOLERANCE)
+        if needed > _MOST_POINTS:
+            raise InputError(f"The drawing has more than {_MOST_POINTS} points: simplify it, or split it into several.")
+        lines.append(line)
+    if not lines:
+        raise InputError(_nothing(walk.left_out))
+    about: dict[str, Any] = {}
+    if walk.left_out:
+        about["left_out"] = [f"{count} x {what}" for what, count in sorted(walk.left_out.items()) if count]
+    own = _own(root, lines)
+    if own is not None:
+        return own
+    strokes = tuple(_strokes(lines))
+    return Drawing(strokes, _page(root, strokes), {"title": _title(root)} | about, timed=False)
+
+
+def _nothing(left_out: Counter[str]) -> str:
+    outlines = left_out["filled outline without a stroke"]
+    if outlines:
+        return (
+            f"There is no line to draw: {outlines} filled outline{'s' if outlines > 1 else ''} without a stroke. A pen "
+            "draws lines, so give the shapes a stroke, or fill them with hatching first."
+        )
+    found = ", ".join(f"{count} x {what}" for what, count in sorted(left_out.items()) if count)
+    if found:
+        return f"There is no line to draw, only {found}: turn it into paths with a stroke first."
+    return "There is no line to draw: nothing in it is visible and has a stroke."
+
+
+def _title(root: Element) -> str:
+    title = root.find("title")
+    return "" if title is None else " ".join((title.text or "").split())[:60]
+
+
+def _strokes(lines: Sequence[Line]) -> Iterator[Stroke]:
+    """Strokes at an even pace."""
+    clock = 0.0
+    for line in lines:
+        xy = _points(line.path)
+        step = np.hypot(*np.diff(xy, axis=0).T)
+        t = clock + np.concatenate([[0.0], np.cumsum(step) / _PACE])
+        yield Stroke(t, xy, layer=line.layer, colour=line.colour)
+        clock = float(t[-1]) + _LIFT
+
+
+def _points(path: Array) -> Array:
+    """A path as points, each away from the one before; a path that goes nowhere is one point."""
+    xy = pathdata.flattened(path, _TOLERANCE)[0]
+    if np.abs(xy).max() > _LARGEST:
+        far = xy[np.abs(xy).max(axis=1).argmax()]
+        raise InputError(f"A line runs to {far[0]:.4g}, {far[1]:.4g} mm; no page is larger than {_LARGEST:g} mm.")
+    moved = np.hypot(*np.diff(xy, axis=0).T) > _NEAREST
+    return pathdata.anchored(xy[np.concatenate([[True], moved])])
+
+
+def _page(root: Element, strokes: Sequence[Stroke]) -> Page:
+    width, height = (side * PX for side in size(root))
+    if not (width > 0 and height > 0):
+        reach = np.max([stroke.xy.max(axis=0) for stroke in strokes], axis=0)
+        width, height = (max(float(side) + _MARGIN, 2 * _MARGIN) for side in reach)
+    if max(width, height) > _LARGEST:
+        raise InputError(f"A page of {width:.4g} x {height:.4g} mm cannot be: the greatest side is {_LARGEST:g} mm.")
+    return Page(width, height)
+
+
+def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
+    """The drawing of a preview that this program wrote; None for any other file, or one that was changed since."""
+    note = next((element for element in root.findall("metadata") if element.get("id") == "about"), None)
+    if note is None:
+        return None
+    try:
+        known = json.loads(note.text or "")
+        page = Page(float(known["page"]["width"]), float(known["page"]["height"]), str(known["page"]["name"]))
+        strokes = tuple(_timed(line) for line in lines)
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):
+        return None
+    about = known.get("about")
+    return Drawing(strokes, page, about if isinstance(about, dict) else {})
+
+
+def _timed(line: Line) -> Stroke:
+    """A stroke with the times that its path carries: what each of its cubics takes."""
+    given = line.attributes
+    begin, end = float(given["data-t0"]), float(given["data-t1"])
+    word = int(given.get("data-word", -1))
+    layer, colour = given.get("data-layer", ""), given.get("stroke", "")
+    if "data-k" not in given:
+        samples = 2 if end > begin else 1
+        rest = np.array([begin, end][:samples])
+        return Stroke(rest, line.path[[0, -1][:samples]], word=word, layer=layer, colour=colour)
+    spans = np.array([float(span) for span in given["data-k"].split()]) / 1000
+    if len(spans) != len(line.path) // 3:
+        raise ValueError("the path was changed")
+    pieces = np.maximum(np.ceil(spans * _RATE), 1).astype(np.intp)
+    cubic = np.repeat(np.arange(len(spans)), pieces)
+    u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
+    knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
+    t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
+    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour)
+
+
+def _at(path: Array, cubic: Indices, u: Array) -> Array:
+    a, b, c, d = (path[3 * cubic + j] for j in range(4))
+    u = u[:, None]
+    v = 1 - u
+    return np.concatenate([path[:1], v**3 * a + 3 * v**2 * u * b + 3 * v * u**2 * c + u**3 * d])

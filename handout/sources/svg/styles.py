@@ -1,0 +1,157 @@
+"""How an element of an SVG is drawn: what it inherits, its attributes, style sheets, and its own style.
+
+Of style sheets the rules for elements, classes and ids count, alone or together (``path.thin``, ``#a``, ``.b, .c``);
+those for a medium, a state or a descendant do not.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+_SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*)?((?:[.#][\w-]+)*)\Z")
+_PARTS = re.compile(r"[.#][\w-]+")
+_NONE = {"none", "transparent"}
+
+
+@dataclass(frozen=True)
+class Style:
+    """What of a style matters for lines.
+
+    stroke, fill, color : as they are written; visible : neither hidden nor transparent; line : the stroke has a width
+    and is not transparent; dashed; whole : nothing of it is cut away.
+    """
+
+    stroke: str = "none"
+    fill: str = "black"
+    color: str = "black"
+    visible: bool = True
+    shown: bool = True
+    line: bool = True
+    filling: bool = True
+    dashed: bool = False
+
+    @property
+    def stroked(self) -> bool:
+        """Whether there is a line to draw."""
+        return self.line and self.stroke not in _NONE
+
+    @property
+    def filled(self) -> bool:
+        """Whether there is an area without a line."""
+        return self.filling and self.fill not in _NONE
+
+    @property
+    def colour(self) -> str:
+        """The colour of the line as ``"#rrggbb"``; "" where it is none, such as a gradient."""
+        return hexadecimal(self.color if self.stroke.lower() == "currentcolor" else self.stroke)
+
+    def inside(self, given: Mapping[str, str]) -> Style:
+        """The style of an element with these properties inside one of this style."""
+        style = self
+        for name, value in given.items():
+            value = value.strip()
+            if not value or value == "inherit":
+                continue
+            if name == "stroke":
+                style = replace(style, stroke=value)
+            elif name == "fill":
+                style = replace(style, fill=value)
+            elif name == "color":
+                style = replace(style, color=value)
+            elif name == "visibility":
+                style = replace(style, visible=value == "visible")
+            elif name == "stroke-dasharray":
+                style = replace(style, dashed=any(c in "123456789" for c in value))
+            elif name in ("stroke-width", "stroke-opacity"):
+                style = replace(style, line=not _nothing(value))
+            elif name == "fill-opacity":
+                style = replace(style, filling=not _nothing(value))
+            elif (name == "display" and value == "none") or (name == "opacity" and _nothing(value)):
+                style = replace(style, shown=False)
+        return style
+
+
+def _nothing(value: str) -> bool:
+    number = re.match(r"[-+]?[\d.]+", value)
+    try:
+        return number is not None and float(number.group()) <= 0
+    except ValueError:
+        return False
+
+
+def hexadecimal(colour: str) -> str:
+    """Any colour of CSS as ``"#rrggbb"``, "" for what is none."""
+    from PIL import ImageColor
+
+    try:
+        return "#{:02x}{:02x}{:02x}".format(*ImageColor.getrgb(colour.strip().lower())[:3])
+    except (ValueError, TypeError):
+        return ""
+
+
+class Sheet:
+    """The rules of the style sheets of a file, in order of their weight."""
+
+    def __init__(self, texts: list[str]) -> None:
+        self._rules: list[tuple[str, frozenset[str], dict[str, str]]] = []
+        weighed = []
+        for text in texts:
+            rules = (rule.partition("{") for rule in _plain(_uncommented(text)).split("}"))
+            for selectors, _, body in rules:
+                for selector in selectors.split(","):
+                    match = _SIMPLE.match(selector.strip())
+                    if match and selector.strip():
+                        parts = _PARTS.findall(match.group(2))
+                        weight = (sum(p[0] == "#" for p in parts), len(parts), bool(match.group(1)))
+                        weighed.append((weight, match.group(1) or "*", frozenset(parts), declarations(body)))
+        weighed.sort(key=lambda rule: rule[0])
+        self._rules = [rule[1:] for rule in weighed]
+
+    def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
+        """The properties of an element: its attributes, what rules say of it, its own style."""
+        found = dict(attributes)
+        if self._rules:
+            marks = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
+            for element, parts, body in self._rules:
+                if element in ("*", tag) and parts <= marks:
+                    found |= body
+        if "style" in attributes:
+            found |= declarations(attributes["style"])
+        return found
+
+
+def declarations(text: str) -> dict[str, str]:
+    """Properties of ``name: value; …``."""
+    pairs = (part.partition(":") for part in text.split(";"))
+    return {name.strip(): value.replace("!important", "").strip() for name, colon, value in pairs if colon}
+
+
+def _uncommented(text: str) -> str:
+    first, *rest = text.replace("<!--", " ").replace("-->", " ").split("/*")
+    return " ".join([first, *(part.partition("*/")[2] for part in rest)])
+
+
+def _plain(text: str) -> str:
+    """A style sheet without its rules for media, fonts and the like, which stand in braces of their own."""
+    kept, depth, skipping = [], 0, -1
+    for piece in re.split(r"([{}])", text):
+        if piece == "{":
+            depth += 1
+        elif piece == "}":
+            depth -= 1
+            if depth == skipping:
+                skipping = -1
+                continue
+        elif skipping < 0 and "@" in piece:
+            piece, _, rule = piece.rpartition("@")
+            if ";" in rule:  # @import and @charset have no braces
+                piece += rule.partition(";")[2]
+            else:
+                kept.append(piece)
+                skipping = depth
+                continue
+        if skipping < 0:
+            kept.append(piece)
+    return "".join(kept)

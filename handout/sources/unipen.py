@@ -1,0 +1,181 @@
+"""Reads UNIPEN files: recorded pens with labels, the exchange format of handwriting recognition in the 1990s.
+
+Statements begin with a dot in the first column.  What is read: ``.INCLUDE``, ``.COORD``, ``.X_POINTS_PER_INCH`` (or
+``_MM``) and the same of Y, ``.POINTS_PER_SECOND``, ``.PEN_DOWN``, ``.PEN_UP``, ``.SEGMENT``; the rest is passed over.
+
+Source: I. Guyon, L. Schomaker, R. Plamondon, M. Liberman, S. Janet: UNIPEN project of on-line data exchange and
+recognizer benchmarks, 1994.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.sources import recorded
+from handout.sources.recorded import Raw
+from handout.values import Array, Drawing
+
+_STATEMENT = re.compile(r"^\.([A-Z_0-9]+)[ \t]*", re.MULTILINE)
+_SEGMENT = re.compile(r'(\S+)\s+([0-9:,\-\s]+?)(?:\s+(\S+))?\s+"((?:[^"\\]|\\.)*)"\s*$')
+_DEEPEST = 8  # files that include files
+_POINTS = 10.0  # a mm, where the file says nothing
+Include = Callable[[str], bytes | None]
+
+
+class _Segment(NamedTuple):
+    level: str
+    components: list[int]
+    label: str
+
+
+@dataclass
+class _State:
+    """What has been read so far; components, pen down or up, are counted as segments count them."""
+
+    coordinates: list[str] = field(default_factory=lambda: ["X", "Y"])
+    per_mm: dict[str, float] = field(default_factory=dict)
+    rate: float = 0.0
+    components: list[tuple[bool, Array]] = field(default_factory=list)
+    segments: list[_Segment] = field(default_factory=list)
+
+
+def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
+    """Read a UNIPEN file.
+
+    Parameters
+    ----------
+    data : bytes
+    include : finds the bytes of an ``.INCLUDE``d file by its name; None if it is not there.
+
+    Returns
+    -------
+    Drawing
+        Strokes of the pen on paper, y turned down.  `about["segments"]` lists the labels, each as ``{"level",
+        "label", "strokes"}`` with the indices of its strokes; words are numbered by the segments of level WORD, else
+        TEXT.
+
+    Raises
+    ------
+    InputError
+        Not UNIPEN, samples that are not numbers, or an included file that is missing.
+    """
+    state = _State()
+    _read(data, state, include or (lambda name: None), 0)
+    if not state.components and not state.segments:
+        raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
+    down = [index for index, (is_down, values) in enumerate(state.components) if is_down and len(values)]
+    named = {component for segment in state.segments for component in segment.components}
+    if named:  # a file of labels uses part of the files it includes
+        down = [index for index in down if index in named]
+    place = {component: stroke for stroke, component in enumerate(down)}
+    words = {place[i]: word for word, s in enumerate(_of_words(state.segments)) for i in s.components if i in place}
+    raw = [_raw(state, state.components[index][1], words.get(stroke, -1)) for stroke, index in enumerate(down)]
+    segments = [
+        {"level": s.level, "label": s.label, "strokes": [place[i] for i in s.components if i in place]}
+        for s in state.segments
+    ]
+    return recorded.drawing(raw, "UNIPEN file", {"segments": segments} if segments else {})
+
+
+def _of_words(segments: list[_Segment]) -> list[_Segment]:
+    """The segments that are words; where no words are marked, the texts."""
+    for level in ("WORD", "TEXT"):
+        if chosen := [segment for segment in segments if segment.level == level]:
+            return chosen
+    return []
+
+
+def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
+    if depth > _DEEPEST:
+        raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
+    text = data.decode("latin-1")
+    for name, body in _statements(text):
+        if name == "INCLUDE":
+            wanted = body.strip()
+            more = include(wanted)
+            if more is None:
+                raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
+            _read(more, state, include, depth + 1)
+        elif name in ("PEN_DOWN", "PEN_UP"):
+            state.components.append((name == "PEN_DOWN", _samples(body, state, len(state.components))))
+        elif name == "SEGMENT":
+            _segment(body, state)
+        else:
+            _declare(name, body, state)
+
+
+def _statements(text: str) -> Iterator[tuple[str, str]]:
+    marks = list(_STATEMENT.finditer(text))
+    for mark, after in zip(marks, [*marks[1:], None], strict=False):
+        yield mark.group(1), text[mark.end() : after.start() if after else len(text)]
+
+
+def _declare(name: str, body: str, state: _State) -> None:
+    match = re.fullmatch(r"([XY])_POINTS_PER_(INCH|MM)", name)
+    if name == "COORD":
+        state.coordinates = body.split()
+    elif match or name == "POINTS_PER_SECOND":
+        try:
+            value = float(body.split()[0])
+        except (ValueError, IndexError):
+            value = 0.0
+        if not 0 < value < 1e6:
+            raise InputError(f".{name} of this UNIPEN file is not a positive number.")
+        if match is None:
+            state.rate = value
+        else:
+            state.per_mm[match.group(1)] = value / 25.4 if match.group(2) == "INCH" else value
+
+
+def _samples(body: str, state: _State, number: int) -> Array:
+    """(n, channels): the numbers of a component."""
+    width = len(state.coordinates)
+    rows = [line.split() for line in body.splitlines() if line.strip()]
+    try:
+        return np.array([[float(value) for value in row[:width]] for row in rows], dtype=np.float64).reshape(-1, width)
+    except ValueError as error:
+        raise InputError(f"Component {number} of this UNIPEN file has a sample that is not {width} numbers.") from error
+
+
+def _segment(body: str, state: _State) -> None:
+    match = _SEGMENT.match(" ".join(body.split()))
+    if match is None:
+        return
+    numbers: list[int] = []
+    for part in re.split(r"[,\s]+", match.group(2).strip()):
+        ends = [int(piece.split(":")[0]) for piece in part.split("-") if piece.split(":")[0].isdecimal()]
+        if ends and ends[-1] - ends[0] < 100_000:
+            numbers += range(ends[0], ends[-1] + 1)
+    label = re.sub(r"\\(.)", r"\1", match.group(4))
+    state.segments.append(_Segment(match.group(1), numbers, label))
+
+
+def _raw(state: _State, values: Array, word: int) -> Raw:
+    names = state.coordinates
+    if "X" not in names or "Y" not in names:
+        raise InputError(f"The coordinates of this UNIPEN file are {' '.join(names)}; X and Y are needed.")
+    x = values[:, names.index("X")] / state.per_mm.get("X", _POINTS)
+    y = -values[:, names.index("Y")] / state.per_mm.get("Y", state.per_mm.get("X", _POINTS))
+    channels = {}
+    if "P" in names and len(values):
+        pressure = values[:, names.index("P")]
+        channels["pressure"] = np.clip(pressure / recorded.full_pressure(float(pressure.max())), 0.0, 1.0)
+    return Raw(np.column_stack([x, y]), _times(state, values), channels, word)
+
+
+def _times(state: _State, values: Array) -> Array | None:
+    """s; the unit of T is what comes nearest to the stated rate: files in ms (as the format says) and in µs exist."""
+    if "T" in state.coordinates:
+        t = values[:, state.coordinates.index("T")]
+        if not state.rate or len(t) < 3 or not (np.diff(t) > 0).any():
+            return np.asarray(t * 1e-3)
+        step = float(np.median(np.diff(t)[np.diff(t) > 0]))
+        unit = min((1.0, 1e-3, 1e-6), key=lambda u: abs(np.log(step * u * state.rate)))
+        return np.asarray(t * unit)
+    return np.arange(len(values)) / state.rate if state.rate else None

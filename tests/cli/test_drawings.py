@@ -1,0 +1,62 @@
+"""A drawing in the place of a text: plotted, previewed, exported; what it is not is said."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from handout.cli import cli
+from handout.errors import InputError
+from handout.sources import read_drawing
+
+SVG = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"
+ width="60mm" height="40mm" viewBox="0 0 60 40"><g inkscape:groupmode="layer" inkscape:label="frame" fill="none"
+ stroke="#c01020"><rect x="5" y="5" width="50" height="30"/></g><path d="M50 10h2M10 10h2M50 12h2" stroke="navy"
+ fill="none"/><text>hello</text></svg>"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    (tmp_path / "drawing.svg").write_text(SVG, encoding="utf-8")
+    return tmp_path
+
+
+def run(*arguments):
+    done = CliRunner().invoke(cli, list(arguments))
+    if isinstance(done.exception, InputError):
+        raise done.exception
+    assert done.exit_code == 0, done.output
+    return done
+
+
+def test_a_drawing_is_previewed_and_what_is_left_out_is_said(folder):
+    done = run("plot", "drawing.svg", "--dry-run", "preview.json", "--json")
+    facts = json.loads(done.stdout)
+    assert (facts["strokes"], facts["pages"], facts["characters"]) == (4, 1, 0)
+    assert "Left out of drawing.svg: 1 x text" in done.stderr
+    drawing = read_drawing("preview.json")
+    assert [stroke.layer for stroke in drawing.strokes] == ["frame", "", "", ""] and not drawing.timed
+
+
+def test_a_drawing_is_plotted_in_the_order_with_the_least_travel(folder):
+    facts = json.loads(run("plot", "drawing.svg", "--port", "sim:", "--order", "travel", "--json", "-y").stdout)
+    assert facts["pen_down_mm"] == pytest.approx(166, abs=0.1) and facts["executed_s"] > 1
+
+
+def test_a_drawing_is_exported(folder):
+    run("export", "drawing.svg", "-o", "job.gcode", "--order", "travel", "-q")
+    assert "G1" in (folder / "job.gcode").read_text(encoding="ascii")
+
+
+def test_a_text_that_only_looks_like_a_drawing_is_written(folder):
+    facts = json.loads(run("plot", "none.svg", "--dry-run", "p.json", "--json", "--seed", "1").stdout)
+    assert facts["characters"] == 8
+
+
+def test_a_drawing_that_cannot_be_read_is_refused_and_nothing_is_written(folder):
+    (folder / "bad.svg").write_text("<svg><path d='M0 0h1v1z'/></svg>")
+    with pytest.raises(InputError, match=r"bad\.svg: There is no line to draw: 1 filled outline without a stroke"):
+        run("plot", "bad.svg", "--dry-run", "p.svg")
+    assert not (folder / "p.svg").exists()

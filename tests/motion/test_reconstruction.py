@@ -1,0 +1,146 @@
+"""Plans of lognormal strokes from traces: how well they explain what built-in hands write, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import handout
+from handout.errors import InputError
+from handout.motion.reconstruction import LognormalPlan, berio_2017, from_recording, from_shape, pages, timing
+from handout.motion.reconstruction.trace import extent, resampled, snr
+from handout.sinks import fit_svg, plans_json
+from handout.values import Drawing, Page, Stroke
+
+
+@pytest.fixture(scope="module")
+def written() -> Drawing:
+    rng = np.random.default_rng(3)
+    hand = handout.load("house-print")
+    layout = handout.Layout(handout.page("A6"), margin=(10, 10, 10, 10), x_height=4.0)
+    return handout.trace(handout.compose("Goose, xylem", hand, layout, rng)[0], hand, rng)
+
+
+@pytest.fixture(scope="module")
+def moving(written):
+    return [stroke for stroke in written.strokes if extent(stroke.xy) > 1.0]
+
+
+def shape_snr(xy, plan):
+    t = np.linspace(plan.onset[0] - 0.1, plan.end + 0.3, 1200)
+    return snr(resampled(xy, 400), resampled(plan.at(t), 400))
+
+
+def test_shapes_are_explained_far_better_than_by_the_published_method(moving):
+    ours = np.array([shape_snr(stroke.xy, from_shape(stroke.xy)) for stroke in moving])
+    theirs = np.array([shape_snr(stroke.xy, berio_2017.from_shape(stroke.xy)) for stroke in moving])
+    assert np.median(ours) >= 42 and ours.min() >= 30
+    assert np.median(ours - theirs) >= 10
+
+
+def test_recorded_movements_are_explained_with_few_strokes(moving):
+    speeds, counts, chords = [], [], []
+    for stroke in moving:
+        plan = from_recording(stroke.t, stroke.xy)
+        recording = timing.prepared(stroke.t, stroke.xy)
+        wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
+        speeds.append(snr(wanted, plan.velocity(recording.t), about_mean=False))
+        counts.append(plan.strokes)
+        chords.append(np.abs(plan.chords()).max() / extent(stroke.xy))
+    assert np.mean(np.array(speeds) >= 25) >= 0.95
+    assert np.median(counts) <= 8
+    assert np.median(chords) <= 2
+
+
+def test_a_long_movement_is_explained_a_window_at_a_time():
+    t = np.arange(0, 4.0, 0.005)
+    xy = np.column_stack([5 * t + np.sin(2 * np.pi * 4 * t), 1.5 * np.cos(2 * np.pi * 4 * t + 0.3)])
+    plan = from_recording(t, xy)
+    recording = timing.prepared(t, xy)
+    wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
+    assert plan.strokes > 20
+    assert snr(wanted, plan.velocity(recording.t), about_mean=False) >= 20
+
+
+@settings(deadline=None, max_examples=15)
+@given(
+    st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=3, max_size=5),
+    st.floats(-0.8, 0.8),
+    st.floats(0.2, 0.5),
+)
+def test_what_a_plan_draws_is_found_again(targets, theta, duration):
+    targets = np.cumsum(np.array(targets), axis=0)
+    chords = np.hypot(*np.diff(targets, axis=0).T)
+    if chords.min() < 1.0:
+        return
+    k = len(targets) - 1
+    plan = LognormalPlan(
+        targets, 0.8 * duration * np.arange(k), np.full(k, duration), np.full(k, 0.1), np.full(k, theta), 0.0, 3.0
+    )
+    t = np.arange(-0.1, 0.8 * duration * (k - 1) + 1.3 * duration, 0.005)
+    xy = plan.at(t)
+    again = from_recording(t, xy)
+    assert snr(xy, again.at(t)) >= 25
+    assert again.strokes <= max(timing._MOST, 2 * k)
+
+
+def test_a_plan_says_what_it_is():
+    plan = LognormalPlan([[0, 0], [1, 0], [1, 2]], [0, 0.2], [0.4, 0.4], [0.1, 0.1], [0.3, -0.2], 0, 1)
+    assert plan.strokes == 2
+    assert plan.dt == pytest.approx([0, 0.5])
+    assert plan.at([5.0])[0] == pytest.approx([1, 2], abs=1e-9)
+    t = np.linspace(-0.5, 2, 5001)
+    assert np.trapezoid(plan.velocity(t), t, axis=0) == pytest.approx([1, 2], abs=1e-4)
+    for wrong in ({"onset": [0]}, {"end": 0}, {"targets": np.zeros((0, 2))}):
+        parts = {"targets": plan.targets, "onset": plan.onset, "duration": plan.duration} | {
+            "asymmetry": plan.asymmetry, "theta": plan.theta, "start": 0.0, "end": 1.0
+        }  # fmt: skip
+        with pytest.raises(ValueError):
+            LognormalPlan(**(parts | wrong))
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
+    page = pages.fit(written, timed=timed)
+    again = plans_json.from_json(plans_json.to_json(page))
+    drawn = pages.drawing(again)
+    assert len(drawn.strokes) == len(written.strokes) and again.timed is timed
+    for one, two, stroke in zip(drawn.strokes, pages.drawing(page).strokes, written.strokes, strict=True):
+        assert np.array_equal(one.xy, two.xy)
+        assert one.word == stroke.word
+        if extent(stroke.xy) > 1:
+            assert snr(resampled(stroke.xy, 300), resampled(one.xy, 300)) >= (25 if timed else 28)
+    picture = fit_svg.to_svg(written, page)
+    assert picture.count(b"<circle") == sum(len(f.plan.targets) for f in page.fits if f.plan.strokes)
+
+
+def test_a_dot_is_a_plan_of_one_target():
+    dot = Drawing((Stroke(np.array([0.0, 0.1]), np.array([[3.0, 4.0], [3.0, 4.01]])),), Page(50, 50))
+    page = pages.fit(dot)
+    assert page.fits[0].plan.strokes == 0
+    assert pages.drawing(page).strokes[0].xy == pytest.approx(np.array([[3, 4.005]] * 21), abs=1e-9)
+    assert b"<polyline" in fit_svg.to_svg(dot, page)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda s: s.replace('"duration": 0.', '"duration": -0.', 1), "duration is not above 0"),
+        (lambda s: s.replace('"onset"', '"onsett"', 1), "onsett"),
+        (lambda s: s[: len(s) // 2], "not a page of plans"),
+        (lambda s: s.replace('"end": ', '"end": -', 1), "Movement 1 cannot be used"),
+        (lambda s: "{}", "not a page of plans"),
+    ],
+)
+def test_changed_plans_that_cannot_be_are_named(moving, change, said):
+    page = pages.fit(Drawing(tuple(moving[:1]), Page(100, 100)))
+    text = plans_json.to_json(page).decode()
+    with pytest.raises(InputError, match=said):
+        plans_json.from_json(change(text).encode())
+
+
+def test_what_does_not_move_is_refused():
+    with pytest.raises(ValueError, match="two different points"):
+        from_shape(np.ones((5, 2)))
+    with pytest.raises(ValueError, match="go somewhere"):
+        from_recording(np.arange(5.0), np.ones((5, 2)))
