@@ -339,10 +339,14 @@ def locate(name: str, kind: str | None = None) -> Path:
     for found in (name, *(f"{k}-{full(name)}" for k in kinds)):
         if found in known:
             return known[found]
+    if kind and (other := next((k for k in ("plotter", "printer") if f"{k}-{full(name)}" in known), None)):
+        raise ProfileError(f"{name} is a {other}, not a {kind} (see: handout devices list).")
     choices = names(kind)
-    near = difflib.get_close_matches(f"{kind}-{name}" if kind else name, choices, 3, 0.4) or choices
+    wanted = [f"{k}-{name}" for k in kinds if not name.startswith(f"{k}-")] or [name]
+    near = [one for each in wanted for one in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
     what = kind or "machine"
-    raise ProfileError(f"No {what} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list).")
+    hint = f"; the nearest: {', '.join(near)}" if near else ""
+    raise ProfileError(f"No {what} is called {name!r}{hint} (see: handout devices list).")
 
 
 def find(name: str, kind: str) -> Profile:

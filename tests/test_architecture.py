@@ -36,7 +36,7 @@ MAY = {
     "sources": {"sinks"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
-    "plotting": {"motion", "sinks"},
+    "plotting": {"hand", "writing", "motion", "sinks"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "scanning", "prompting"},

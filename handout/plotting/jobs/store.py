@@ -298,7 +298,7 @@ def find(name: str | None = None, place: Path | None = None) -> Job:
     if found is not None:
         return found
     names = ", ".join(job.name for job in jobs[-5:])
-    known = f"the last ones are {names} (see: handout plot jobs)" if names else "there are none"
+    known = f"the last ones are {names} (see: handout plot jobs)" if names else "none is kept"
     raise InputError(f"There is no job {name!r}; {known}.")
 
 
