@@ -15,9 +15,12 @@ from handout.inking.curves import Curve
 from handout.values import NIB_THICKNESS, Array, Stroke
 
 _VARIES = 0.08  # of the width: what varies less is an even line
-_FLAT = 0.03  # mm between a curve and its chords
+_FLAT = 0.02  # mm between a curve and its chords
+_ROUND = 0.008  # mm between a disc and its corners' chords
 _MOST = 24  # chords of one Bézier
-_ROUND = 16  # corners of a disc
+_TURNED = np.radians(60)  # a part of the mark turns by no more
+_CORNER = np.radians(25)  # between two chords: a part ends there
+_STILL = 1e-4  # mm between two places that are one
 _THINNEST = 0.02  # mm
 
 
@@ -39,8 +42,34 @@ def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     """Closed polygons (k, 2), mm, all turning the same way; the mark of the stroke is their union."""
     if stroke.nib > 0:
         return _swept(stroke, curve)
-    discs = [_disc(place, radius) for place, radius in zip(curve.points[::3], _radii(stroke, curve.t), strict=True)]
-    return [*(_ribbon(stroke, curve, k) for k in range(len(curve.t) - 1)), *discs]
+    ribbons = _ribbons(stroke, curve)
+    if not ribbons:  # a dot is as wide as the pen ever was on it
+        return [_disc(curve.points[0], float(_radii(stroke, stroke.t).max()))]
+    ends = [curve.points[0], *(place[-1] for place, _ in ribbons)]
+    times = [curve.t[0], *(t[-1] for _, t in ribbons)]
+    discs = [_disc(place, radius) for place, radius in zip(ends, _radii(stroke, np.array(times)), strict=True)]
+    return [*(_ribbon(place, _radii(stroke, t)) for place, t in ribbons), *discs]
+
+
+def _ribbons(stroke: Stroke, curve: Curve) -> list[tuple[Array, Array]]:
+    """Parts of a curve, as places (k, 2) and times (k,), none of which turns so far that its sides cross."""
+    if len(curve.t) < 2:
+        return []
+    t = np.unique(np.concatenate([_times(curve, k) for k in range(len(curve.t) - 1)]))
+    place = curve.at(t)
+    moved = np.concatenate([[True], np.linalg.norm(np.diff(place, axis=0), axis=1) > _STILL])
+    t, place = t[moved], place[moved]
+    if len(t) < 2:
+        return []
+    step = np.diff(place, axis=0) @ np.array([1.0, 1j])
+    turn = np.abs(np.angle(step[1:] * np.conj(step[:-1])))
+    parts, first, turned = [], 0, 0.0
+    for at, angle in enumerate(turn.tolist(), 1):
+        turned += angle
+        if angle > _CORNER or turned > _TURNED:
+            parts.append((place[first : at + 1], t[first : at + 1]))
+            first, turned = at, 0.0
+    return [*parts, (place[first:], t[first:])]
 
 
 def _radii(stroke: Stroke, t: Array) -> Array:
@@ -52,20 +81,15 @@ def _times(curve: Curve, k: int) -> Array:
     """Times at which the k-th Bézier is cut into chords."""
     control = curve.points[3 * k : 3 * k + 4]
     bend = float(np.abs(np.diff(control, n=2, axis=0)).max())
-    count = int(np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 2, _MOST))
+    count = int(np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 1, _MOST))
     return np.linspace(curve.t[k], curve.t[k + 1], count + 1)
 
 
-def _ribbon(stroke: Stroke, curve: Curve, k: int) -> Array:
-    """One Bézier with its width: along its left, and back along its right."""
-    t = _times(curve, k)
-    place = curve.at(t)
+def _ribbon(place: Array, radius: Array) -> Array:
+    """A part of a curve with its width: along its left, and back along its right."""
     way = np.gradient(place, axis=0)
-    size = np.hypot(way[:, 0], way[:, 1])
-    chord = place[-1] - place[0]
-    way[size < 1e-9] = chord if chord.any() else [1.0, 0.0]
     normal = way[:, ::-1] * [-1.0, 1.0] / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-12)[:, None]
-    aside = normal * _radii(stroke, t)[:, None]
+    aside = normal * radius[:, None]
     return _turned(np.concatenate([place + aside, (place - aside)[::-1]]))
 
 
@@ -90,7 +114,8 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
 
 
 def _disc(place: Array, radius: float) -> Array:
-    angle = np.arange(_ROUND) * (2 * np.pi / _ROUND)
+    count = int(np.clip(np.ceil(np.pi / np.arccos(max(1 - _ROUND / radius, 0.0))), 6, 48))
+    angle = np.arange(count) * (2 * np.pi / count)
     return np.asarray(place + radius * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 

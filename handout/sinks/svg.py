@@ -99,9 +99,9 @@ def _mark_notes(stroke: Stroke, curve: Curve) -> str:
 
 
 def _mark(stroke: Stroke, curve: Curve, name: str) -> str:
-    """The outline that a stroke is clipped to: the union of its pieces, a path each."""
-    pieces = "".join(f'<path d="{_polygon(piece)}"/>' for piece in outline.pieces(stroke, curve))
-    return f'<clipPath id="{name}">{pieces}</clipPath>'
+    """The outline that a stroke is clipped to; its pieces all turn the same way, so that one path is their union."""
+    pieces = "".join(_polygon(piece) for piece in outline.pieces(stroke, curve))
+    return f'<clipPath id="{name}"><path d="{pieces}"/></clipPath>'
 
 
 def _polygon(piece: Array) -> str:

@@ -169,9 +169,9 @@ def test_a_changing_width_is_clipped_to_its_mark_and_read_back(nib: float) -> No
     assert path.get("clip-path") == "url(#mark-0)" and float(path.get("stroke-width", "")) > max(1.4, nib)
     corners = np.concatenate(
         [
-            np.cumsum(np.array(numbers(p.get("d", ""))).reshape(-1, 2), axis=0)
-            for p in ElementTree.fromstring(svg).iter(f"{SVG}path")
-            if p.get("class") is None and p.get("d", "").endswith("z")
+            np.cumsum(np.array(numbers(piece)).reshape(-1, 2), axis=0)
+            for clip in ElementTree.fromstring(svg).iter(f"{SVG}clipPath")
+            for piece in clip[0].get("d", "").split("M")[1:]
         ]
     )
     away = np.linalg.norm(corners[:, None] - one.xy[None], axis=2).min(axis=1)
@@ -181,6 +181,13 @@ def test_a_changing_width_is_clipped_to_its_mark_and_read_back(nib: float) -> No
     assert np.allclose(np.interp(back.t, one.t, width), back.width, atol=0.03)
     if nib:
         assert back.rotation is not None and np.allclose(back.rotation, -0.7)
+
+
+def test_a_dot_is_as_wide_as_its_widest() -> None:
+    dot = Stroke(np.array([0.0, 0.1, 0.2]), np.full((3, 2), 5.0), width=np.array([0.02, 0.8, 0.02]))
+    (clip,) = ElementTree.fromstring(to_svg(Drawing((dot,), CARD))).iter(f"{SVG}clipPath")
+    corners = np.cumsum(np.array(numbers(clip[0].get("d", ""))).reshape(-1, 2), axis=0)
+    assert np.linalg.norm(corners - 5, axis=1) == pytest.approx(0.4, abs=0.002)
 
 
 def test_an_even_width_is_the_strokes_or_the_pens() -> None:
