@@ -26,6 +26,7 @@ import platformdirs
 
 from handout.errors import InputError
 from handout.plotting import bed
+from handout.plotting.driver import OVERLAP
 from handout.plotting.jobs import journal, parts
 from handout.plotting.jobs.journal import Journal, Standing
 from handout.plotting.jobs.parts import Layer, Layers, Part
@@ -50,7 +51,7 @@ class Options(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     speed: float | Literal["fast"] = 1.0
     order: Order = "writing"
-    overlap: float = 5.0
+    overlap: float = OVERLAP
     copies: int = 1
     layers: Layers = "none"
     pause_every: float | None = None
