@@ -45,6 +45,7 @@ class Ebb:
         connecting.settle(self.talk, self.version)
         self._rested = connecting.rested(self.talk, self.version)
         self._lost = self._rested  # where its zero is
+        self._stopped = False
         self._held = connecting.lengthen(self.talk, self.version) + 1
         self.queued = None  # what it said while it was met does not count
 
@@ -97,6 +98,8 @@ class Ebb:
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
         self.queued = int(busy) + int(waiting)
+        if self._stopped:  # what waited has been dropped
+            return
         if not busy:
             self.executed = self.taken
         elif not waiting and self._moves:
@@ -148,7 +151,7 @@ class Ebb:
 
     def halt(self) -> None:
         """Stop, and lift the pen."""
-        talk = self.talk
+        talk, self._stopped = self.talk, True
         talk.timeout = min(talk.timeout, _HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
         try:
@@ -157,8 +160,17 @@ class Ebb:
             talk.open.clear()
             with contextlib.suppress(DeviceAlarm):
                 connecting.settle(talk, self.version)
+                if talk.struck:
+                    self._forget()
         except DeviceError:
             self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def _forget(self) -> None:
+        """Leave it so that nobody believes that it knows where it is: motors off, and counters, if it has them, zero."""
+        self._lost = True
+        self.talk.ask(b"EM,0,0\r")
+        if self.version >= POSITION:
+            self.talk.ask(b"CS\r")
 
     def _until_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""

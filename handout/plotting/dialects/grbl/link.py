@@ -40,10 +40,12 @@ class Link:
     Attributes
     ----------
     told : called with every state that is heard.
+    restarted : whether it has started by itself.
     """
 
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None]) -> None:
         self.port, self.buffer, self.timeout, self.log = port, buffer, timeout, log
+        self.restarted = False
         self.told: Callable[[Status], None] = lambda status: None
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
@@ -142,6 +144,7 @@ class Link:
             elif isinstance(reply, Alarm):
                 raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
             elif isinstance(reply, Banner):
+                self.restarted = True
                 raise DeviceAlarm(
                     "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
                 )

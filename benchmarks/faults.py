@@ -1,0 +1,277 @@
+"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper when they are gone on with."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+import handout
+from handout import profiles
+from handout.errors import DeviceError
+from handout.plotting.jobs import running, store
+from handout.plotting.jobs.store import Job
+from handout.plotting.simulated import SimulatedPlotter
+from handout.plotting.simulated.faults import Faults
+from handout.plotting.simulated.inked import Inked, compare
+from handout.plotting.simulated.options import BYTE_FAULTS
+from handout.plotting.simulated.options import Options as Simulated
+from handout.profiles import Plotter
+from handout.values import Drawing
+
+OVERLAP = 10.0  # mm
+_TRIES = 12  # times that a person goes on with a job
+_WAITS = 60.0  # s until the cable is back
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine: its profile, what is different about it, and the dialect it is counted under."""
+
+    profile: str
+    changes: tuple[tuple[str, Any], ...] = ()
+    options: tuple[tuple[str, Any], ...] = ()
+
+
+MACHINES = (
+    Machine("simulated"),
+    Machine("simulated", (("homing", True),)),
+    Machine("simulated", (("zero", "here"),)),
+    Machine("grbl-z"),
+    Machine("grbl-corexy"),
+    Machine("marlin-servo"),
+    Machine("creality-ender-3"),
+    Machine("marlin-servo", (("homing", False),)),
+    Machine("axidraw-v3"),
+    Machine("axidraw-v3", options=(("firmware", "3.0.2"),)),
+    Machine("axidraw-v3", options=(("firmware", "2.6.5"),)),
+    Machine("axidraw-v3", options=(("firmware", "2.4.5"),)),
+    Machine("hp-7475a"),
+    Machine("hp-7550a"),
+    Machine("roland-dxy-1300"),
+)
+FAULTS = (
+    "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
+    "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
+)  # fmt: skip
+
+
+class Crash(BaseException):
+    """The computer has no power any more."""
+
+
+class Desk(SimulatedPlotter):
+    """A simulated plotter on a desk, with somebody at the keyboard who interrupts.
+
+    calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer dies.
+    """
+
+    def __init__(self, profile: Plotter, options: Simulated) -> None:
+        self.calls, self.interrupts, self.crash = 0, set[int](), -1
+        super().__init__(profile, options)
+
+    def write(self, data: bytes) -> None:
+        self._count()
+        super().write(data)
+
+    def read(self, timeout: float) -> bytes:
+        self._count()
+        return super().read(timeout)
+
+    def _count(self) -> None:
+        self.calls += 1
+        if 0 <= self.crash <= self.calls:
+            raise Crash
+        if self.calls in self.interrupts:
+            raise KeyboardInterrupt
+
+
+class Somebody:
+    """Does what is asked, and does not try again without looking."""
+
+    def __init__(self, plotter: SimulatedPlotter) -> None:
+        self.plotter, self.asked = plotter, 0
+
+    def do(self, request: str) -> None:
+        self.asked += 1
+        if "push it above" in request:
+            self.plotter.stand_at_zero()
+
+    def try_again(self, error: DeviceError) -> bool:
+        return False
+
+
+@dataclass
+class Run:
+    """What became of one plot.
+
+    stops : why it broke off, each time; noticed : whether anything was said about it.
+    """
+
+    machine: Machine
+    fault: str
+    seed: int
+    where: str = ""
+    stops: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    inked: Inked | None = None
+    finished: bool = False
+    wrong: str = ""
+    seconds: float = 0.0
+
+
+def profile_of(machine: Machine) -> Plotter:
+    """The profile of a machine, with its changes."""
+    profile = profiles.find(machine.profile, "plotter")
+    assert isinstance(profile, Plotter)
+    for name, value in machine.changes:
+        if name == "zero":
+            profile = msgspec.structs.replace(profile, bed=msgspec.structs.replace(profile.bed, zero=value))
+        else:
+            profile = msgspec.structs.replace(profile, **{name: value})
+    return profile
+
+
+def drawing(words: str = "it's me") -> Drawing:
+    """A word or two of handwriting on a small page."""
+    rng = np.random.default_rng(1)
+    hand = handout.load("house-joined")
+    layout = handout.Layout(handout.page("60x40mm"), margin=(16, 12, 8, 16), x_height=3.0)
+    drawn: Drawing = handout.trace(handout.compose(words, hand, layout, rng)[0], hand, rng)
+    return drawn
+
+
+@contextlib.contextmanager
+def journals() -> Iterator[dict[str, int]]:
+    """Without waiting for the disk; how much of every journal was on it when it was waited for last."""
+    safe: dict[str, int] = {}
+    real = os.fsync
+
+    def noted(handle: int) -> None:
+        safe[os.readlink(f"/proc/self/fd/{handle}")] = os.fstat(handle).st_size
+
+    os.fsync = noted
+    try:
+        yield safe
+    finally:
+        os.fsync = real
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Of an undisturbed plot: instructions, bytes written, reads and writes, bytes before the plot."""
+
+    lines: int
+    bytes: int
+    calls: int
+
+
+def undisturbed(machine: Machine, whole: Drawing) -> Extent:
+    """Plot without a fault."""
+    run = Run(machine, "", 0)
+    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options)))
+    perform(run, plotter, whole)
+    return Extent(plotter.faults.lines, plotter.faults._bytes, plotter.calls)
+
+
+def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: Extent) -> Run:
+    """Plot with a fault at a random place."""
+    rng = np.random.default_rng([seed, 7])
+    run = Run(machine, fault, seed)
+    options: dict[str, Any] = dict(machine.options)
+    interrupts: set[int] = set()
+    crash = -1
+    if fault in ("ctrl-c", "ctrl-c twice"):
+        first = int(rng.integers(0, extent.calls)) + 1
+        interrupts = {first} if fault == "ctrl-c" else {first, first + int(rng.integers(1, 12))}
+        run.where = f"calls {sorted(interrupts)}"
+    elif fault == "crash":
+        crash = int(rng.integers(0, extent.calls))
+        run.where = f"call {crash}"
+    elif fault == "small-buffer":
+        options["buffer"] = int(rng.integers(24, 64))
+        run.where = f"buffer {options['buffer']}"
+    else:
+        options["fault"] = fault
+        if fault in BYTE_FAULTS and rng.random() < 0.8:
+            options["at"], options["bit"] = int(rng.integers(0, extent.bytes)), int(rng.integers(0, 8))
+            run.where = f"byte {options['at']}, bit {options['bit']}"
+        else:
+            options["after"] = int(rng.integers(0, extent.lines))
+            run.where = f"after {options['after']}"
+    plotter = Desk(profile_of(machine), Simulated(**options))
+    plotter.interrupts, plotter.crash = interrupts, crash
+    perform(run, plotter, whole)
+    return run
+
+
+def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
+    """Plot a job to its end, however often it breaks off."""
+    with tempfile.TemporaryDirectory() as folder, journals() as safe:
+        job = store.create([whole], plotter.profile, store.Options(overlap=OVERLAP), place=Path(folder))
+        person = Somebody(plotter)
+        for _ in range(_TRIES):
+            try:
+                running.run_job(job, lambda: plotter, person, log=run.said.append)
+            except (DeviceError, KeyboardInterrupt) as error:
+                run.stops.append(str(error) or type(error).__name__)
+                mend(run, plotter)
+            except Crash:
+                run.stops.append("crash")
+                plotter.crash = -1
+                path = job.folder / "journal"
+                os.truncate(path, safe.get(str(path.resolve()), 0))
+                plotter.replug(_WAITS)
+            if job.standing().finished:
+                break
+        run.finished = job.standing().finished
+    run.inked = compare(whole, plotter.executed().strokes)
+
+
+def mend(run: Run, plotter: Desk) -> None:
+    """What a person does before going on: puts back the plug, or switches the machine off and on."""
+    fault = run.fault
+    if fault in ("power-cut", "jam") or plotter._silent:
+        plotter.power_on()
+    elif fault in ("alarm", "error", "resend-loop") and (run.seed % 2 or len(run.stops) > 1):
+        plotter.power_on()
+    else:
+        plotter.replug(_WAITS)
+    if fault in ("resend-loop", "small-buffer"):  # another cable
+        calm = msgspec.structs.replace(plotter.options, fault="", buffer=0)
+        plotter.options = plotter.firmware.options = calm
+        plotter.faults = Faults(calm)
+
+
+def one(given: tuple[Machine, str, int]) -> Run:
+    """One run, in a process of its own kind."""
+    machine, fault, seed = given
+    whole = drawing()
+    try:
+        return disturbed(machine, fault, seed, whole, _extent(machine, whole))
+    except Exception as error:  # judged as a failure of the program
+        import traceback
+
+        return Run(machine, fault, seed, wrong=traceback.format_exc(limit=-4) + repr(error))
+
+
+_KNOWN: dict[Machine, Extent] = {}
+
+
+def _extent(machine: Machine, whole: Drawing) -> Extent:
+    if machine not in _KNOWN:
+        _KNOWN[machine] = undisturbed(machine, whole)
+    return _KNOWN[machine]
+
+
+def cases(count: int) -> list[tuple[Machine, str, int]]:
+    """Every machine with every fault, over and over."""
+    all_of = [(machine, fault) for fault in FAULTS for machine in MACHINES]
+    return [(*all_of[number % len(all_of)], number) for number in range(count)]
