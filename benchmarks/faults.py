@@ -196,7 +196,7 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
         crash = int(rng.integers(0, extent.calls))
         run.where = f"call {crash}"
     elif fault == "small-buffer":
-        options["buffer"] = int(rng.integers(24, 64))
+        options["buffer"] = int(rng.integers(*((96, 160) if profile_of(machine).dialect == "hpgl" else (24, 64))))
         run.where = f"buffer {options['buffer']}"
     else:
         options["fault"] = fault

@@ -38,6 +38,7 @@ class Ebb:
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
+        self._stopped = False
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
@@ -45,7 +46,6 @@ class Ebb:
         connecting.settle(self.talk, self.version)
         self._rested = connecting.rested(self.talk, self.version)
         self._lost = self._rested  # where its zero is
-        self._stopped = False
         self._held = connecting.lengthen(self.talk, self.version) + 1
         self.queued = None  # what it said while it was met does not count
 
