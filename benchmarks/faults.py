@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import itertools
+import multiprocessing
 import os
 import tempfile
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,7 +24,7 @@ from handout.plotting.jobs import running, store
 from handout.plotting.jobs.store import Job
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.faults import Faults
-from handout.plotting.simulated.inked import Inked, compare
+from handout.plotting.simulated.inked import SLACK, Inked, compare
 from handout.plotting.simulated.options import BYTE_FAULTS
 from handout.plotting.simulated.options import Options as Simulated
 from handout.profiles import Plotter
@@ -38,6 +42,10 @@ class Machine:
     profile: str
     changes: tuple[tuple[str, Any], ...] = ()
     options: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def title(self) -> str:
+        return " ".join([self.profile, *(f"{name}={value}" for name, value in (*self.changes, *self.options))])
 
 
 MACHINES = (
@@ -61,6 +69,12 @@ FAULTS = (
     "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
     "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
 )  # fmt: skip
+
+DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
+RUNS = 720
+SHORT = "i"
+SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
+_STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
 
 
 class Crash(BaseException):
@@ -123,8 +137,6 @@ class Run:
     said: list[str] = field(default_factory=list)
     inked: Inked | None = None
     finished: bool = False
-    wrong: str = ""
-    seconds: float = 0.0
 
 
 def profile_of(machine: Machine) -> Plotter:
@@ -196,7 +208,7 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
         crash = int(rng.integers(0, extent.calls))
         run.where = f"call {crash}"
     elif fault == "small-buffer":
-        options["buffer"] = int(rng.integers(*((96, 160) if profile_of(machine).dialect == "hpgl" else (24, 64))))
+        options["buffer"] = int(rng.integers(*((96, 160) if profile_of(machine).dialect == "hpgl" else (48, 128))))
         run.where = f"buffer {options['buffer']}"
     else:
         options["fault"] = fault
@@ -250,28 +262,90 @@ def mend(run: Run, plotter: Desk) -> None:
         plotter.faults = Faults(calm)
 
 
-def one(given: tuple[Machine, str, int]) -> Run:
-    """One run, in a process of its own kind."""
-    machine, fault, seed = given
-    whole = drawing()
-    try:
-        return disturbed(machine, fault, seed, whole, _extent(machine, whole))
-    except Exception as error:  # judged as a failure of the program
-        import traceback
-
-        return Run(machine, fault, seed, wrong=traceback.format_exc(limit=-4) + repr(error))
-
-
-_KNOWN: dict[Machine, Extent] = {}
-
-
-def _extent(machine: Machine, whole: Drawing) -> Extent:
-    if machine not in _KNOWN:
-        _KNOWN[machine] = undisturbed(machine, whole)
-    return _KNOWN[machine]
+def cut(machine: Machine, at: int, whole: Drawing) -> Run:
+    """Plot, and cut the power of the plotter at one byte of all that is sent to it."""
+    run = Run(machine, "power-cut", at, where=f"byte {at}")
+    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options), fault="power-cut", at=at))
+    perform(run, plotter, whole)
+    return run
 
 
 def cases(count: int) -> list[tuple[Machine, str, int]]:
-    """Every machine with every fault, over and over."""
+    """Every fault with every machine, over and over."""
     all_of = [(machine, fault) for fault in FAULTS for machine in MACHINES]
     return [(*all_of[number % len(all_of)], number) for number in range(count)]
+
+
+def spoils(run: Run) -> bool:
+    """Whether the ink may be wrong: a damaged byte makes another command, and the dialect has no check sums."""
+    dialect = profile_of(run.machine).dialect
+    return dialect != "marlin" and run.fault in DAMAGES or (dialect, run.fault) == ("hpgl", "error")
+
+
+def verdict(run: Run) -> str:
+    """What has become of a plot, "right" or what is wrong."""
+    ink = run.inked
+    if not run.finished or ink is None:
+        return "not finished"
+    if ink.missing or ink.gap > SLACK or ink.dots:
+        return "missing"
+    if ink.deviation > SLACK or ink.stray:
+        return "wrong ink"
+    return "right" if ink.doubled <= OVERLAP * len(run.stops) + _STEPS else "twice"
+
+
+def main() -> None:
+    """Print both tables."""
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        runs = pool.starmap(_one, cases(RUNS), chunksize=4)
+        told(runs)
+        whole = drawing(SHORT)
+        for machine in SHORTLY:
+            places = range(undisturbed(machine, whole).bytes)
+            tell(
+                f"power cut at every byte: {machine.title}", pool.starmap(cut, ((machine, at, whole) for at in places))
+            )
+
+
+def _one(machine: Machine, fault: str, seed: int) -> Run:
+    whole = drawing()
+    return disturbed(machine, fault, seed, whole, _extent(machine, whole))
+
+
+@functools.cache
+def _extent(machine: Machine, whole: Drawing) -> Extent:
+    return undisturbed(machine, whole)
+
+
+def told(runs: Sequence[Run]) -> None:
+    """Print a line for every dialect and fault; damaged bytes apart."""
+    by_dialect = sorted(runs, key=lambda run: (spoils(run), profile_of(run.machine).dialect))
+    for (spoilt, dialect), group in itertools.groupby(
+        by_dialect, lambda run: (spoils(run), profile_of(run.machine).dialect)
+    ):
+        of_dialect = list(group)
+        for fault in FAULTS:
+            if some := [run for run in of_dialect if run.fault == fault]:
+                tell(f"{dialect:<6} {fault}", some, spoilt)
+
+
+def tell(title: str, runs: Sequence[Run], spoilt: bool = False) -> None:
+    """One line of a table: how many runs, how many broke off, and the worst of what is on the paper."""
+    inks = [run.inked for run in runs if run.inked is not None]
+    found = Counter(_spoilt(run) if spoilt else verdict(run) for run in runs)
+    worst = max(ink.deviation for ink in inks), sum(ink.missing for ink in inks), max(ink.doubled for ink in inks)
+    print(
+        f"{title:<28} {len(runs):>4} runs, {sum(bool(run.stops) for run in runs):>4} broke off; off {worst[0]:.3f} mm, "
+        f"missing {worst[1]:.1f} mm, twice at most {worst[2]:.1f} mm: "
+        + ", ".join(f"{count} {what}" for what, count in sorted(found.items()))
+    )
+
+
+def _spoilt(run: Run) -> str:
+    """Of a plot with wrong ink on it: whether it was noticed, and whether all that was meant is there as well."""
+    found = verdict(run)
+    if found in ("right", "twice"):
+        return "right"
+    if not (run.stops or any("counted other steps" in said for said in run.said)):
+        return "spoilt, not noticed"
+    return "spoilt, noticed" if found == "wrong ink" else f"spoilt, noticed, {found}"

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialects.ebb import words
 from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Reply, Values
 from handout.plotting.ports import Port
@@ -92,7 +92,7 @@ class Talk:
     def _take(self, reply: Reply) -> None:
         if isinstance(reply, Error):
             sent = self.open[0].data.decode("ascii").strip() if self.open else "a command"
-            raise DeviceAlarm(f"The plotter refused {sent!r}: {reply.words}.")
+            raise DeviceGarbled(f"The plotter refused {sent!r}: {reply.words}.")
         if isinstance(reply, Note) and reply.text.startswith("Limit switch"):
             self.struck = True
             raise DeviceAlarm(

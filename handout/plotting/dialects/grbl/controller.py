@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Sequence
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, status
@@ -94,7 +94,7 @@ class Grbl:
         certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
         if certain is None or (resting and math.dist(place, track.at) > _FAR):
-            raise DeviceAlarm(_strayed(place))
+            raise DeviceGarbled(_strayed(place))
         if self.queued is None:
             self.queued = track.moves(certain, self.taken)
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialects.grbl import words
 from handout.plotting.dialects.grbl.words import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
@@ -140,7 +140,7 @@ class Link:
                     self._bytes -= len(sent.line)
                     acknowledged(sent)
             elif isinstance(reply, Error):
-                raise DeviceAlarm(self._refused(reply))
+                raise DeviceGarbled(self._refused(reply))
             elif isinstance(reply, Alarm):
                 raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
             elif isinstance(reply, Banner):
@@ -166,7 +166,7 @@ class Link:
         if status.state != "Idle" or not self._under_way:
             self._waited = 0.0
         if self._waited > self.timeout:
-            raise DeviceSilent(
+            raise DeviceGarbled(
                 "The plotter is at rest but has not answered all lines it was sent: something was lost on the way; "
                 "use a shorter or shielded cable."
             )

@@ -16,7 +16,7 @@ import contextlib
 import re
 from collections import deque
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.ports import Port
@@ -99,7 +99,7 @@ class HpglController:
         number = int(self.ask(words.ERROR)[0])
         if number:
             self.executed = self._understood
-            raise DeviceAlarm(
+            raise DeviceGarbled(
                 f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
                 "may be wrong; check the cable."
             )
@@ -197,7 +197,8 @@ class HpglController:
     def _check_line(self) -> None:
         number = int(self.ask(words.LINE_ERROR)[0])
         if number in (15, 16):
-            raise DeviceSilent(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
+            self.executed = self._understood
+            raise DeviceGarbled(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
         if number:
             self.log(f"The plotter reports {words.line_error(number)}.")
 

@@ -103,24 +103,24 @@ class Marlin:
 
     def _come_to_rest(self) -> None:
         link = self.link
-        if not link.struck:
-            self._run_out()
+        if not link.struck and self._runs_out():
             return
         self._dead = True
         if not link.restarted:
             self._stop_dead()
         connecting.number(link, link.timeout)  # what waits or is wanted again would be drawn beside its place
 
-    def _run_out(self) -> None:
+    def _runs_out(self) -> bool:
+        """Let it finish, unless somebody interrupts again."""
         if (left := self._held.seconds) > _NOTICED:
             self.log(f"The plotter finishes what it has in hand, about {left:.0f} s; interrupt again to stop it dead.")
         try:
             self.link.ask(words.STANDING)
         except KeyboardInterrupt:
-            self._dead = True
-            self._stop_dead()
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
+            return False
+        return True
 
     def _stop_dead(self) -> None:
         """Stop at once; and once more as it begins what stood behind, a second later, before that moves far."""
