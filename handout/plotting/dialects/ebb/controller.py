@@ -99,6 +99,7 @@ class Ebb:
                 "wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
             )
         self._off, self._proven = off, self.sent
+        self.queued = None  # that it is empty now says nothing about a stroke
 
     def _check_return(self, steps: tuple[int, int]) -> None:
         """Every program ends where it began, at zero; the board's own count must say so too."""

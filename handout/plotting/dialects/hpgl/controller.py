@@ -25,7 +25,7 @@ from handout.profiles import Plotter
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
-_UNPROVEN = 20  # instructions after which it is asked, with the pen lifted, whether it understood them
+_UNPROVEN = 40  # instructions after which it is asked, with the pen lifted, whether it understood them
 _GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
