@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -130,7 +131,8 @@ def draw(
     try:
         stream.run(overlap)
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
-        controller.halt()
+        with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
+            controller.halt()
         stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         raise
     return _report(stream, port, before, fresh)

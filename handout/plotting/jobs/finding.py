@@ -13,6 +13,7 @@ from handout.values import Array, Drawing
 _NEAR = (
     0.15  # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
 )
+_CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and line may lead along each other
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 
@@ -35,7 +36,7 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float) -> Place | 
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
         off = float(np.hypot(*(a + share * along - at)))
-        if off < nearest:
+        if off < (nearest if best is None else nearest - _CLEARLY):
             time = place.time + share * (until - place.time) if np.isfinite(until) else place.time
             best, nearest = Place(place.stroke, time), off
         elif best is not None and off > nearest + _PAST:
