@@ -87,6 +87,7 @@ class Link:
         patience : s to wait without asking for its state, for what it does with deaf ears (homing).
         """
         self.port.write(line)
+        self._waited = 0.0
         heard: list[Reply] = []
         while True:
             for reply in self._patiently(patience) if patience else self.attend():
@@ -94,9 +95,14 @@ class Link:
                     raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.words}.")
                 if isinstance(reply, Alarm):
                     raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                if isinstance(reply, Banner):
+                    raise self._anew()
                 heard.append(reply)
             if any(isinstance(reply, Ok) for reply in heard):
                 return heard
+            at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in heard[-1:])
+            if at_rest and self._waited > self.timeout:
+                raise DeviceSilent(f"The plotter is at rest but has not answered {line.decode().strip()!r}.")
 
     def _patiently(self, patience: float) -> list[Reply]:
         waited = 0.0
@@ -144,10 +150,13 @@ class Link:
             elif isinstance(reply, Alarm):
                 raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
             elif isinstance(reply, Banner):
-                self.restarted = True
-                raise DeviceAlarm(
-                    "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
-                )
+                raise self._anew()
+
+    def _anew(self) -> DeviceAlarm:
+        self.restarted = True
+        return DeviceAlarm(
+            "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
+        )
 
     def _refused(self, error: Error) -> str:
         sent = self._under_way[0] if self._under_way else None
