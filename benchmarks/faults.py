@@ -1,4 +1,4 @@
-"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper when they are gone on with."""
+"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper in the end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ import handout
 from handout import profiles
 from handout.errors import DeviceError
 from handout.plotting.jobs import running, store
-from handout.plotting.jobs.store import Job
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.faults import Faults
 from handout.plotting.simulated.inked import SLACK, Inked, compare
@@ -84,7 +83,8 @@ class Crash(BaseException):
 class Desk(SimulatedPlotter):
     """A simulated plotter on a desk, with somebody at the keyboard who interrupts.
 
-    calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer dies.
+    calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer
+        dies.
     """
 
     def __init__(self, profile: Plotter, options: Simulated) -> None:
@@ -161,13 +161,13 @@ def drawing(words: str = "it's me") -> Drawing:
 
 
 @contextlib.contextmanager
-def journals() -> Iterator[dict[str, int]]:
+def journals() -> Iterator[dict[int, int]]:
     """Without waiting for the disk; how much of every journal was on it when it was waited for last."""
-    safe: dict[str, int] = {}
+    safe: dict[int, int] = {}
     real = os.fsync
 
     def noted(handle: int) -> None:
-        safe[os.readlink(f"/proc/self/fd/{handle}")] = os.fstat(handle).st_size
+        safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
 
     os.fsync = noted
     try:
@@ -239,7 +239,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
                 run.stops.append("crash")
                 plotter.crash = -1
                 path = job.folder / "journal"
-                os.truncate(path, safe.get(str(path.resolve()), 0))
+                os.truncate(path, safe.get(path.stat().st_ino, 0))
                 plotter.replug(_WAITS)
             if job.standing().finished:
                 break
@@ -250,9 +250,8 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
 def mend(run: Run, plotter: Desk) -> None:
     """What a person does before going on: puts back the plug, or switches the machine off and on."""
     fault = run.fault
-    if fault in ("power-cut", "jam") or plotter._silent:
-        plotter.power_on()
-    elif fault in ("alarm", "error", "resend-loop") and (run.seed % 2 or len(run.stops) > 1):
+    tries = run.seed % 2 == 0 and len(run.stops) == 1  # whether it goes without
+    if fault in ("power-cut", "jam") or (fault in ("alarm", "error", "resend-loop") and not tries):
         plotter.power_on()
     else:
         plotter.replug(_WAITS)
@@ -279,7 +278,7 @@ def cases(count: int) -> list[tuple[Machine, str, int]]:
 def spoils(run: Run) -> bool:
     """Whether the ink may be wrong: a damaged byte makes another command, and the dialect has no check sums."""
     dialect = profile_of(run.machine).dialect
-    return dialect != "marlin" and run.fault in DAMAGES or (dialect, run.fault) == ("hpgl", "error")
+    return (dialect != "marlin" and run.fault in DAMAGES) or (dialect, run.fault) == ("hpgl", "error")
 
 
 def verdict(run: Run) -> str:

@@ -1,4 +1,4 @@
-"""Plots that break off anywhere, on every dialect: all ink is on the paper, hardly any twice; see benchmarks/faults.py."""
+"""Plots that break off anywhere, on every dialect: all ink is on the paper, hardly any twice."""
 
 import functools
 

@@ -17,7 +17,7 @@ _CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and l
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
 
-def found(drawing: Drawing, certain: Place, at: Array, reach: float) -> Place | None:
+def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array | None = None) -> Place | None:
     """The place at which a machine has stopped that stands at `at`; None if it stands nowhere on its way.
 
     Parameters
@@ -25,13 +25,14 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float) -> Place | 
     certain : what is certainly drawn.
     at : (2,) float, mm on the page.
     reach : mm of ink that it can have drawn behind that.
+    zero : (2,) float, mm on the page, from where it may have come to begin behind that place.
 
     Notes
     -----
     Where its line comes by several times it is the first: the others might leave a gap.
     """
     best, nearest = None, _NEAR
-    for place, a, b, until in _ways(drawing, certain, reach):
+    for place, a, b, until in _ways(drawing, certain, reach, zero):
         along = b - a
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
@@ -44,7 +45,9 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float) -> Place | 
     return best
 
 
-def _ways(drawing: Drawing, certain: Place, reach: float) -> Iterator[tuple[Place, Array, Array, float]]:
+def _ways(
+    drawing: Drawing, certain: Place, reach: float, zero: Array | None
+) -> Iterator[tuple[Place, Array, Array, float]]:
     """The straight pieces the pen takes from a place on: the place before each, its ends, the time at its end.
 
     Travels have an infinite time: wherever the pen stands on one, the next stroke has not begun.
@@ -52,6 +55,8 @@ def _ways(drawing: Drawing, certain: Place, reach: float) -> Iterator[tuple[Plac
     left = remaining(drawing, certain)
     skipped = len(drawing.strokes) - len(left.strokes)
     before: Array | None = None
+    for start in _starts(drawing, certain, zero) if left.strokes else ():
+        yield certain, start, left.strokes[0].xy[0], np.inf
     for number, stroke in enumerate(left.strokes, skipped):
         if before is not None:
             yield Place(number), before, stroke.xy[0], np.inf
@@ -63,3 +68,11 @@ def _ways(drawing: Drawing, certain: Place, reach: float) -> Iterator[tuple[Plac
         if len(stroke.t) == 1:
             yield Place(number), stroke.xy[0], stroke.xy[0], np.inf
         before = stroke.xy[-1]
+
+
+def _starts(drawing: Drawing, certain: Place, zero: Array | None) -> Iterator[Array]:
+    """Where the way to a place begins, with the pen lifted: in zero, or at the end of the stroke before."""
+    if zero is not None:
+        yield zero
+    if 0 < certain.stroke < len(drawing.strokes) and certain.time <= drawing.strokes[certain.stroke].t[0]:
+        yield drawing.strokes[certain.stroke - 1].xy[-1]

@@ -151,7 +151,7 @@ class Journal:
             self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}")
 
     def doubt(self) -> None:
-        """What was drawn behind the certain place may be wrong: where the machine stands does not tell how far it is."""
+        """Behind the certain place the ink may be wrong: where the machine stands does not tell how far it is."""
         self._write("doubtful")
 
     def complete(self) -> None:

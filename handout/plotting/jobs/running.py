@@ -151,8 +151,8 @@ class _Run:
             return False
         if self.kept.standing.begun and not self.kept.standing.doubtful:
             whole = self.job.drawing(self.kept.standing.part)
-            xy = bed.place(whole.page, self.job.profile).to_page(np.array([at]))[0]
-            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN)
+            xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
+            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
             if place is not None:
                 self.kept.drawn(place)
         return True

@@ -48,7 +48,7 @@ class Paper:
         self.shift = (x, y, z)
 
     def slipped(self, believed: Steps) -> Steps:
-        """The carriage is stopped dead: the controller counts some steps more than it makes; where it believes to be."""
+        """The carriage is stopped dead: some steps are counted and not made; where the controller believes it."""
         counted = (believed[0] + _SLIP, believed[1] + _SLIP, believed[2])
         self.believe(counted)
         return counted

@@ -194,7 +194,7 @@ class Ebb:
             self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
 
     def _forget(self) -> None:
-        """Leave it so that nobody believes that it knows where it is: motors off, and counters, if it has them, zero."""
+        """Leave it so that nobody believes that it knows where it is: motors off, counters zero."""
         self._lost = True
         self.talk.ask(b"EM,0,0\r")
         if self.version >= POSITION:
