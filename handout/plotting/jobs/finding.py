@@ -31,16 +31,16 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array
     -----
     Where its line comes by several times it is the first: the others might leave a gap.
     """
-    best, nearest = None, _NEAR
+    best, nearest, draws = None, _NEAR, False
     for place, a, b, until in _ways(drawing, certain, reach, zero):
         along = b - a
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
         off = float(np.hypot(*(a + share * along - at)))
         if off < (nearest if best is None else nearest - _CLEARLY):
-            time = place.time + share * (until - place.time) if np.isfinite(until) else place.time
-            best, nearest = Place(place.stroke, time), off
-        elif best is not None and off > nearest + _PAST:
+            draws = bool(np.isfinite(until))
+            best, nearest = Place(place.stroke, place.time + share * (until - place.time) if draws else place.time), off
+        elif draws and off > nearest + _PAST:
             break
     return best
 
