@@ -11,6 +11,7 @@
         ├── DeviceSilent          nothing answered in time
         ├── PrinterError          a print queue is missing, or refused a page
         └── DeviceAlarm           the machine reported an error or an alarm
+            └── DeviceGarbled         a command came over wrong
 
 A message is one sentence or two: what, where, the bound, the way out.  It never needs a traceback.
 """
@@ -62,3 +63,7 @@ class PrinterError(DeviceError):
 
 class DeviceAlarm(DeviceError):
     """The machine reported an error or stopped with an alarm."""
+
+
+class DeviceGarbled(DeviceAlarm):
+    """A command came over wrong or not at all: what the machine has done since it was last certain may be wrong."""

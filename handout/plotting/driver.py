@@ -156,7 +156,9 @@ def draw(
         controller.halt()
         raise type(error)(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
-        controller.halt()
+        with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
+            controller.halt()
+        stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         raise
     return _report(stream, port, before, fresh)
 
@@ -197,11 +199,11 @@ class _Stream:
                     self._secure()
                 else:
                     self.controller.wait()
-                    self._note()
+                    self.note()
             self.controller.send(command.data)
-            self._note()
+            self.note()
         self.controller.finish()
-        self._note()
+        self.note()
         self._secure()
         if self.progress is not None:
             self.progress(1.0, 0.0)
@@ -230,7 +232,7 @@ class _Stream:
             self.secure()
         self._secured = self._counts[2]
 
-    def _note(self) -> None:
+    def note(self) -> None:
         """Tell everyone who wants to know what has changed."""
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)

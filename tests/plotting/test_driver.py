@@ -9,7 +9,7 @@ import pytest
 from cursive import page
 
 from handout import profiles
-from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit, PortError
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialect import dialect
 from handout.plotting.driver import ink
@@ -28,7 +28,7 @@ def changed(profile, table, **values):
     [
         ("jam", DeviceSilent, "has not answered for 5 s", False),
         ("lost-byte", (DeviceAlarm, DeviceSilent), "refused line|something was lost|came over wrong", True),
-        ("lost-ok", DeviceSilent, "something was lost", True),
+        ("lost-ok", DeviceGarbled, "something was lost", True),
         ("error", DeviceAlarm, "error:33", True),
         ("alarm", DeviceAlarm, "ALARM:1: a limit switch", True),
         ("reset", DeviceAlarm, "restarted by itself", True),

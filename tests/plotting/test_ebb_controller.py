@@ -6,7 +6,7 @@ import pytest
 from cursive import page
 
 from handout import profiles
-from handout.errors import DeviceAlarm, DeviceSilent, PortError
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialects import ebb
 from handout.plotting.driver import draw, meet
@@ -147,10 +147,21 @@ def test_a_board_that_loses_steps_is_told_of():
     port, said = opened(), []
 
     def shift(done, left):
-        port.firmware.engine.steps[0] += 1 if done < 1 else 0
+        port.firmware.engine.steps[0] += 1 if done < 0.2 else 0
 
     run(plan(DRAWING, PROFILE), port, PROFILE, progress=shift, log=said.append)
     assert any("counted other steps than it was told" in word for word in said)
+
+
+def test_a_move_that_came_over_wrong_is_noticed_at_the_next_stroke():
+    port = opened()
+
+    def shift(done, left):
+        port.firmware.engine.steps[1] += 20 if 0.2 < done < 0.3 else 0
+
+    with pytest.raises(DeviceGarbled, match="came over wrong"):
+        run(plan(DRAWING, PROFILE), port, PROFILE, progress=shift)
+    assert not port.pen_is_down
 
 
 class Mute:

@@ -6,7 +6,7 @@ import pytest
 from cursive import page
 
 from handout import profiles
-from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit, PortError
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialects.hpgl import connect, words
 from handout.profiles import Length, Time
@@ -32,7 +32,7 @@ def test_a_page_arrives_whole_whatever_the_buffer_and_the_wire(options):
     assert port.lost == 0 and port.at_rest and not port.pen_is_down and port.firmware.error == 0
     assert found.deviation < 0.06
     if options in ("", "queue=8"):
-        assert report.executed_s == pytest.approx(report.announced_s, rel=0.005)
+        assert report.executed_s == pytest.approx(report.announced_s, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_faults_are_said_in_words(fault, error, said):
 def test_bytes_that_were_lost_are_noticed():
     plotter, _, _ = met("buffer=300")
     plotter._room = 10_000  # as if it had said so
-    with pytest.raises(DeviceSilent, match=r"RS-232 error 16.*ran over"):
+    with pytest.raises(DeviceGarbled, match=r"RS-232 error 16.*ran over"):
         for data in (b"VS1;", *(b"PD%d,400;" % x for x in range(400, 4000, 80))):
             plotter.send(data)
         plotter.finish()

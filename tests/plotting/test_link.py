@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting import open_port
 from handout.plotting.dialects.grbl.link import Link, Sent
 
@@ -108,7 +108,7 @@ def test_alarm_restart_and_lock_are_told_in_plain_words():
 def test_rest_with_lines_unanswered_means_loss():
     conversation = link(Scripted(*[b"", b"<Idle|MPos:0,0,0>\r\n"] * 20))
     conversation.send(Sent(0, b"X1\n"), lambda _: None)
-    with pytest.raises(DeviceSilent, match="something was lost on the way"):
+    with pytest.raises(DeviceGarbled, match="something was lost on the way"):
         conversation.drain(lambda _: None)
 
 

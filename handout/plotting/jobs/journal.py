@@ -6,6 +6,7 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
     1c0f55b0 part 0                             the person has done what was asked; the part begins
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
+    77bd03e2 doubtful                           a command came over wrong: what was drawn behind that place may be wrong
     0d4c1a9e complete 0                         all of the part is
     7be2a5c8 stopped The connection is lost     the program ended in good order, and why
     35cf0a7d finished                           all parts are complete
@@ -34,7 +35,7 @@ class Standing:
     """How far a job has come.
 
     part : the part that is under way or comes next; begun : whether it was begun.
-    place : what of its drawing is certainly drawn.
+    place : what of its drawing is certainly drawn; doubtful : whether what lies behind may be drawn wrong.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
     runs : when programs took it up.
     """
@@ -42,6 +43,7 @@ class Standing:
     part: int = 0
     begun: bool = False
     place: Place = START
+    doubtful: bool = False
     finished: bool = False
     stopped: str = ""
     runs: tuple[str, ...] = ()
@@ -82,10 +84,12 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
     if word == "run":
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
-        return replace(standing, part=int(rest), begun=True, place=START)
+        return replace(standing, part=int(rest), begun=True, place=START, doubtful=False)
     if word == "drawn":
         part, stroke, time = rest.split()
-        return replace(standing, part=int(part), begun=True, place=Place(int(stroke), float(time)))
+        return replace(standing, part=int(part), begun=True, place=Place(int(stroke), float(time)), doubtful=False)
+    if word == "doubtful":
+        return replace(standing, doubtful=True)
     if word == "complete":
         return replace(standing, part=int(rest) + 1, begun=False, place=START)
     if word == "stopped":
@@ -145,6 +149,10 @@ class Journal:
         """What of the part under way is certainly drawn by now."""
         if place != self.standing.place:
             self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}")
+
+    def doubt(self) -> None:
+        """Behind the certain place the ink may be wrong: where the machine stands does not tell how far it is."""
+        self._write("doubtful")
 
     def complete(self) -> None:
         """All of the part under way is drawn."""

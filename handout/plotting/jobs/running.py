@@ -14,7 +14,7 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceError
+from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
 from handout.plotting.dialect import Controller
 from handout.plotting.driver import Progress, Report, draw, meet
@@ -159,10 +159,10 @@ class _Run:
         at = controller.position()
         if at is None or max(map(abs, at)) < _ZERO:
             return False
-        if self.kept.standing.begun:
+        if self.kept.standing.begun and not self.kept.standing.doubtful:
             whole = self.job.drawing(self.kept.standing.part)
-            xy = bed.place(whole.page, self.job.profile).to_page(np.array([at]))[0]
-            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN)
+            xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
+            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
             if place is not None:
                 self.kept.drawn(place)
         return True
@@ -188,8 +188,10 @@ class _Run:
                 overlap=job.options.overlap,
                 log=self.log,
             )
-        except DeviceError:
+        except DeviceError as error:
             keeper.write()
+            if isinstance(error, DeviceGarbled):
+                kept.doubt()
             raise
         except BaseException:  # the machine was stopped in good order
             keeper.write()

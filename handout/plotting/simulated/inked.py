@@ -65,12 +65,22 @@ def compare(intended: Drawing, drawn: Iterable[Stroke]) -> Inked:
     stray = 0.0
     for stroke in drawn:
         path = _thinned(stroke.xy)
-        piece = _laid(path, lines, tree, starts, pieces)
-        if piece is None:
-            stray += max(_length(path), _COARSE)
-        else:
+        if (piece := _laid(path, lines, tree, starts, pieces)) is not None:
             pieces[piece.stroke].append(piece)
+            continue
+        stray += max(_length(path), _COARSE)
+        for part in _beside(path, tree):  # what is right of it before and behind it goes astray
+            if (piece := _laid(part, lines, tree, starts, pieces)) is not None:
+                pieces[piece.stroke].append(piece)
+                stray -= _length(part)
     return _summed(lines, pieces, stray)
+
+
+def _beside(path: Array, tree: object) -> list[Array]:
+    """The parts of a path that lie by what was meant."""
+    off = tree.query(path)[0]  # type: ignore[attr-defined]
+    runs = np.split(np.arange(len(path)), np.flatnonzero(np.diff(off <= SLACK)) + 1)
+    return [path[run] for run in runs if len(run) > 1 and off[run[0]] <= SLACK]
 
 
 def _summed(lines: Sequence[Array], pieces: Sequence[Sequence[_Piece]], stray: float) -> Inked:

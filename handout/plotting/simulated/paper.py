@@ -8,6 +8,8 @@ from handout.plotting.simulated.trace import strokes
 from handout.profiles import Plotter
 from handout.values import Stroke
 
+_SLIP = 40  # steps
+
 
 class Paper:
     """Remembers where the carriage was when, and what the pen was told when.
@@ -44,6 +46,12 @@ class Paper:
         """The carriage stands still, and the controller changes its mind about where that is."""
         x, y, z = (is_ - said for is_, said in zip(self.at, believed, strict=True))
         self.shift = (x, y, z)
+
+    def slipped(self, believed: Steps) -> Steps:
+        """The carriage is stopped dead: some steps are counted and not made; where the controller believes it."""
+        counted = (believed[0] + _SLIP, believed[1] + _SLIP, believed[2])
+        self.believe(counted)
+        return counted
 
     def homed(self, now: float) -> None:
         """The carriage has found its true zero."""

@@ -89,6 +89,11 @@ class Stepper:
         self.moved(now, self.position)
         self._next_slice(now)
 
+    @property
+    def ending(self) -> bool:
+        """Whether the end of a line is under way that the queue has let go."""
+        return self.moving and self._ramp is None and bool(self._slices)
+
     def replan(self) -> None:
         """The queue has changed: plan the rest of the line under way anew."""
         if self._ramp is not None and not self.holding:

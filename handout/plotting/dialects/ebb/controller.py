@@ -7,10 +7,11 @@ from collections import deque
 
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.ebb import connecting, words
+from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
 from handout.plotting.dialects.ebb.version import CURRENT, MOTION, POSITION, STOP, Version
@@ -22,6 +23,8 @@ _OPEN = 3  # commands sent and not answered; the board reads no further than the
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _FEEL = 512  # commands between two questions whether the motors still have power
 _ASTRAY = 2  # steps by which a board may count otherwise than was worked out for it
+_WRONG = 0.1  # mm by which it may do so between two looks
+_LOWER = b"SP,0"
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
@@ -38,9 +41,12 @@ class Ebb:
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
+        self._stopped = False
+        self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
+        self._counted = Counted(self.version)
         connecting.ask_power(self.talk, self.version)
         connecting.settle(self.talk, self.version)
         self._rested = connecting.rested(self.talk, self.version)
@@ -51,8 +57,11 @@ class Ebb:
     def send(self, data: bytes) -> None:
         """Write a command as soon as few enough are unanswered."""
         self._wake()
+        if data.startswith(_LOWER) and self.version >= POSITION:
+            self._prove()
         while len(self.talk.open) >= _OPEN:
             self.talk.hear()
+        self._counted.send(data)
         self.talk.put(data, self.sent)
         self.sent += 1
         if self.version >= MOTION and self.sent % _LOOK == 0:
@@ -71,7 +80,26 @@ class Ebb:
         while self.talk.open or self.executed < self.sent:
             self.wait()
         if self.sent and self.version >= POSITION:
+            self._prove()
             self._check_return(self._steps())
+
+    def _prove(self) -> None:
+        """See that it has counted the steps that it was told, while it stands with the pen lifted.
+
+        A stop drops what moves but not the pen that waits to be lowered behind it: another reason to let it stand.
+        """
+        self.talk.drain()
+        connecting.settle(self.talk, self.version)
+        off = [said - told for said, told in zip(self._steps(), self._counted.steps, strict=True)]
+        more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
+        if more > _WRONG * self.profile.limits.steps_per_mm:
+            self.executed = self._proven
+            raise DeviceGarbled(
+                f"The plotter has made {more} steps that it was not told, or has not made them: a command came over "
+                "wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
+            )
+        self._off, self._proven = off, self.sent
+        self.queued = None  # that it is empty now says nothing about a stroke
 
     def _check_return(self, steps: tuple[int, int]) -> None:
         """Every program ends where it began, at zero; the board's own count must say so too."""
@@ -97,6 +125,8 @@ class Ebb:
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
         self.queued = int(busy) + int(waiting)
+        if self._stopped:  # what waited has been dropped
+            return
         if not busy:
             self.executed = self.taken
         elif not waiting and self._moves:
@@ -109,6 +139,7 @@ class Ebb:
             self.talk.ask(b"EM,1,1\r")
             if self.version >= POSITION:
                 self.talk.ask(b"CS\r")
+            self._counted.send(b"CS\r")
 
     def position(self) -> tuple[float, float] | None:
         """Machine coordinates, mm, from the board's own count of steps."""
@@ -151,7 +182,7 @@ class Ebb:
 
     def halt(self) -> None:
         """Stop, and lift the pen."""
-        talk = self.talk
+        talk, self._stopped = self.talk, True
         talk.timeout = min(talk.timeout, _HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
         try:
@@ -160,8 +191,17 @@ class Ebb:
             talk.open.clear()
             with contextlib.suppress(DeviceAlarm):
                 connecting.settle(talk, self.version)
+                if talk.struck:
+                    self._forget()
         except DeviceError:
             self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def _forget(self) -> None:
+        """Leave it so that nobody believes that it knows where it is: motors off, counters zero."""
+        self._lost = True
+        self.talk.ask(b"EM,0,0\r")
+        if self.version >= POSITION:
+            self.talk.ask(b"CS\r")
 
     def _until_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""

@@ -69,7 +69,7 @@ class Axis:
         else:
             rate, gain = _ramp(max(needed * way, 0.0), _turned(part, way), ticks, crossing=False)
             rate, gain = way * rate, (way * gain if self.signed else gain)
-        grown = _sum(rate, gain, ticks) if self.signed else _sum(abs(rate), gain, ticks)
+        grown = total(rate, gain, ticks) if self.signed else total(abs(rate), gain, ticks)
         self.at += (1 if self.signed else way) * ((self.filled + grown) // WHOLE)
         self.filled = (self.filled + grown) % WHOLE
         return rate, gain
@@ -102,7 +102,7 @@ def _ramp(steps: float, part: Slice, ticks: int, crossing: bool) -> tuple[int, i
     return (round(steps * WHOLE / ticks), 0) if top > _FASTEST else (rate, even)
 
 
-def _sum(rate: int, gain: int, ticks: int) -> int:
+def total(rate: int, gain: int, ticks: int) -> int:
     """What a move adds to an accumulator."""
     return rate * ticks + gain * ticks * ticks // 2
 

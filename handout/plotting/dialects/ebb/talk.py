@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialects.ebb import words
 from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Reply, Values
 from handout.plotting.ports import Port
@@ -42,12 +42,13 @@ class Talk:
     ----------
     open : what is not answered yet, in order.
     uniform : whether the board answers in one form (``CU,10,1``).
+    struck : whether it has stopped at a limit switch.
     """
 
     def __init__(self, port: Port, timeout: float, answered: Answered) -> None:
         self.port, self.timeout, self.answered = port, timeout, answered
         self.open: deque[Asked] = deque()
-        self.uniform = False
+        self.uniform = self.struck = False
         self._partial = b""
         self._numbers: tuple[int, ...] = ()
         self._recent: deque[float] = deque([0.0, 0.0, 0.0], maxlen=3)
@@ -91,8 +92,9 @@ class Talk:
     def _take(self, reply: Reply) -> None:
         if isinstance(reply, Error):
             sent = self.open[0].data.decode("ascii").strip() if self.open else "a command"
-            raise DeviceAlarm(f"The plotter refused {sent!r}: {reply.words}.")
+            raise DeviceGarbled(f"The plotter refused {sent!r}: {reply.words}.")
         if isinstance(reply, Note) and reply.text.startswith("Limit switch"):
+            self.struck = True
             raise DeviceAlarm(
                 "The plotter stopped at a limit switch and no longer knows where it is: bring it back to its zero."
             )

@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Sequence
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, status
@@ -94,7 +94,7 @@ class Grbl:
         certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
         if certain is None or (resting and math.dist(place, track.at) > _FAR):
-            raise DeviceAlarm(_strayed(place))
+            raise DeviceGarbled(_strayed(place))
         if self.queued is None:
             self.queued = track.moves(certain, self.taken)
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
@@ -186,7 +186,7 @@ class Grbl:
 
     def _held(self, said: Status) -> Place | None:
         """What has been executed when it stands; its place if it still knows it."""
-        self._knows &= said.state in ("Hold", "Idle")
+        self._knows &= said.state in ("Hold", "Idle") and not self.link.restarted
         place = self._place(said) if self._knows else None
         if place is not None and self._track is not None:
             certain = self._track.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
@@ -205,8 +205,11 @@ class Grbl:
         self.known.note(link.ask(b"$#\n"))
         self._offset = self.known.offset
         again = [words.call_it(place)] if place is not None and _differ(offset, self._offset) else []
-        for line in [*words.MODES, *again, *words.pen(False, self.profile.pen), words.MARK, *words.closing()]:
+        mark = [words.MARK] if self._knows else []
+        for line in [*words.MODES, *again, *words.pen(False, self.profile.pen), *mark, *words.closing()]:
             link.ask(line)
+        if not self._knows:  # the way of a pen on a Z axis leaves a mark too
+            reset(link, _HURRY)
         if again:
             self._offset = offset
         self._track = None

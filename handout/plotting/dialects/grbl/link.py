@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialects.grbl import words
 from handout.plotting.dialects.grbl.words import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
@@ -40,10 +40,12 @@ class Link:
     Attributes
     ----------
     told : called with every state that is heard.
+    restarted : whether it has started by itself.
     """
 
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None]) -> None:
         self.port, self.buffer, self.timeout, self.log = port, buffer, timeout, log
+        self.restarted = False
         self.told: Callable[[Status], None] = lambda status: None
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
@@ -85,6 +87,7 @@ class Link:
         patience : s to wait without asking for its state, for what it does with deaf ears (homing).
         """
         self.port.write(line)
+        self._waited = 0.0
         heard: list[Reply] = []
         while True:
             for reply in self._patiently(patience) if patience else self.attend():
@@ -92,9 +95,14 @@ class Link:
                     raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.words}.")
                 if isinstance(reply, Alarm):
                     raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                if isinstance(reply, Banner):
+                    raise self._anew()
                 heard.append(reply)
             if any(isinstance(reply, Ok) for reply in heard):
                 return heard
+            at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in heard[-1:])
+            if at_rest and self._waited > self.timeout:
+                raise DeviceSilent(f"The plotter is at rest but has not answered {line.decode().strip()!r}.")
 
     def _patiently(self, patience: float) -> list[Reply]:
         waited = 0.0
@@ -138,13 +146,17 @@ class Link:
                     self._bytes -= len(sent.line)
                     acknowledged(sent)
             elif isinstance(reply, Error):
-                raise DeviceAlarm(self._refused(reply))
+                raise DeviceGarbled(self._refused(reply))
             elif isinstance(reply, Alarm):
                 raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
             elif isinstance(reply, Banner):
-                raise DeviceAlarm(
-                    "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
-                )
+                raise self._anew()
+
+    def _anew(self) -> DeviceAlarm:
+        self.restarted = True
+        return DeviceAlarm(
+            "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
+        )
 
     def _refused(self, error: Error) -> str:
         sent = self._under_way[0] if self._under_way else None
@@ -163,7 +175,7 @@ class Link:
         if status.state != "Idle" or not self._under_way:
             self._waited = 0.0
         if self._waited > self.timeout:
-            raise DeviceSilent(
+            raise DeviceGarbled(
                 "The plotter is at rest but has not answered all lines it was sent: something was lost on the way; "
                 "use a shorter or shielded cable."
             )

@@ -16,7 +16,7 @@ import contextlib
 import re
 from collections import deque
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.ports import Port
@@ -25,7 +25,7 @@ from handout.profiles import Plotter
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
-_UNPROVEN = 400  # instructions after which it is asked, with the pen lifted, whether it understood them
+_UNPROVEN = 40  # instructions after which it is asked, with the pen lifted, whether it understood them
 _GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
@@ -99,7 +99,7 @@ class HpglController:
         number = int(self.ask(words.ERROR)[0])
         if number:
             self.executed = self._understood
-            raise DeviceAlarm(
+            raise DeviceGarbled(
                 f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
                 "may be wrong; check the cable."
             )
@@ -200,7 +200,8 @@ class HpglController:
     def _check_line(self) -> None:
         number = int(self.ask(words.LINE_ERROR)[0])
         if number in (15, 16):
-            raise DeviceSilent(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
+            self.executed = self._understood
+            raise DeviceGarbled(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
         if number:
             self.log(f"The plotter reports {words.line_error(number)}.")
 

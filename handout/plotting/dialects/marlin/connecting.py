@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import msgspec
 
@@ -50,7 +50,7 @@ def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plot
         Nothing answers, or something that is not Marlin.
     """
     heard = _greeting(link, profile.port.start_up)
-    heard += _number(link, profile.port.start_up + profile.port.timeout, heard)
+    heard += number(link, profile.port.start_up + profile.port.timeout, heard)
     _check_numbers(link, log)
     told = link.ask(words.WHO)
     name = next((reply.name for reply in told if isinstance(reply, Identity)), "")
@@ -84,7 +84,7 @@ def _greeting(link: Link, start_up: float) -> list[Reply]:
     return heard
 
 
-def _number(link: Link, patience: float, before: list[Reply]) -> list[Reply]:
+def number(link: Link, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
     """Give the next line its number; everything heard."""
     waited, heard = 0.0, list[Reply]()
     while waited < patience:
@@ -95,7 +95,7 @@ def _number(link: Link, patience: float, before: list[Reply]) -> list[Reply]:
             link.start(_FIRST)
             return heard
         waited += _TRY
-    if any(isinstance(reply, Note | Error) for reply in before + heard):
+    if any(isinstance(reply, Note | Error) for reply in [*before, *heard]):
         raise DeviceSilent(
             "Something answers, but not as a Marlin controller does: check baud and dialect in the profile."
         )

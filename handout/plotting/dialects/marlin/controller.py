@@ -28,7 +28,7 @@ class Marlin:
         self.queued: int | None = None
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
-        self._dead = False  # it was stopped dead: its place is lost, and what it had in hand
+        self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
         self.link = Link(port, profile.port.buffer, profile.port.timeout, log, self._worked)
         self.profile, self.able = connecting.meet(self.link, profile, log)
         place = next((reply for reply in self.link.ask(words.WHERE) if isinstance(reply, Position)), None)
@@ -53,7 +53,7 @@ class Marlin:
         if reply.moves is not None:
             self.queued = max(self.profile.port.queue - reply.moves, 0)
             self._held.at_most(self.queued)
-        if not self._dead:
+        if not (self._dead or self.link.struck):
             self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
 
@@ -93,22 +93,34 @@ class Marlin:
         link = self.link
         link.timeout = min(link.timeout, _HURRY)
         try:
-            self._run_out()
+            self._come_to_rest()
             for line in [*words.MODES[:2], *words.pen(False, self.profile.pen), *words.closing()]:
                 link.ask(line)
+            if self._dead:
+                link.ask(words.HERE)  # one that stands in its zero is not believed to know where it is
         except DeviceError:
             self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
 
-    def _run_out(self) -> None:
+    def _come_to_rest(self) -> None:
+        link = self.link
+        if not link.struck and self._runs_out():
+            return
+        self._dead = True
+        if not link.restarted:
+            self._stop_dead()
+        connecting.number(link, link.timeout)  # what waits or is wanted again would be drawn beside its place
+
+    def _runs_out(self) -> bool:
+        """Let it finish, unless somebody interrupts again."""
         if (left := self._held.seconds) > _NOTICED:
             self.log(f"The plotter finishes what it has in hand, about {left:.0f} s; interrupt again to stop it dead.")
         try:
             self.link.ask(words.STANDING)
         except KeyboardInterrupt:
-            self._dead = True
-            self._stop_dead()
             when = "at once" if "EMERGENCY_PARSER" in self.able else "as soon as it reads that"
             self.log(f"The plotter is stopped dead, {when}; it no longer knows where it is.")
+            return False
+        return True
 
     def _stop_dead(self) -> None:
         """Stop at once; and once more as it begins what stood behind, a second later, before that moves far."""

@@ -73,11 +73,13 @@ class Link:
     echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
     again : how many lines were sent more than once.
     grace : how long it may be silent besides `timeout` because it moves, s.
+    struck : it has stopped by itself in the middle of what it had in hand; restarted : it has started anew.
     """
 
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None], worked: Worked) -> None:
         self.port, self.buffer, self.timeout, self.log, self._worked = port, buffer, timeout, log, worked
         self.window, self.echoes, self.again, self.grace = 1, True, 0, 0.0
+        self.struck = self.restarted = False
         self._partial = b""
         self._quiet = self._prodded = 0.0
         self._prods = 0
@@ -230,6 +232,8 @@ class Link:
                 self.log("The plotter waits for somebody to press its button, and goes on then.")
             self._waiting = reply.waits_for_person
         else:
+            self.struck |= isinstance(reply, Error | Struck | Start)
+            self.restarted |= isinstance(reply, Start)
             _trouble(reply)
 
     def _up_to(self, number: int, reply: Ok) -> None:

@@ -14,6 +14,8 @@ from handout.profiles import Plotter
 _PULSE = 0.024  # s between two pulses to the servo: eight channels of 3 ms
 _SHOWN = 25  # ticks between two places that the paper is told
 
+_SLIP = 40
+
 Make = Callable[[Accumulators], Move]
 
 
@@ -102,6 +104,12 @@ class Engine:
                 self._next(now)
         return interrupted
 
+    def slip(self) -> None:
+        """The motors were stopped dead: some steps were counted and not made."""
+        self.steps = [steps + _SLIP for steps in self.steps]
+        self._motors = (self._motors[0] + _SLIP, self._motors[1] + _SLIP)
+        self.paper.believe((*self._halves(*self._motors), self.paper.at[2]))
+
     def counted(self, now: float) -> tuple[int, int]:
         """Steps of both motors so far."""
         one, two = self._so_far(now)
@@ -165,10 +173,12 @@ class Engine:
         self.accumulators.left = list(move.after)
 
     def _show(self, now: float, one: int, two: int) -> None:
-        """Half steps of x and y from the steps of the motors."""
         if self.powered:
-            x, y = (one + two, one - two) if self.mixed else (2 * one, 2 * two)
-            self.paper.moved(now, (x, y, self.paper.at[2]))
+            self.paper.moved(now, (*self._halves(one, two), self.paper.at[2]))
+
+    def _halves(self, one: int, two: int) -> tuple[int, int]:
+        """Half steps of x and y from the steps of the motors."""
+        return (one + two, one - two) if self.mixed else (2 * one, 2 * two)
 
     def _swing(self, place: int, rate: int, now: float) -> None:
         """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""

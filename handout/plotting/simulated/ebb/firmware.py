@@ -108,7 +108,8 @@ class Firmware:
 
     def alarm(self) -> None:
         """A limit switch is hit."""
-        self.engine.stop(self.now, True)
+        if self.engine.stop(self.now, True):
+            self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
 
     def execute(self, line: bytes) -> Iterator[Wait]:

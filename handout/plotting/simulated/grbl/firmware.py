@@ -139,6 +139,8 @@ class Firmware:
         self.banner()
 
     def _stand_still(self) -> None:
+        if self.stepper.moving:
+            self.stepper.position = self.paper.slipped(self.stepper.position)
         self.stepper.stop()
         steps = self.stepper.position
         x, y, z = (count / per for count, per in zip(steps, self.axes.steps, strict=True))

@@ -109,7 +109,9 @@ class Firmware:
             return not self.reception.full
         if self.now < self._cleaning:
             return False
-        return not (self.planner.full if wait == "room" else (self.stepper.moving or self.planner.lines))
+        if wait == "room":
+            return self._planned < self.planner.size
+        return not (self.stepper.moving or self.planner.lines)
 
     def counts(self, line: bytes) -> bool:
         """A plot begins with its first move over the paper."""
@@ -133,12 +135,11 @@ class Firmware:
         return False
 
     def _emergency(self, code: str) -> None:
+        self._stand_still()
         if code == "M112":
-            self._stand_still()
             self.dead = True
             self.say(_KILLED)
-        elif code == "M410":
-            self._stand_still()
+        else:
             self._cleaning = self._wakes = self.now + _CLEANING
 
     def start(self) -> None:
@@ -163,8 +164,8 @@ class Firmware:
 
     def refuse(self) -> None:
         """Something is wrong with it."""
-        self._stand_still()
         self.say("Error:Heating failed, system stopped! Heater_ID: E0")
+        self._emergency("M112")
 
     def alarm(self) -> None:
         """A limit switch is hit: it stands."""
@@ -173,11 +174,18 @@ class Firmware:
 
     # what it does
 
+    @property
+    def _planned(self) -> int:
+        """Moves in its planner, of which one is let go when it has been made."""
+        return len(self.planner.lines) + self.stepper.ending
+
     def _steps(self) -> Steps:
         x, y, z = (round((v + o) * s) for v, o, s in zip(self.at, self.offset, self.axes.steps, strict=True))
         return x, y, z
 
     def _stand_still(self) -> None:
+        if self.stepper.moving:
+            self.stepper.position = self.paper.slipped(self.stepper.position)
         self.stepper.stop()
         steps = self.stepper.position
         self.at = [n / per - o for n, per, o in zip(steps, self.axes.steps, self.offset, strict=True)]
@@ -216,7 +224,7 @@ class Firmware:
         else:
             yield from handler(words)
         if self.advanced:
-            room = self.planner.size - len(self.planner.lines)
+            room = self.planner.size - self._planned
             which = f" N{number.group(1)}" if number else ""
             self.say(f"ok{which} P{room} B{self.reception.room}")
         else:
@@ -229,7 +237,7 @@ class Firmware:
         for axis, letter in enumerate("XYZ"):
             if letter in words:
                 target[axis] = words[letter] + (self.at[axis] if self.relative else 0.0)
-        if self.planner.full or self.now < self._cleaning:
+        if self._planned >= self.planner.size or self.now < self._cleaning:
             yield "room"
         x, y, z = (value + shift for value, shift in zip(target, self.offset, strict=True))
         if abs(x) > self.profile.bed.width + 1.0 or abs(y) > self.profile.bed.height + 1.0:

@@ -1,0 +1,350 @@
+"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper in the end."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import multiprocessing
+import os
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+import handout
+from handout import profiles
+from handout.errors import DeviceError
+from handout.plotting.jobs import running, store
+from handout.plotting.simulated import SimulatedPlotter
+from handout.plotting.simulated.faults import Faults
+from handout.plotting.simulated.inked import SLACK, Inked, compare
+from handout.plotting.simulated.options import BYTE_FAULTS
+from handout.plotting.simulated.options import Options as Simulated
+from handout.profiles import Plotter
+from handout.values import Drawing
+
+OVERLAP = 10.0  # mm
+_TRIES = 12  # times that a person goes on with a job
+_WAITS = 60.0  # s until the cable is back
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine: its profile, what is different about it, and the dialect it is counted under."""
+
+    profile: str
+    changes: tuple[tuple[str, Any], ...] = ()
+    options: tuple[tuple[str, Any], ...] = ()
+
+    @property
+    def title(self) -> str:
+        return " ".join([self.profile, *(f"{name}={value}" for name, value in (*self.changes, *self.options))])
+
+
+MACHINES = (
+    Machine("simulated"),
+    Machine("simulated", (("homing", True),)),
+    Machine("simulated", (("zero", "here"),)),
+    Machine("grbl-z"),
+    Machine("grbl-corexy"),
+    Machine("marlin-servo"),
+    Machine("creality-ender-3"),
+    Machine("marlin-servo", (("homing", False),)),
+    Machine("axidraw-v3"),
+    Machine("axidraw-v3", options=(("firmware", "3.0.2"),)),
+    Machine("axidraw-v3", options=(("firmware", "2.6.5"),)),
+    Machine("axidraw-v3", options=(("firmware", "2.4.5"),)),
+    Machine("hp-7475a"),
+    Machine("hp-7550a"),
+    Machine("roland-dxy-1300"),
+)
+FAULTS = (
+    "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
+    "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
+)  # fmt: skip
+
+DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
+RUNS = 720
+SHORT = "i"
+SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
+_STEPS = 0.2  # mm by which a place may be known too early: steps, and points of what is compared
+
+
+class Crash(BaseException):
+    """The computer has no power any more."""
+
+
+class Desk(SimulatedPlotter):
+    """A simulated plotter on a desk, with somebody at the keyboard who interrupts.
+
+    calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer
+        dies.
+    """
+
+    def __init__(self, profile: Plotter, options: Simulated) -> None:
+        self.calls, self.interrupts, self.crash = 0, set[int](), -1
+        super().__init__(profile, options)
+
+    def write(self, data: bytes) -> None:
+        self._count()
+        super().write(data)
+
+    def read(self, timeout: float) -> bytes:
+        self._count()
+        return super().read(timeout)
+
+    def _count(self) -> None:
+        self.calls += 1
+        if 0 <= self.crash <= self.calls:
+            raise Crash
+        if self.calls in self.interrupts:
+            raise KeyboardInterrupt
+
+
+class Somebody:
+    """Does what is asked, and does not try again without looking."""
+
+    def __init__(self, plotter: SimulatedPlotter) -> None:
+        self.plotter, self.asked = plotter, 0
+
+    def do(self, request: str) -> None:
+        self.asked += 1
+        if "push it above" in request:
+            self.plotter.stand_at_zero()
+
+    def try_again(self, error: DeviceError) -> bool:
+        return False
+
+
+@dataclass
+class Run:
+    """What became of one plot.
+
+    stops : why it broke off, each time; noticed : whether anything was said about it.
+    """
+
+    machine: Machine
+    fault: str
+    seed: int
+    where: str = ""
+    stops: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    inked: Inked | None = None
+    finished: bool = False
+
+
+def profile_of(machine: Machine) -> Plotter:
+    """The profile of a machine, with its changes."""
+    profile = profiles.find(machine.profile, "plotter")
+    assert isinstance(profile, Plotter)
+    for name, value in machine.changes:
+        if name == "zero":
+            profile = msgspec.structs.replace(profile, bed=msgspec.structs.replace(profile.bed, zero=value))
+        else:
+            profile = msgspec.structs.replace(profile, **{name: value})
+    return profile
+
+
+def drawing(words: str = "it's me") -> Drawing:
+    """A word or two of handwriting on a small page."""
+    rng = np.random.default_rng(1)
+    hand = handout.load("house-joined")
+    layout = handout.Layout(handout.page("60x40mm"), margin=(16, 12, 8, 16), x_height=3.0)
+    drawn: Drawing = handout.trace(handout.compose(words, hand, layout, rng)[0], hand, rng)
+    return drawn
+
+
+@contextlib.contextmanager
+def journals() -> Iterator[dict[int, int]]:
+    """Without waiting for the disk; how much of every journal was on it when it was waited for last."""
+    safe: dict[int, int] = {}
+    real = os.fsync
+
+    def noted(handle: int) -> None:
+        safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
+
+    os.fsync = noted
+    try:
+        yield safe
+    finally:
+        os.fsync = real
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Of an undisturbed plot: instructions, bytes written, reads and writes, bytes before the plot."""
+
+    lines: int
+    bytes: int
+    calls: int
+
+
+def undisturbed(machine: Machine, whole: Drawing) -> Extent:
+    """Plot without a fault."""
+    run = Run(machine, "", 0)
+    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options)))
+    perform(run, plotter, whole)
+    return Extent(plotter.faults.lines, plotter.faults._bytes, plotter.calls)
+
+
+def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: Extent) -> Run:
+    """Plot with a fault at a random place."""
+    rng = np.random.default_rng([seed, 7])
+    run = Run(machine, fault, seed)
+    options: dict[str, Any] = dict(machine.options)
+    interrupts: set[int] = set()
+    crash = -1
+    if fault in ("ctrl-c", "ctrl-c twice"):
+        first = int(rng.integers(0, extent.calls)) + 1
+        interrupts = {first} if fault == "ctrl-c" else {first, first + int(rng.integers(1, 12))}
+        run.where = f"calls {sorted(interrupts)}"
+    elif fault == "crash":
+        crash = int(rng.integers(0, extent.calls))
+        run.where = f"call {crash}"
+    elif fault == "small-buffer":
+        options["buffer"] = int(rng.integers(*((96, 160) if profile_of(machine).dialect == "hpgl" else (48, 128))))
+        run.where = f"buffer {options['buffer']}"
+    else:
+        options["fault"] = fault
+        if fault in BYTE_FAULTS and rng.random() < 0.8:
+            options["at"], options["bit"] = int(rng.integers(0, extent.bytes)), int(rng.integers(0, 8))
+            run.where = f"byte {options['at']}, bit {options['bit']}"
+        else:
+            options["after"] = int(rng.integers(0, extent.lines))
+            run.where = f"after {options['after']}"
+    plotter = Desk(profile_of(machine), Simulated(**options))
+    plotter.interrupts, plotter.crash = interrupts, crash
+    perform(run, plotter, whole)
+    return run
+
+
+def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
+    """Plot a job to its end, however often it breaks off."""
+    with tempfile.TemporaryDirectory() as folder, journals() as safe:
+        job = store.create([whole], plotter.profile, store.Options(overlap=OVERLAP), place=Path(folder))
+        person = Somebody(plotter)
+        for _ in range(_TRIES):
+            try:
+                running.run_job(job, lambda: plotter, person, log=run.said.append)
+            except (DeviceError, KeyboardInterrupt) as error:
+                run.stops.append(str(error) or type(error).__name__)
+                mend(run, plotter)
+            except Crash:
+                run.stops.append("crash")
+                plotter.crash = -1
+                path = job.folder / "journal"
+                os.truncate(path, safe.get(path.stat().st_ino, 0))
+                plotter.replug(_WAITS)
+            if job.standing().finished:
+                break
+        run.finished = job.standing().finished
+    run.inked = compare(whole, plotter.executed().strokes)
+
+
+def mend(run: Run, plotter: Desk) -> None:
+    """What a person does before going on: puts back the plug, or switches the machine off and on."""
+    fault = run.fault
+    tries = run.seed % 2 == 0 and len(run.stops) == 1  # whether it goes without
+    if fault in ("power-cut", "jam") or (fault in ("alarm", "error", "resend-loop") and not tries):
+        plotter.power_on()
+    else:
+        plotter.replug(_WAITS)
+    if fault in ("resend-loop", "small-buffer"):  # another cable
+        calm = msgspec.structs.replace(plotter.options, fault="", buffer=0)
+        plotter.options = plotter.firmware.options = calm
+        plotter.faults = Faults(calm)
+
+
+def cut(machine: Machine, at: int, whole: Drawing) -> Run:
+    """Plot, and cut the power of the plotter at one byte of all that is sent to it."""
+    run = Run(machine, "power-cut", at, where=f"byte {at}")
+    plotter = Desk(profile_of(machine), Simulated(**dict(machine.options), fault="power-cut", at=at))
+    perform(run, plotter, whole)
+    return run
+
+
+def cases(count: int) -> list[tuple[Machine, str, int]]:
+    """Every fault with every machine, over and over."""
+    all_of = [(machine, fault) for fault in FAULTS for machine in MACHINES]
+    return [(*all_of[number % len(all_of)], number) for number in range(count)]
+
+
+def spoils(run: Run) -> bool:
+    """Whether the ink may be wrong: a damaged byte makes another command, and the dialect has no check sums."""
+    dialect = profile_of(run.machine).dialect
+    return (dialect != "marlin" and run.fault in DAMAGES) or (dialect, run.fault) == ("hpgl", "error")
+
+
+def verdict(run: Run) -> str:
+    """What has become of a plot, "right" or what is wrong."""
+    ink = run.inked
+    if not run.finished or ink is None:
+        return "not finished"
+    if ink.missing or ink.gap > SLACK or ink.dots:
+        return "missing"
+    if ink.deviation > SLACK or ink.stray:
+        return "wrong ink"
+    return "right" if ink.doubled <= OVERLAP * len(run.stops) + _STEPS else "twice"
+
+
+def main() -> None:
+    """Print both tables."""
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        runs = pool.starmap(_one, cases(RUNS), chunksize=4)
+        told(runs)
+        whole = drawing(SHORT)
+        for machine in SHORTLY:
+            places = range(undisturbed(machine, whole).bytes)
+            tell(
+                f"power cut at every byte: {machine.title}", pool.starmap(cut, ((machine, at, whole) for at in places))
+            )
+
+
+def _one(machine: Machine, fault: str, seed: int) -> Run:
+    whole = drawing()
+    return disturbed(machine, fault, seed, whole, _extent(machine, whole))
+
+
+@functools.cache
+def _extent(machine: Machine, whole: Drawing) -> Extent:
+    return undisturbed(machine, whole)
+
+
+def told(runs: Sequence[Run]) -> None:
+    """Print a line for every dialect and fault; damaged bytes apart."""
+    by_dialect = sorted(runs, key=lambda run: (spoils(run), profile_of(run.machine).dialect))
+    for (spoilt, dialect), group in itertools.groupby(
+        by_dialect, lambda run: (spoils(run), profile_of(run.machine).dialect)
+    ):
+        of_dialect = list(group)
+        for fault in FAULTS:
+            if some := [run for run in of_dialect if run.fault == fault]:
+                tell(f"{dialect:<6} {fault}", some, spoilt)
+
+
+def tell(title: str, runs: Sequence[Run], spoilt: bool = False) -> None:
+    """One line of a table: how many runs, how many broke off, and the worst of what is on the paper."""
+    inks = [run.inked for run in runs if run.inked is not None]
+    found = Counter(_spoilt(run) if spoilt else verdict(run) for run in runs)
+    worst = max(ink.deviation for ink in inks), sum(ink.missing for ink in inks), max(ink.doubled for ink in inks)
+    print(
+        f"{title:<28} {len(runs):>4} runs, {sum(bool(run.stops) for run in runs):>4} broke off; off {worst[0]:.3f} mm, "
+        f"missing {worst[1]:.1f} mm, twice at most {worst[2]:.1f} mm: "
+        + ", ".join(f"{count} {what}" for what, count in sorted(found.items()))
+    )
+
+
+def _spoilt(run: Run) -> str:
+    """Of a plot with wrong ink on it: whether it was noticed, and whether all that was meant is there as well."""
+    found = verdict(run)
+    if found in ("right", "twice"):
+        return "right"
+    if not (run.stops or any("counted other steps" in said for said in run.said)):
+        return "spoilt, not noticed"
+    return "spoilt, noticed" if found == "wrong ink" else f"spoilt, noticed, {found}"
