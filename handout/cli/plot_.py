@@ -129,14 +129,15 @@ def command(
         _preview(pages, list(drawings), profile, job, order, dry_run, told, look, given)
         return
     from handout.plotting import open_port
-    from handout.plotting.driver import OVERLAP
+    from handout.plotting.driver import usual_overlap
     from handout.plotting.jobs import store
 
     assert port is not None
+    usual = usual_overlap(profile, job.fast or (drawing is not None and not drawing.timed))
     asked = store.Options(
         speed="fast" if job.fast else 1.0,
         order=order,
-        overlap=OVERLAP if overlap is None else _positive(overlap, "overlap"),
+        overlap=usual if overlap is None else _positive(overlap, "overlap"),
         copies=copies,
         layers=layers,
         pause_every=None if pause_every is None else _positive(pause_every, "pause every"),

@@ -27,6 +27,12 @@ Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
 _WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
+_AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
+
+
+def usual_overlap(profile: Plotter, fast: bool) -> float:
+    """mm of ink that may be under way where nothing else is asked for; more for what is drawn as fast as can be."""
+    return max(OVERLAP, _AHEAD * profile.limits.draw_speed) if fast else OVERLAP
 
 
 @dataclass(frozen=True)
