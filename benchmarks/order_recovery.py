@@ -5,7 +5,7 @@ those whose directions are right, too.  What counts as what is told in `benchmar
 
 - simulated pages: a built-in hand writes, the simulated author's pen and scanner make a page, the ordinary reading makes
   a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the other
-  built-in hands, never of the one that wrote.
+  built-in hands, never of the one that wrote; when it writes its dots and bars, which no ink shows, is told.
 - recorded letters: with HANDOUT_DATA, letters and digits of a dozen writers, inked in ballpoint, scanned and read.
 - recorded words: with HANDOUT_DATA, joined German words, 15 rows a page, read with their text as a user's page is.
 
@@ -100,11 +100,11 @@ def as_written(hand: ScannedHand) -> Manuscript:
     return Manuscript(tuple(found), Page(scan.shape[1] * scan.pixel, scan.shape[0] * scan.pixel), scan.x_height)
 
 
-def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS) -> list[Array]:
-    """The paths of a hand's own first page."""
+def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
+    """The paths of a hand's own first page; `late` as in `paths`."""
     pages._scribe.cache_clear()
     with patch.object(pages, "write", lambda line, letter, hands: recover(line, letter, hands)):
-        return [path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands)]
+        return [path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands, late_after=late)]
 
 
 def simulated(name: str) -> tuple[ScannedHand, list[Array], list[int]]:
@@ -116,12 +116,12 @@ def simulated(name: str) -> tuple[ScannedHand, list[Array], list[int]]:
     return read_hand(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
 
 
-def judged(hand: ScannedHand, true: Sequence[Array], words: Sequence[int], **options: object) -> dict[str, Tally]:
+def judged(
+    hand: ScannedHand, true: Sequence[Array], words: Sequence[int], hands: tuple[str, ...] = HANDS, late: str = ""
+) -> dict[str, Tally]:
     """Every method on a hand's own page."""
     seen = hand.pages[0].graph.uv * hand.pages[0].pixel
-    hands = options.get("hands", HANDS)
-    assert isinstance(hands, tuple)
-    return {name: tally(true, words, traced(hand, recover, hands), seen) for name, recover in METHODS.items()}
+    return {name: tally(true, words, traced(hand, recover, hands, late), seen) for name, recover in METHODS.items()}
 
 
 def recorded_letters(folder: Path) -> dict[str, Tally]:
@@ -190,7 +190,8 @@ def main() -> None:
     print(f"{'':<34}{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}")
     for name in HANDS:
         hand, true, words = simulated(name)
-        _print(name, judged(hand, true, words, hands=tuple(other for other in HANDS if other != name)))
+        others = tuple(other for other in HANDS if other != name)
+        _print(name, judged(hand, true, words, others, library.load(name).late_after))
     given = os.environ.get("HANDOUT_DATA")
     folder = Path(given) / "pen" / "unipen" if given else None
     if folder is None or not folder.is_dir():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
 from handout.motion.recovery.likeness import fitting, unlikeness
+from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
 from handout.motion.recovery.network import Network, network, part
 from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
@@ -23,6 +24,7 @@ _FORMS = 6  # forms that they are compared with
 _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
+_LOOP = 4.0  # cost of a loop that is the wrong way round
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
 
 
@@ -31,7 +33,7 @@ class Line:
     """The line of one letter: its body, and where it is joined the way to its neighbours.
 
     xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
-    small : height of a small letter, in the unit of `xy`.
+    small : height of a small letter, in the unit of `xy`; base : y of the line it stands on, None where that is not known.
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
     either : vertices at loose ends where the pen comes from the letter before, or a bar does.
@@ -46,6 +48,7 @@ class Line:
     finish: tuple[int, ...] = ()
     through: tuple[int, ...] = ()
     either: tuple[int, ...] = ()
+    base: float | None = None
 
     @property
     def joints(self) -> set[int]:
@@ -96,6 +99,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
     ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
+    total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
     late: tuple[bool, ...] | None = None
     if known is not None:
         parts = [
@@ -112,8 +116,9 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     strokes = ways[best]
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
+    # a bar waits only where the pen must first go on to the next letter
     flags = tuple(
-        flag or stroke[0] in through or stroke in barred
+        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
         for flag, stroke in zip(flags, found[best].strokes, strict=True)
     )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
@@ -132,8 +137,9 @@ def _walks(
         tips = [e for e in loose if e >> 1 not in passed and e not in begin]
         own = own_bar(net, tips, line.small, aslant=letter in CROSSED)
         if own:
-            found += _beside(net, line, [*chains, own], begin, finish, costs, costs.bar)
-    found += _beside(net, line, chains, begin, finish, costs, 0.0)
+            found += _beside(net, line, [*chains, own], begin, finish, costs)
+    if not found:
+        found += _beside(net, line, chains, begin, finish, costs)
     return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
 
 
@@ -144,7 +150,6 @@ def _beside(
     begin: list[int],
     finish: list[int],
     costs: Costs,
-    more: float,
 ) -> list[Walk]:
     """Ways over a letter beside its bars, which come last; none if there is nothing else."""
     if not chains:
@@ -157,7 +162,7 @@ def _beside(
     there = [[2 * number[e >> 1] + (e & 1) for e in ends if e >> 1 in number] for ends in (begin, finish)]
     found = walks(rest, line.small, begin=there[0], finish=there[1], costs=costs, most=_WAYS)
     return [
-        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost + more, tuple(chains))
+        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost, tuple(chains))
         for w in found
     ]
 

@@ -44,19 +44,25 @@ class Path:
     late: bool = False
 
 
-def paths(placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS) -> list[Path]:
+def paths(
+    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, late_after: str = ""
+) -> list[Path]:
     """The pen's paths over a line that is written in a scanned hand, in the order of writing.
 
     Parameters
     ----------
     placed : glyphs of `hand`, and strokes, in the order of the text.
     hands : drawn hands whose forms tell how letters are written.
+    late_after : {"word", "letter"}, optional
+        When dots, bars and accents are written, which ink does not show; default: after the word in joined hands, else
+        after their letter.
     """
     scribe = _scribe(hand, hands)
+    patient = late_after == "word" if late_after else scribe.patient
     found: list[Path] = []
     for _, word in groupby(placed, key=lambda one: one.word):
         units = list(word)
-        found += _word([one for one in units if one.ink is not None], scribe)
+        found += _word([one for one in units if one.ink is not None], scribe, patient)
         found += [_drawn(points, one, scribe) for one in units for points in one.strokes]
     return found
 
@@ -72,7 +78,8 @@ class Scribe:
     """How the letters of a hand are written, each worked out when it is first asked for.
 
     width : mm, of the hand's usual line.
-    patient : whether dots and bars wait for the end of the word.
+    patient : whether dots and bars wait for the end of the word, as they do where letters are joined; people who print
+        dot every i at once.
     """
 
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
@@ -113,7 +120,7 @@ class Scribe:
             begin += facing
         if glyph.after != NOBODY and not finish:
             finish += self._facing(glyph.after, number, line, entering=False)
-        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through), either=tuple(either))
+        return replace(line, begin=tuple(begin), finish=tuple(finish), through=tuple(through), either=tuple(either), base=-float(self.forms.centre[number, 1]))
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
@@ -218,13 +225,13 @@ class _Glyph:
     strokes: list[_Stroke] = field(default_factory=list)
 
 
-def _word(placed: Sequence[Placed], scribe: Scribe) -> Iterator[Path]:
+def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[Path]:
     """The paths of one word."""
     glyphs = [_glyph(one, scribe) for one in placed]
     joins = [{}, *(_joins(a, b) for a, b in pairwise(glyphs))]
     current, late = _Movement([], None), list[_Movement]()
     for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
-        if not joined and not scribe.patient:
+        if not joined and not patient:
             yield from _ended([current, *late])
             current, late = _Movement([], None), []
         main, after = _shared(glyph, onward)

@@ -48,10 +48,10 @@ class Costs:
     against: float = 0.46
     first: float = 1.97
     passing: float = 0.92
-    corner: float = 1.2
+    corner: float = 0.8
     third: float = 0.4
     cross: float = 1.0
-    bar: float = 0.5
+    after: float = 2.0
     gap: float = 1.5
     gap_far: float = 9.4
 
@@ -82,6 +82,7 @@ class _Prices:
     landing, leaving : of beginning and of ending a stroke.
     air : for each where a stroke ends, the others with the cost of going there in the air and landing, cheapest first.
     tiny : bits of the branches that are no more than a crossing drawn out.
+    finish : ends where the pen goes to the next letter.
     """
 
     onward: list[list[tuple[int, float]]]
@@ -91,6 +92,7 @@ class _Prices:
     leaving: list[float]
     air: list[list[tuple[float, int]]]
     tiny: int
+    finish: frozenset[int]
 
 
 def walks(
@@ -139,7 +141,7 @@ def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State]) ->
     """Walks that cover one branch more, added to those found."""
     cost, end, covered, twice, thrice, _, _ = state
     _onward(state, prices, costs, found, _DEEP, cost + costs.lift + costs.landing + costs.leaving)
-    stop = cost + prices.leaving[end ^ 1] + costs.lift
+    stop = cost + prices.leaving[end ^ 1] + costs.lift + (costs.after if end ^ 1 in prices.finish else 0.0)
     count = 0
     for air, landing in prices.air[end ^ 1]:
         bit = 1 << (landing >> 1)
@@ -227,7 +229,7 @@ def _prices(
     jump += np.array(landing)
     air = [[(float(row[e]), e) for e in np.argsort(row, kind="stable").tolist()] for row in jump]
     tiny = sum(1 << b for b in np.flatnonzero(net.length < _TINY).tolist())
-    return _Prices(onward, passing, again, landing, leaving, air, tiny)
+    return _Prices(onward, passing, again, landing, leaving, air, tiny, frozenset(finish))
 
 
 def _gaps(net: Network, tips: Sequence[int], costs: Costs) -> Iterator[tuple[int, int, float]]:
