@@ -3,9 +3,9 @@
 Columns: strokes found; of these in the right direction; words (letters) whose strokes are all found and in order; and
 those whose directions are right, too.  What counts as what is told in `benchmarks.followed`.  Goals: .95, .90, .85.
 
-- simulated pages: a built-in hand writes, the simulated author's pen and scanner make a page, the ordinary reading makes
-  a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the other
-  built-in hands, never of the one that wrote; when it writes its dots and bars, which no ink shows, is told.
+- simulated pages: a built-in hand writes, the simulated author's pen and scanner make a page, the ordinary reading
+  makes a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the
+  other built-in hands, never of the one that wrote; when it writes its dots and bars, which no ink shows, is told.
 - recorded letters: with HANDOUT_DATA, letters and digits of a dozen writers, inked in ballpoint, scanned and read.
 - recorded words: with HANDOUT_DATA, joined German words, 15 rows a page, read with their text as a user's page is.
 
@@ -18,7 +18,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from unittest.mock import patch
 
@@ -31,7 +31,7 @@ from handout.author.simulate import simulate
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
-from handout.motion.recovery import letters, pages
+from handout.motion.recovery import letters, pages, scribe
 from handout.motion.recovery.letters import Line as LetterLine
 from handout.motion.recovery.letters import Written, write
 from handout.motion.recovery.models import HANDS
@@ -47,9 +47,9 @@ from handout.writing.scanned.setting import set_line
 
 TEXT = (
     "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "
-    "them by for winter and given the rest to Vera and her boys. Your father fixed the gate again; it had just begun to "
-    "hang. Could you find out whether the King's Lane office still opens at 8, or not until 9? I would rather not walk "
-    "there twice. With much love, Zoe"
+    "them by for winter and given the rest to Vera and her boys. Your father fixed the gate again; it had just begun "
+    "to hang. Could you find out whether the King's Lane office still opens at 8, or not until 9? I would rather not "
+    "walk there twice. With much love, Zoe"
 )
 _SMALL = "acemnorsuvwxz"
 _STRAIGHT = Costs(against=0.0, jump=0.05)
@@ -87,7 +87,7 @@ def as_written(hand: ScannedHand) -> Manuscript:
     found = []
     for line, numbers in sorted(lines.items()):
         centres, own = hand.centres[numbers], [hand.glyphs[n].word for n in numbers]
-        parted = np.array([True, *(a != b for a, b in zip(own, own[1:], strict=False))])
+        parted = np.array([True, *(a != b for a, b in pairwise(own))])
         graphs = set_line(known, numbers, centres[:, 0], centres[:, 1], parted, [unbent()] * len(numbers))
         placed = []
         for number, graph, apart in zip(numbers, graphs, parted, strict=True):
@@ -102,9 +102,13 @@ def as_written(hand: ScannedHand) -> Manuscript:
 
 def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
     """The paths of a hand's own first page; `late` as in `paths`."""
-    pages._scribe.cache_clear()
-    with patch.object(pages, "write", lambda line, letter, hands: recover(line, letter, hands)):
-        return [path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands, late_after=late)]
+    scribe.scribe_of.cache_clear()
+    with patch.object(scribe, "write", lambda line, letter, hands: recover(line, letter, hands)):
+        return [
+            path.xy
+            for line in as_written(hand).lines
+            for path in pages.paths(line.placed, hand, hands, late_after=late)
+        ]
 
 
 def simulated(name: str) -> tuple[ScannedHand, list[Array], list[int]]:
@@ -151,7 +155,9 @@ def recorded_words(folder: Path, rows: int = 15) -> dict[str, Tally]:
         except InputError as error:
             print(f"  rows {first}–{first + len(some) - 1} were not read: {error}")
             continue
-        words = [100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, len(r.text.split()))]
+        words = [
+            100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, len(r.text.split()))
+        ]
         for name, result in judged(read_hand("recorded", [made]), strokes, words).items():
             found[name] += result
     return found

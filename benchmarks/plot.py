@@ -1,9 +1,13 @@
-"""Plotting: how much of the hand's speed a machine keeps, what was announced against executed, time of planning."""
+"""Plotting: how much of the hand's motion a machine keeps, what was announced against executed, cost of planning."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
+import resource
+import subprocess
+import sys
 import time
 
 import msgspec
@@ -11,12 +15,15 @@ import numpy as np
 
 import handout
 from handout import profiles
-from handout.plotting import Plan, fidelity, open_port, plan, run
+from handout.plotting import Plan, fidelity, lookahead, plan, run
 from handout.plotting.blocks import Move
-from handout.plotting.course import DRAW
+from handout.plotting.course import DRAW, machine, starts
+from handout.plotting.dialect import dialect
+from handout.plotting.driver import OVERLAP, Report
 from handout.plotting.planned import Order
 from handout.plotting.simulated import SimulatedPlotter
-from handout.profiles import Acceleration, Plotter, Speed
+from handout.plotting.simulated.options import Options
+from handout.profiles import Acceleration, Length, Plotter, Speed
 from handout.values import Drawing, Page, Stroke
 
 TEXT = (
@@ -24,27 +31,33 @@ TEXT = (
     "breakfast, quickly and without lifting her eyes, and every evening she burned it."
 )
 HANDS = ("house-joined", "house-print", "house-quick")
-ACCELERATIONS = (1000, 2000, 5000)
+MACHINES = ((1.0, 1000, 0.01), (1.0, 2000, 0.01), (1.0, 2000, 0.05), (1.0, 5000, 0.01), (1.5, 2000, 0.01))
+LATENCIES = (0.001, 0.004, 0.008, 0.016)
+MANY = 100
 
 
 def main() -> None:
     """Print all comparisons."""
     fidelity_of_hands()
     straight_line()
+    latencies()
     long_page()
+    many_pages()
 
 
-def machine(acceleration: float) -> Plotter:
-    """The simulated plotter with another acceleration, mm/s²."""
+def plotter(acceleration: float, deviation: float = 0.01) -> Plotter:
+    """The simulated plotter with another acceleration, mm/s², and junction deviation, mm."""
     profile = profiles.find("simulated", "plotter")
     assert isinstance(profile, Plotter)
-    limits = msgspec.structs.replace(profile.limits, acceleration=Acceleration(acceleration))
+    limits = msgspec.structs.replace(
+        profile.limits, acceleration=Acceleration(acceleration), junction_deviation=Length(deviation)
+    )
     return msgspec.structs.replace(profile, limits=limits)
 
 
-def written(hand: str, text: str, x_height: float = 3.0, pace: float = 1.0) -> Drawing:
+def written(hand: str, text: str, x_height: float = 3.0, pace: float = 1.0, seed: int = 1) -> Drawing:
     """A page in a built-in hand, `pace` times as fast as it writes by itself."""
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(seed)
     loaded = handout.load(hand)
     layout = handout.Layout(handout.page("A5"), margin=(15, 12, 15, 12), x_height=x_height)
     drawing: Drawing = handout.trace(handout.compose(text, loaded, layout, rng)[0], loaded, rng)
@@ -57,40 +70,53 @@ def with_mean_feeds(made: Plan) -> Plan:
     way = made.course
     length = np.linalg.norm(np.diff(way.points, axis=0), axis=1)
     rows = np.flatnonzero((way.kind == DRAW) & (way.intended > 0))
-    feeds = dict(zip(rows.tolist(), (60 * length[rows] / way.intended[rows]).tolist(), strict=True))
+    mean = dict(zip(rows.tolist(), (60 * length[rows] / way.intended[rows]).tolist(), strict=True))
     blocks = tuple(
-        Move(block.x, block.y, max(round(feeds.get(row, block.feed)), 1)) if isinstance(block, Move) else block
+        Move(block.x, block.y, max(round(mean.get(row, block.feed)), 1)) if isinstance(block, Move) else block
         for block, (_, row) in zip(made.blocks, way.told, strict=True)
     )
-    return dataclasses.replace(made, blocks=blocks)
+    feed = np.zeros(len(way.kind))
+    for block, (_, row) in zip(blocks, way.told, strict=True):
+        if isinstance(block, Move):
+            feed[row] = block.feed / 60
+    lines = lookahead.blocks(way.points, way.stands, machine(made.profile))
+    motion = lookahead.run(lines, feed, made.profile.port.queue)
+    return dataclasses.replace(made, blocks=blocks, motion=motion, starts=starts(way, motion, made.profile))
 
 
-def execute(made: Plan, profile: Plotter) -> tuple[fidelity.Fidelity, float]:
-    """What the simulated plotter makes of a plan, and how long it took it, s."""
-    port = open_port("sim:", profile)
-    assert isinstance(port, SimulatedPlotter)
-    report = run(made, port, profile)
-    return fidelity.compare(made.drawing, port.executed()), report.executed_s
+def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, Report]:
+    """What the simulated plotter makes of a plan."""
+    port = SimulatedPlotter(made.profile, Options(latency=latency))
+    report = run(made, port, made.profile, overlap=overlap)
+    return fidelity.compare(made.intended(), port.executed()), report
 
 
 def fidelity_of_hands() -> None:
-    """Speeds kept by fitted feeds, and by mean speeds, at the hand's pace on three machines, and faster on one."""
-    print("speeds against the hand's, along the path / at the same time; rms of peak; stretch; deviation, mm")
-    for pace, acceleration in (*((1.0, a) for a in ACCELERATIONS), (1.5, 2000)):
-        profile = machine(acceleration)
+    """Speeds kept by fitted feeds, and by mean speeds, at the hand's pace on several machines, and faster on one."""
+    print("speeds against the hand's: correlation and rms of the peak, at the same times / at the same places;")
+    print("strokes' time over the hand's; greatest deviation of the path, mm; executed over announced duration")
+    for pace, acceleration, deviation in MACHINES:
+        print(f"pace {pace:g}, {acceleration} mm/s², junction deviation {deviation:g} mm")
         for hand in HANDS:
-            made = plan(written(hand, TEXT, pace=pace), profile)
-            ours, took = execute(made, profile)
-            mean, _ = execute(with_mean_feeds(made), profile)
-            error = (1 - mean.timed) / max(1 - ours.timed, 1e-9)
+            made = plan(written(hand, TEXT, pace=pace), plotter(acceleration, deviation))
+            mean = with_mean_feeds(made)
+            ours, report = execute(made)
+            naive, _ = execute(mean)
+            predicted = [fidelity.compare(made.intended(), one.predicted()) for one in (made, mean)]
+            print(f"  {hand:<13} fitted, predicted   {_figures(predicted[0])}")
+            print(f"  {'':<13} fitted, simulated   {_figures(ours)}  {report.executed_s / made.duration:.4f}")
+            print(f"  {'':<13} mean F, predicted   {_figures(predicted[1])}")
             print(
-                f"  {hand:<13} pace {pace:g}, {acceleration:>4} mm/s²: fitted {_figures(ours)} | mean speeds "
-                f"{_figures(mean)} | ratio of 1 − r in time {error:.1f}; executed/announced {took / made.duration:.4f}"
+                f"  {'':<13} mean F, simulated   {_figures(naive)}  rms in time {naive.timed_rms / ours.timed_rms:.1f} "
+                f"times ours, 1 − r {(1 - naive.timed) / (1 - ours.timed):.1f} times"
             )
 
 
 def _figures(found: fidelity.Fidelity) -> str:
-    return f"{found.correlation:.4f}/{found.timed:.4f} {found.rms:6.2%} {found.stretched:.3f} {found.deviation:.3f}"
+    return (
+        f"{found.timed:.4f} {found.timed_rms:6.2%} / {found.correlation:.4f} {found.rms:6.2%}  "
+        f"{found.stretched:.4f}  {found.deviation:.3f}"
+    )
 
 
 def straight_line() -> None:
@@ -99,28 +125,71 @@ def straight_line() -> None:
     share = np.array([0.5 + 0.5 * math.erf(math.log(max(time, 1e-6) / 0.21) / (0.35 * 2**0.5)) for time in t.tolist()])
     x = 40 * (share - share[0]) / (share[-1] - share[0])
     stroke = Stroke(t, np.column_stack([20 + x, np.full_like(t, 30.0)]))
-    drawing = Drawing((stroke,), Page(148, 210))
-    profile = machine(2000)
+    profile = plotter(2000)
     limits = msgspec.structs.replace(profile.limits, draw_speed=Speed(300.0), travel_speed=Speed(300.0))
     profile = msgspec.structs.replace(profile, limits=limits)
-    found, _ = execute(plan(drawing, profile), profile)
-    print(f"straight 40 mm in 0.5 s, peak {stroke.speed.max():.0f} mm/s: {_figures(found)}")
+    made = plan(Drawing((stroke,), Page(148, 210)), profile)
+    print(f"straight 40 mm in 0.5 s, peak {stroke.speed.max():.0f} mm/s, 2000 mm/s², by the ink that may be under way")
+    for overlap in (OVERLAP, 30.0):
+        fitted, mean = (execute(one, overlap=overlap)[0] for one in (made, with_mean_feeds(made)))
+        print(f"  {overlap:.0f} mm: fitted {_figures(fitted)}")
+        print(f"         mean F {_figures(mean)}")
+
+
+def latencies() -> None:
+    """The stream over slow connections: announced against executed, how far the queue empties."""
+    print(
+        "latency, each way: executed/announced; segments a second of pen time; fewest moves in hand; 1 − r, rms in time"
+    )
+    made = plan(written("house-joined", TEXT), plotter(2000))
+    for latency in LATENCIES:
+        found, report = execute(made, latency)
+        rate = report.segments / float(made.motion.duration[made.course.draws].sum())
+        print(
+            f"  {1000 * latency:3.0f} ms: {report.executed_s / report.announced_s:.4f}  {rate:.0f}/s  "
+            f"{report.min_queue}  {1 - found.timed:.4f}  {found.timed_rms:.2%}"
+        )
 
 
 def long_page() -> None:
-    """Planning a page of a thousand characters, against plotting it."""
+    """Planning a page of a thousand characters, against plotting it; when its first byte could leave."""
     drawing = written("house-joined", (TEXT + " ") * 5, x_height=2.0)
     characters = len(TEXT) * 5
-    profile = machine(2000)
+    profile = plotter(2000)
     orders: tuple[Order, ...] = ("writing", "travel")
     for order in orders:
-        begin = time.perf_counter()
+        begin = time.process_time()
         made = plan(drawing, profile, order=order)
-        took = time.perf_counter() - begin
+        took = time.process_time() - begin
+        next(iter(dialect(profile.dialect).program(made.blocks, profile)))
+        first = time.process_time() - begin
         print(
-            f"{characters} characters, order {order}: {len(made.blocks)} blocks planned in {took:.2f} s, "
-            f"{made.duration / took:.0f} times as fast as plotted; pen up {made.pen_up:.0f} mm"
+            f"{characters} characters, order {order}: {len(made.blocks)} blocks planned in {took:.2f} s of CPU, "
+            f"first command after {first:.2f} s, {made.duration / took:.0f} times as fast as plotted; "
+            f"pen up {made.pen_up:.0f} mm"
         )
-    begin = time.perf_counter()
-    _, executed = execute(made, profile)
-    print(f"simulated: {executed / (time.perf_counter() - begin):.0f} times as fast as the real thing")
+    begin = time.process_time()
+    _, report = execute(made)
+    print(f"simulated: {report.executed_s / (time.process_time() - begin):.0f} times as fast as the real thing")
+
+
+def many_pages() -> None:
+    """Peak memory of planning one page, and of planning many one after the other, each in a process of its own."""
+    code = "from benchmarks import plot; plot.pages({})"
+    peaks = [
+        int(subprocess.run([sys.executable, "-c", code.format(n)], capture_output=True, check=True, text=True).stdout)
+        for n in (1, MANY)
+    ]
+    print(f"peak memory: {peaks[0] / 1024:.0f} MB for one page, {peaks[1] / 1024:.0f} MB for {MANY}")
+
+
+def pages(number: int) -> None:
+    """Plan and encode pages one after the other; prints the greatest memory ever held, KB."""
+    profile = plotter(2000)
+    drawing = written("house-joined", (TEXT + " ") * 5, x_height=2.0)
+    sent = 0
+    for _ in itertools.repeat(None, number):
+        made = plan(drawing, profile)
+        sent += sum(len(command.data) for command in dialect(profile.dialect).program(made.blocks, profile))
+    assert sent > 0
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

@@ -60,7 +60,9 @@ def letters(folder: Path) -> list[Recording]:
     """Single letters and digits, a few of each from each source."""
     often: Counter[tuple[str, str]] = Counter()
     found = []
-    paths = [p for part in ("1c/sie", "1a/art", "1b/art", "1c/art") for p in sorted((folder / "data" / part).rglob("*.dat"))]
+    paths = [
+        p for part in ("1c/sie", "1a/art", "1b/art", "1c/art") for p in sorted((folder / "data" / part).rglob("*.dat"))
+    ]
     every = [r for path in paths for r in _segments(path, folder, "CHARACTER")]
     for i in np.random.default_rng(0).permutation(len(every)):
         recording = every[i]
@@ -78,7 +80,9 @@ def _segments(path: Path, folder: Path, kind: str) -> Iterator[Recording]:
         return
     movements = _movements(folder / "include" / included[1])
     for numbers, label in re.findall(rf'^\.SEGMENT\s+{kind}\s+(\S+)\s+\S+\s+"(.*)"', text, re.MULTILINE):
-        strokes = [stroke for number in _numbers(numbers) for stroke in movements[number : number + 1] for stroke in stroke]
+        strokes = [
+            stroke for number in _numbers(numbers) for stroke in movements[number : number + 1] for stroke in stroke
+        ]
         if strokes:
             yield Recording(label, path.stem, tuple(strokes))
 
@@ -125,7 +129,7 @@ def inked(strokes: Sequence[Array], seed: int = 5) -> Scan:
     """A sheet with some strokes in ballpoint, scanned."""
     timed, clock = [], 0.0
     for xy in strokes:
-        places = xy if len(xy) > 1 else np.concatenate([xy, xy + (0.15, 0.0)])
+        places = xy if len(xy) > 1 else np.concatenate([xy, xy + np.array([0.15, 0.0])])
         t = clock + np.arange(len(places)) / 200
         timed.append(Stroke(t, places))
         clock = float(t[-1]) + 0.2

@@ -134,13 +134,16 @@ def _speed(text: str) -> tuple[bool, float]:
 def compose_and_trace(
     text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = INK
 ) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way."""
+    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way.
+
+    `shown` : what is wanted of a scanned hand, its `INK` or its `STROKES` or both; a drawn one has strokes.
+    """
     pages, drawings = composed(text, job, layout, row, shown)
     return pages, list(drawings)
 
 
 def composed(
-    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = INK
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = STROKES
 ) -> tuple[list[Manuscript], Iterator[Drawing]]:
     """The same with every drawing made when it is asked for, so that a long text need not be held as strokes."""
     import numpy as np
@@ -153,7 +156,8 @@ def composed(
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
-    return pages, (traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1))
+    drawings = (traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1))
+    return pages, drawings
 
 
 def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:

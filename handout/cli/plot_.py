@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _SIMULATED = "sim:"
 _LATEST = "the latest"
-_RESUMING = {"resume", "port", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
+_RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
 
 
 @click.command("plot")
@@ -30,6 +30,7 @@ _RESUMING = {"resume", "port", "at_zero", "yes", "as_json", "quiet"}  # what may
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
+@click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
 @click.option(
     "--order",
@@ -69,6 +70,7 @@ def command(
     port: str | None,
     device: str | None,
     dry_run: tuple[Path, ...],
+    report: Path | None,
     copies: int,
     order: Literal["writing", "travel"],
     layers: Literal["none", "name", "colour"],
@@ -98,7 +100,8 @@ def command(
     """
     if resume is not None:
         _check_resuming(context, text)
-        _resume(None if resume == _LATEST else resume, port, at_zero=at_zero, yes=yes, given=given)
+        told = plotting_.Account(report)
+        _resume(None if resume == _LATEST else resume, port, told, at_zero=at_zero, yes=yes, given=given)
         return
     if at_zero:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
@@ -110,6 +113,7 @@ def command(
     from handout.sinks import check_outputs
 
     check_outputs(dry_run)
+    told = plotting_.Account(report)
     look = options.look(given)
     profile = _profile(device, port)
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
@@ -118,13 +122,12 @@ def command(
     drawings: Iterator[Drawing]
     if drawing is None:
         words = options.text_of(*drawn_.named_file(text, file, given["quiet"]))
-        jobs.drawn_hand(job)
         pages, drawings = jobs.composed(words, job)
     else:
         words, pages, drawings = Path(file or text[0]).name, [drawn_.unwritten(drawing)], iter([drawing])
     drawings = _fitted(drawings, profile) if given["fit"] else drawings
     if dry_run:
-        _preview(pages, list(drawings), profile, job, order, dry_run, look, given)
+        _preview(pages, list(drawings), profile, job, order, dry_run, told, look, given)
         return
     from handout.plotting import open_port
     from handout.plotting.driver import OVERLAP
@@ -149,7 +152,7 @@ def command(
         raise
     sheets = _sheets(kept.pages * copies)
     results.talk(given["quiet"])(f"{profile.title}: {sheets}, {kept.ink / 1000:.2f} m of ink, job {kept.name}.")
-    reports = plotting_.run(kept, port, connected, yes=yes, at_zero=False, quiet=given["quiet"])
+    reports = plotting_.run(kept, port, told, connected, yes=yes, at_zero=False, quiet=given["quiet"])
     result = {**tally.facts(job, []), **_executed(reports), "copies": copies, "job": kept.name}
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {job.seed}." + results.slipped(result)
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
@@ -165,14 +168,16 @@ def _check_resuming(context: click.Context, text: tuple[str, ...]) -> None:
             raise InputError(f"{option} cannot be changed any more: a plot that is resumed goes on as it began.")
 
 
-def _resume(name: str | None, port: str | None, *, at_zero: bool, yes: bool, given: dict[str, Any]) -> None:
+def _resume(
+    name: str | None, port: str | None, told: plotting_.Account, *, at_zero: bool, yes: bool, given: dict[str, Any]
+) -> None:
     from handout.plotting.jobs import store
 
     job = store.find(name)
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
     results.talk(given["quiet"])(plotting_.outlook(job))
-    reports = plotting_.run(job, port or job.port, yes=yes, at_zero=at_zero, quiet=given["quiet"])
+    reports = plotting_.run(job, port or job.port, told, yes=yes, at_zero=at_zero, quiet=given["quiet"])
     result = {**plotting_.facts(job), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
@@ -218,6 +223,7 @@ def _preview(
     job: jobs.Setup,
     order: Literal["writing", "travel"],
     dry_run: tuple[Path, ...],
+    told: plotting_.Account,
     look: dict[str, Any],
     given: dict[str, Any],
 ) -> None:
@@ -229,6 +235,7 @@ def _preview(
     planned = sum(p.duration for p in plans)
     result = results.summary(pages, drawings, job, dry_run)
     files = write_drawings(drawings, dry_run, **look)
+    told.planned(plans)
     result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])

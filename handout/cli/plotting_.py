@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,7 +16,7 @@ from handout.cli import results
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
-    from handout.plotting import Port, Report
+    from handout.plotting import Plan, Port, Report
     from handout.plotting.jobs.journal import Standing
     from handout.plotting.jobs.store import Job
 
@@ -52,7 +53,41 @@ class _AtTheTerminal:
         return True
 
 
-def run(job: Job, address: str, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool) -> list[Report]:
+class Account:
+    """The file of `--report`: how faithful the motion was, or will be; nothing without a file.
+
+    Raises
+    ------
+    InputError
+        The file could not be written; asked before any work is done.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        from handout import atomic
+
+        self.path, self.rows = path, list[dict[str, Any]]()
+        if path is not None:
+            atomic.check_writable(path)
+
+    def planned(self, plans: Sequence[Plan]) -> None:
+        """Write what is predicted of every page."""
+        from handout.plotting import reporting
+
+        if self.path is not None:
+            reporting.write(self.path, [reporting.row(plan, page) for page, plan in enumerate(plans, 1)])
+
+    def plotted(self, report: Report, port: Port) -> None:
+        """Write what is to be said of all parts up to the one that has just been plotted."""
+        from handout.plotting import reporting
+
+        if self.path is not None:
+            self.rows.append(reporting.plotted(report, port, len(self.rows) + 1))
+            reporting.write(self.path, self.rows)
+
+
+def run(
+    job: Job, address: str, told: Account, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool
+) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
     from handout.plotting import open_port
     from handout.plotting.jobs import running
@@ -69,6 +104,7 @@ def run(job: Job, address: str, port: Port | None = None, *, yes: bool, at_zero:
             _AtTheTerminal(address, yes),
             at_zero=at_zero,
             progress=_progress(quiet),
+            plotted=told.plotted,
             log=results.talk(quiet),
         )
 

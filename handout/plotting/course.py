@@ -177,14 +177,18 @@ def _course(build: _Builder, first: NDArray[np.intp]) -> Course:
 
 
 def starts(course: Course, motion: Motion, profile: Plotter) -> Array:
-    """(n + 1,) float, s: when each move begins, and when all is done.
-
-    A controller whose queue ran empty first reads as many lines as the queue holds, or as come before the next rest.
-    """
-    n = len(course.kind)
-    stand = np.flatnonzero(course.stands)
-    lines = np.minimum(np.diff(np.append(stand, n)), profile.port.queue) + 1
+    """(n + 1,) float, s: when each move begins, and when all is done."""
     wait = course.pause.copy()
-    wait[stand] += lines * profile.port.line_time
+    wait[:-1][course.stands] += filling(course, profile)
     done = np.concatenate([[0.0], np.cumsum(motion.duration + wait[:-1])])
     return np.append(done[:-1] + wait[:-1], done[-1] + wait[-1])
+
+
+def filling(course: Course, profile: Plotter) -> Array:
+    """(rests,) float, s: how long the machine stands after each rest until its queue is full and it begins to move.
+
+    It first reads as many lines as the queue holds, or as come before the next rest.
+    """
+    stand = np.flatnonzero(course.stands)
+    lines = np.minimum(np.diff(np.append(stand, len(course.kind))), profile.port.queue) + 1
+    return np.asarray(lines * profile.port.line_time)

@@ -40,7 +40,8 @@ class Report:
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
-    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits.
+    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
+        reports are kept for long.
     """
 
     executed_s: float
@@ -49,7 +50,7 @@ class Report:
     lines: int
     segments: int
     min_queue: int | None
-    plan: Plan
+    plan: Plan | None
 
 
 def run(
@@ -181,6 +182,7 @@ class _Stream:
         self.min_queue: int | None = None
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
+        self._queued: int | None = None  # as last heard; it says nothing about any later moment
         self._secured = 0
         self._told = 0.0
         done = np.array([command.done for command in commands])
@@ -247,8 +249,8 @@ class _Stream:
     def _watch_queue(self) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
         queued, taken = self.controller.queued, self._counts[1]
-        first = taken - self.plan.profile.port.queue
-        if queued is None or first < 1 or taken >= len(self.commands):
+        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
+        if queued is None or not heard or first < 1 or taken >= len(self.commands):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -272,8 +274,7 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     if isinstance(port, SimulatedPlotter):
         executed_s = port.executed_s - (0.0 if fresh else before)
         if fresh:
-            factor = 1.0 if plan.speed == "fast" else float(plan.speed)
-            stretched = fidelity.stretched(plan.drawing, port.executed()) * factor
+            stretched = fidelity.stretched(plan.intended(), port.executed())
     else:
         executed_s = time.monotonic() - before
     segments = int(np.count_nonzero(plan.course.kind == DRAW))

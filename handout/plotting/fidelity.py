@@ -24,7 +24,7 @@ class Fidelity:
 
     deviation : mm, greatest distance between the paths, either way.
     correlation, rms : of the speeds at the same places of the path; rms as a share of the greatest intended speed.
-    timed : correlation of the speeds at the same times, after the one shift of the clock that suits all strokes best.
+    timed, timed_rms : of the speeds at the same times, after the one shift of the clock that suits all strokes best.
     stretched : time the strokes took over the time they were meant to take.
     """
 
@@ -32,6 +32,7 @@ class Fidelity:
     correlation: float
     rms: float
     timed: float
+    timed_rms: float
     stretched: float
 
 
@@ -44,25 +45,36 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
         They have not the same number of strokes, or none of them moves.
     """
     pairs = list(zip(intended.strokes, executed.strokes, strict=True))
-    moving = [(a, b) for a, b in pairs if a.length > 0 and len(b.t) > 1 and len(_grid(a)) > 1]
+    moving = [pair for pair in pairs if comparable(*pair)]
     if not moving:
         raise ValueError("no stroke of the drawing moves")
     places = [_speeds_in_place(a, b) for a, b in moving]
     want, have = (np.concatenate(column) for column in zip(*places, strict=True))
-    rms = float(np.sqrt(np.mean((want - have) ** 2)) / want.max())
-    at_times, lagged = (np.concatenate(column) for column in zip(*(_in_time(a, b) for a, b in moving), strict=True))
-    timed = max(_correlation(at_times, column) for column in lagged.T)
+    timed = _timed(moving)
     deviation = max(deviation_of(a, b) for a, b in pairs)
-    return Fidelity(deviation, _correlation(want, have), rms, timed, stretched(intended, executed))
+    return Fidelity(deviation, _correlation(want, have), _rms(want, have), *timed, stretched(intended, executed))
 
 
 def stretched(intended: Drawing, executed: Drawing) -> float:
     """Time the strokes took over the time they were meant to take; dots do not count."""
-    meant = took = 0.0
-    for a, b in zip(intended.strokes, executed.strokes, strict=False):
-        if a.length > 0 and len(b.t) > 1:
-            meant, took = meant + float(a.t[-1] - a.t[0]), took + float(b.t[-1] - b.t[0])
+    meant, took = times(intended, executed)
     return took / meant if meant > 0 else 1.0
+
+
+def times(intended: Drawing, executed: Drawing) -> tuple[float, float]:
+    """Time the strokes were meant to take and took, s; dots do not count."""
+    pairs = [(a, b) for a, b in zip(intended.strokes, executed.strokes, strict=False) if moves(a, b)]
+    return sum(float(a.t[-1] - a.t[0]) for a, _ in pairs), sum(float(b.t[-1] - b.t[0]) for _, b in pairs)
+
+
+def moves(intended: Stroke, executed: Stroke) -> bool:
+    """Whether a stroke goes somewhere, as it was meant and as it was executed."""
+    return intended.length > 0 and executed.length > 0
+
+
+def comparable(intended: Stroke, executed: Stroke) -> bool:
+    """Whether a stroke moves, and for long enough to have a speed."""
+    return moves(intended, executed) and len(_grid(intended)) > 1
 
 
 def deviation_of(a: Stroke, b: Stroke) -> float:
@@ -76,7 +88,7 @@ def deviation_of(a: Stroke, b: Stroke) -> float:
 def _away(path: Array, other: Array) -> float:
     """Greatest distance of a point on one path from where the other is at about the same share of its length."""
     points, at = _dense(path, 0.1)
-    along = _arc(other)
+    along = along_path(other)
     if along[-1] == 0.0:
         return float(np.hypot(*(points - other[0]).T).max())
     guess = at * (along[-1] / at[-1] if at[-1] > 0 else 0.0)
@@ -90,13 +102,14 @@ def _away(path: Array, other: Array) -> float:
     return float(np.sqrt((off * off).sum(axis=2).min(axis=1)).max())
 
 
-def _arc(xy: Array) -> Array:
+def along_path(xy: Array) -> Array:
+    """(n,) mm: how far along its path each point of a stroke lies."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
 def _dense(xy: Array, step: float = _FINE) -> tuple[Array, Array]:
     """Points every `step` mm along a path, corners included, and how far along they are."""
-    arc = _arc(xy)
+    arc = along_path(xy)
     at = np.union1d(arc, np.arange(0.0, arc[-1], step))
     keep = np.append(True, np.diff(arc) > 0)
     return np.stack([np.interp(at, arc[keep], xy[keep, axis]) for axis in (0, 1)], axis=1), at
@@ -115,7 +128,7 @@ def _grid(stroke: Stroke) -> Array:
 
 def _speeds_in_place(a: Stroke, b: Stroke) -> tuple[Array, Array]:
     """Intended and executed speed where the pen was meant to be at equal steps of time."""
-    t, arc_a, arc_b = _grid(a), _arc(a.xy), _arc(b.xy)
+    t, arc_a, arc_b = _grid(a), along_path(a.xy), along_path(b.xy)
     xy = np.stack([np.interp(t, a.t, a.xy[:, axis]) for axis in (0, 1)], axis=1)
     along = _match(xy, np.interp(t, a.t, arc_a) * arc_b[-1] / arc_a[-1], b.xy)
     when = np.interp(along, arc_b, b.t)
@@ -141,11 +154,22 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
     return np.asarray(np.maximum.accumulate(np.clip(guess + mean, 0.0, at[-1])))
 
 
+def _timed(moving: list[tuple[Stroke, Stroke]]) -> tuple[float, float]:
+    """Correlation and rms, as a share of the peak, of the speeds at the same times, at the best lag of all."""
+    want, lagged = (np.concatenate(column) for column in zip(*(_in_time(a, b) for a, b in moving), strict=True))
+    best = int(np.argmin(((lagged - want[:, None]) ** 2).sum(axis=0)))
+    return _correlation(want, lagged[:, best]), _rms(want, lagged[:, best])
+
+
 def _in_time(a: Stroke, b: Stroke) -> tuple[Array, Array]:
     """Intended speeds at equal steps of time, and executed ones at the same times and every lag: (n,), (n, lags)."""
     t = _grid(a)
     lagged = (t - a.t[0] + b.t[0])[:, None] + _LAGS
-    return _speed_at(t, a.t, _arc(a.xy)), _speed_at(lagged, b.t, _arc(b.xy))
+    return _speed_at(t, a.t, along_path(a.xy)), _speed_at(lagged, b.t, along_path(b.xy))
+
+
+def _rms(want: Array, have: Array) -> float:
+    return float(np.sqrt(np.mean((want - have) ** 2)) / want.max())
 
 
 def _correlation(a: Array, b: Array) -> float:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from handout.plotting import course, feeds, limits, lookahead
+from handout.plotting import course, limits
 from handout.plotting.bed import Placement
 from handout.plotting.blocks import Block, Pause, Pen, Timed
 from handout.plotting.course import TRAVEL, Course
@@ -55,26 +55,11 @@ def plan(drawing: Drawing, profile: Plotter, timing: Timing, placement: Placemen
     way = course.lay_out(cuts, timing.dots, _attentive(profile))
     way, motion = _motion(way, profile)
     starts = course.starts(way, motion, _attentive(profile))
-    lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
     intended = way.intended.copy()
     intended[way.draws] = np.diff(np.interp(when, slow.track.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
-    correlation, rms, stretched = feeds.likeness(lines, intended, motion, way.draws)
     blocks, begins = _blocks(way, motion, starts)
     return Plan(
-        drawing,
-        profile,
-        speed,
-        order,
-        placement,
-        way,
-        motion,
-        starts,
-        blocks,
-        begins,
-        stretched,
-        correlation,
-        rms,
-        intended,
+        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, readonly(intended, None)
     )
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 Flags = NDArray[np.bool_]
+Queue = int | NDArray[np.intp]
 _STRAIGHT = 0.999999  # cosine beyond which GRBL takes a corner for straight, or for a reversal
 _REST = 1e-9
 _CHORD, _OCTAGON, _LEAST_TURN = 1.0, 0.7071067812, 0.033  # mm; cosine; rad: what Marlin takes for a curve
@@ -75,20 +76,14 @@ class Motion:
     length: Array
     duration: Array
 
-    def travelled(self, row: int, t: float) -> float:
-        """How far block `row` has come `t` seconds after its start, mm."""
-        u, v, a = float(self.entry[row]), float(self.leave[row]), float(self.acceleration[row])
-        one = slice(row, row + 1)
-        top = float(
-            top_speed(self.length[one], self.acceleration[one], self.entry[one], self.leave[one], self.nominal[one])[0]
-        )
-        left = float(self.duration[row]) - t
-        speeding, braking = (top - u) / a, (top - v) / a
-        if t <= speeding:
-            return u * t + 0.5 * a * t * t
-        if left <= braking:
-            return float(self.length[row]) - v * left - 0.5 * a * left * left
-        return (top * top - u * u) / (2 * a) + top * (t - speeding)
+    def travelled(self, rows: NDArray[np.intp], t: Array) -> Array:
+        """How far blocks have come `t` seconds after their starts.  (m,) mm."""
+        u, v, a, length = self.entry[rows], self.leave[rows], self.acceleration[rows], self.length[rows]
+        top = top_speed(length, a, u, v, self.nominal[rows])
+        left, speeding, braking = self.duration[rows] - t, (top - u) / a, (top - v) / a
+        level = (top * top - u * u) / (2 * a) + top * (t - speeding)
+        way = np.where(left <= braking, length - v * left - 0.5 * a * left * left, level)
+        return np.asarray(np.where(t <= speeding, u * t + 0.5 * a * t * t, way))
 
 
 def to_steps(points: Array, steps: Array) -> Array:
@@ -160,10 +155,11 @@ def _curve_speed2(unit: Array, length: Array, acceleration: Array) -> Array:
     return np.where((length[1:] < _CHORD) & (cosine > _OCTAGON), speed2, np.inf)
 
 
-def run(lines: Blocks, feed: Array, queue: int) -> Motion:
-    """How a GRBL planner with a queue of `queue` blocks runs the lines at the given feeds.
+def run(lines: Blocks, feed: Array, queue: Queue) -> Motion:
+    """How a GRBL planner runs the lines at the given feeds.
 
     feed : (n,) float, mm/s, the F of each block.
+    queue : blocks in its queue when a block begins, that one included; one number, or (n,) where it ran short of lines.
     """
     if len(feed) == 0:
         return Motion(*(np.zeros(0) for _ in range(6)))
@@ -178,30 +174,34 @@ def run(lines: Blocks, feed: Array, queue: int) -> Motion:
     return Motion(entry, leave, nominal, lines.acceleration, lines.length, took)
 
 
-def reachable(limit: Array, gain: Array, queue: int | None = None) -> Array:
+def reachable(limit: Array, gain: Array, queue: Queue | None = None) -> Array:
     """The greatest squared speeds under `limit` that acceleration and braking allow.
 
     limit : (n + 1,) float, mm²/s², at the ends of the blocks; gain : (n,) float, 2·a·length of each block.
-    queue : how many blocks ahead braking is planned (None: all); beyond them the planner expects to stop.
+    queue : how many blocks ahead braking is planned (None: all; (n,): at the start of each); beyond them the planner
+        expects to stop.
     """
     energy = np.concatenate([[0.0], np.cumsum(gain)])
     raised = limit + energy
-    if queue is None or queue >= len(gain):
+    if queue is None or np.min(queue) >= len(gain):
         back = np.minimum.accumulate(raised[::-1])[::-1]
     else:
-        stop = np.concatenate([energy[queue:], np.full(queue, energy[-1])])
-        back = np.minimum(_ahead_minimum(raised, queue), stop)
+        width = np.append(np.broadcast_to(queue, len(gain)), 1)
+        stop = energy[np.minimum(np.arange(len(energy)) + width, len(gain))]
+        back = np.minimum(_ahead_minimum(raised, width), stop)
     speed2 = np.minimum.accumulate(back - 2.0 * energy) + energy
     return np.asarray(np.maximum(speed2, 0.0))
 
 
-def _ahead_minimum(values: Array, width: int) -> Array:
-    """Minimum of each value and the `width` − 1 after it, by doubling."""
-    out, have = values.copy(), 1
-    while have < width:
-        step = min(have, width - have)
-        out[:-step] = np.minimum(out[:-step], out[step:])
-        have += step
+def _ahead_minimum(values: Array, width: NDArray[np.intp]) -> Array:
+    """Minimum of each value and the `width` − 1 after it, of two spans whose lengths are powers of two."""
+    n = len(values)
+    out, span, level = values.copy(), 1, values
+    while span <= width.max():
+        chosen = np.flatnonzero((width >= span) & (width < 2 * span))
+        out[chosen] = np.minimum(level[chosen], level[np.minimum(chosen + width[chosen] - span, n - 1)])
+        ahead = np.append(level[span:], np.full(min(span, n), np.inf))
+        level, span = np.minimum(level, ahead[:n]), 2 * span
     return out
 
 

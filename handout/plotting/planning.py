@@ -7,25 +7,18 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, feeds, knots, literal, lookahead, pens, vectors
+from handout.plotting import bed, course, execution, feeds, knots, literal, lookahead, pens, vectors
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
-from handout.plotting.lookahead import Blocks, Flags, Motion
+from handout.plotting.lookahead import Motion
 from handout.plotting.order import shortened
 from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter
-from handout.values import Array, Drawing, Stroke
+from handout.values import Array, Drawing, Stroke, readonly
 
-_DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
-_SHORTEST = 4.0  # steps a segment has at least
-_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 _DENSE = 0.15  # mm between points at which a path is looked at to find how fast it can be drawn
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
-_BUSY = 0.8  # share of what the controller can read that is asked of it
-_LINE = 22.0  # bytes of a line at most
-_BURST = 8  # segments; half a queue
-_SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 
 
 def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order = "writing") -> Plan:
@@ -59,35 +52,20 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     bed.check(np.concatenate(paths), profile)
     path = knots.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
+    real = meant if drawing.timed else path.t
     if profile.dialect in literal.DIALECTS:
-        timing = literal.Timing(path, meant, _dots(drawing, speed))
+        timing = literal.Timing(path, real, _dots(drawing, speed))
         return literal.plan(drawing, profile, timing, placement, speed, order)
-    cuts = _cut(path, profile)
+    cuts = execution.cut(path, profile)
     clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
     way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
-    lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
-    feed = _feeds(way, lines, profile)
-    motion = lookahead.run(lines, feed / 60.0, profile.port.queue)
+    feed, motion = execution.run(way, profile)
     intended = way.intended.copy()
-    intended[way.draws] = np.diff(np.interp(cuts.t, path.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
-    correlation, rms, stretched = feeds.likeness(lines, intended, motion, way.draws)
+    intended[way.draws] = np.diff(np.interp(cuts.t, path.t, real))[cuts.stroke[1:] == cuts.stroke[:-1]]
     starts = course.starts(way, motion, profile)
     blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
-        drawing,
-        profile,
-        speed,
-        order,
-        placement,
-        way,
-        motion,
-        starts,
-        blocks,
-        begins,
-        stretched,
-        correlation,
-        rms,
-        intended,
+        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, readonly(intended, None)
     )
 
 
@@ -111,6 +89,8 @@ def _scaled(path: Track, speed: float) -> tuple[Track, Array]:
 
 def _dots(drawing: Drawing, speed: Speed) -> Array:
     """How long the pen rests where a stroke goes nowhere, s."""
+    if not drawing.timed:
+        return np.zeros(len(drawing.strokes))
     factor = 1.0 if speed == "fast" else float(speed)
     return np.array([min((stroke.t[-1] - stroke.t[0]) / factor, _LONGEST_DOT) for stroke in drawing.strokes])
 
@@ -120,88 +100,27 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Track(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = knots.cut(distance, 1.0 / _DENSE, _shortest(profile), _DEVIATION / 2)
-    lines, within = _lines(dense, profile)
+    dense = knots.cut(distance, 1.0 / _DENSE, execution.shortest(profile), execution.DEVIATION / 2)
+    lines, within = execution.lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
     limit = np.zeros(len(most) + 1)
     limit[1:-1] = np.where(within[1:] & within[:-1], np.minimum(most[1:], most[:-1]) ** 2, 0.0)
+    sharp = np.isinf(lines.radius[1:])  # no curve turns there
+    limit[1:-1][sharp] = np.minimum(limit[1:-1], lines.corner[1:])[sharp]
     speed = np.sqrt(lookahead.reachable(limit, 2.0 * lines.acceleration * lines.length))
     took = lookahead.trapezoid_time(lines.length, lines.acceleration, speed[:-1], speed[1:], most)
     t = np.concatenate([[0.0], np.cumsum(np.where(within, np.maximum(took, 1e-6), 1.0))])
     return Track(t, dense.xy, dense.stroke), np.interp(dense.t, distance.t, path.t)
 
 
-def _lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
-    """The lines between all cuts, and which of them are drawn (the others lead from stroke to stroke)."""
-    within = cuts.stroke[1:] == cuts.stroke[:-1]
-    stands = ~(within & np.append(False, within[:-1]))
-    points = np.column_stack([cuts.xy, np.zeros(len(cuts.t))])
-    return lookahead.blocks(points, stands, course.machine(profile)), within
-
-
-def _cut(path: Track, profile: Plotter) -> Track:
-    """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    shortest = _shortest(profile)
-    capacity = _capacity(profile)
-    rate = min(profile.segment_rate, capacity)
-    cuts = knots.cut(path, rate, shortest, _DEVIATION)
-    lines, within = _lines(cuts, profile)
-    if len(within) > 1:
-        took = np.where(within, np.diff(cuts.t), np.inf)
-        wanted = np.append(0.0, np.minimum(lines.length[1:] / took[1:], lines.length[:-1] / took[:-1])) ** 2
-        could = _SLOWED * np.minimum(wanted, profile.limits.acceleration * lines.radius)
-        slowed = lines.corner < could
-        halve = within & (slowed | np.append(slowed[1:], False))
-        middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
-        off = path.at(middle)  # a pen that rested may not have left an end by then
-        room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
-        halve &= (room >= shortest) & (took > 2.0 / capacity)
-        t = np.sort(np.append(cuts.t, middle[halve]))
-        cuts = Track(t, path.at(t), path.stroke_at(t))
-    return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
-
-
-def _shortest(profile: Plotter) -> float:
-    """How long a segment is at least, mm."""
-    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
-    return float(steps / profile.limits.steps_per_mm)
-
-
-def _capacity(profile: Plotter) -> float:
-    """Lines a second that the connection carries and the controller reads, with something to spare."""
-    return float(_BUSY / max(profile.port.line_time, _LINE * 10 / profile.port.baud, 1e-4))
-
-
-def _feeds(way: Course, lines: Blocks, profile: Plotter) -> Array:
-    """The feed of every move, mm/min, as it is written."""
-    limits = profile.limits
-    feed = course.pen_up_speeds(way, profile)
-    most = feeds.greatest(lines, limits.acceleration, float(limits.draw_speed))
-    wanted = way.intended * _crowding(way, 1.0 / _capacity(profile))
-    return feeds.round_feed(feeds.fit(lines, wanted, feed, way.draws, most, profile.port.queue))
-
-
-def _crowding(way: Course, line_time: float) -> Array:
-    """How much slower segments have to be run where too many follow on each other, or the queue would run empty.
-
-    The queue makes up for a few short ones; what counts is the mean over `_BURST` of them.
-    """
-    if not way.draws.any():
-        return np.ones(len(way.kind))
-    time = np.convolve(np.where(way.draws, way.intended, 1.0), np.ones(_BURST), "same")
-    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
-
-
 def _blocks(way: Course, feed: Array, starts: Array, motion: Motion) -> tuple[tuple[Block, ...], Array]:
     """What the machine is told, and when it begins each."""
     xyz, feeds_ = way.points[1:].tolist(), feed.tolist()
     rests = np.append(0.0, starts[:-1] + motion.duration)
-    follows = way.follows_pressure
+    height = (way.draws & way.follows_pressure).tolist()
     blocks = tuple(
-        Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if follows and way.draws[row] else None)
-        if block is None
-        else block
+        Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None) if block is None else block
         for block, row in way.told
     )
     rows = np.array([row for _, row in way.told])

@@ -16,14 +16,14 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting import bed, course, feeds, knots, lookahead
+from handout.plotting import bed, course, knots, lookahead
 from handout.plotting.blocks import Block, Move
 from handout.plotting.course import Course
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Blocks
 from handout.plotting.planned import Order, Plan, Speed
 from handout.profiles import Plotter
-from handout.values import Array, Drawing
+from handout.values import Array, Drawing, readonly
 
 Index = NDArray[np.intp]
 
@@ -54,29 +54,14 @@ def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan
     wanted = np.zeros(len(way.kind)) if speed == "fast" else way.intended / float(speed)
     feed = _feeds(way, lines, wanted, profile)
     motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
-    intended = np.where(way.draws, way.intended / (1.0 if speed == "fast" else float(speed)), 0.0)
-    correlation, rms, stretched = feeds.likeness(lines, intended, motion, way.draws)
+    intended = way.intended / (1.0 if speed == "fast" else float(speed)) if drawing.timed else motion.duration
     blocks, rows, moves = _blocks(way, feed)
     starts = course.starts(way, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
     starts = starts + _starved(blocks, rows, starts, profile)
     starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
     begins = np.where(moves, starts[rows], np.append(0.0, starts[:-1] + motion.duration)[rows])
-    return Plan(
-        drawing,
-        profile,
-        speed,
-        order,
-        placement,
-        way,
-        motion,
-        starts,
-        blocks,
-        begins,
-        stretched,
-        correlation,
-        rms,
-        intended,
-    )
+    meant = readonly(np.where(way.draws, intended, 0.0), None)
+    return Plan(drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, meant)
 
 
 def _shorter(cuts: Track) -> Track:

@@ -94,6 +94,17 @@ def test_plot_copies_and_dry_run(call):
     assert facts["files"] == ["p.svg"] and facts["planned_s"] > 0
 
 
+def test_plot_reports_how_faithful_the_motion_is(call, tmp_path):
+    call("plot", "--port", "sim:", "Ada", "--report", "done.json", "-q", "--seed", 1)
+    call("plot", "Ada", "--dry-run", "p.svg", "--report", "planned.json", "-q", "--seed", 1)
+    done, planned = (json.loads(Path(name).read_text()) for name in ("done.json", "planned.json"))
+    assert done["measured"] and not planned["measured"]
+    assert done["correlation"] > 0.99 and done["rms_of_peak"] < 0.03 and done["min_queue"] > 0
+    assert done["executed_s"] == pytest.approx(planned["executed_s"], rel=0.05)  # of two machines
+    _, err = call("plot", "Ada", "--dry-run", "q.svg", "--report", "nowhere/r.json", code=2)
+    assert "nowhere" in err and not Path("q.svg").exists()
+
+
 def test_plot_fit_to_the_bed(call):
     text = "line\n" * 20
     _, err = call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", code=2)

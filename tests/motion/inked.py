@@ -1,6 +1,7 @@
 """Line graphs of letters drawn by hand: polylines at half a unit a vertex, joined where they share a named point."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def line(
 
     for way in ways:
         before = vertex(way[0])
-        for a, b in zip(way, way[1:], strict=False):
+        for a, b in pairwise(way):
             count = max(1, round(float(np.hypot(b[0] - a[0], b[1] - a[1])) / STEP))
             for k in range(1, count + 1):
                 if k == count:

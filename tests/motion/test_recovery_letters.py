@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from inked import arc, line, strokes
 
 from handout.motion.recovery.letters import write
-from inked import arc, line, strokes
 
 
 def test_a_t_is_a_stem_and_then_its_bar():
@@ -12,13 +12,27 @@ def test_a_t_is_a_stem_and_then_its_bar():
     stem, bar = strokes(t, write(t, "t"))
     assert stem[0] == pytest.approx((0, 1.8)) and stem[-1] == pytest.approx((0, 0))
     assert bar[0] == pytest.approx((-0.4, 1)) and bar[-1] == pytest.approx((0.4, 1))
-    assert write(t, "t").late == (False, True)
+    assert write(t, "t").late == (False, False)
+
+
+def test_a_bar_waits_where_the_pen_goes_on_to_the_next_letter():
+    foot = [(0, 1), (0, 0), (0.3, 0.05), (0.6, 0.3)]
+    t = line([[(0, 1.8), (0, 1)], foot, [(-0.4, 1), (0, 1)], [(0, 1), (0.4, 1)]], finish=[(0.6, 0.3)])
+    found = write(t, "t")
+    assert found.late == (False, True)
+    assert strokes(t, found)[0][-1] == pytest.approx((0.6, 0.3))
 
 
 def test_a_crossing_drawn_out_is_still_a_crossing():
     # the skeleton makes two forks of it, with a bridge along the stem
     t = line(
-        [[(0, 1.8), (0, 1.04)], [(0, 1.04), (0, 0.98)], [(0, 0.98), (0, 0)], [(-0.5, 1.08), (0, 1.04)], [(0, 0.98), (0.5, 0.94)]]
+        [
+            [(0, 1.8), (0, 1.04)],
+            [(0, 1.04), (0, 0.98)],
+            [(0, 0.98), (0, 0)],
+            [(-0.5, 1.08), (0, 1.04)],
+            [(0, 0.98), (0.5, 0.94)],
+        ]
     )
     stem, bar = strokes(t, write(t, "t"))
     assert stem[[0, -1]] == pytest.approx(np.array([(0, 1.8), (0, 0)]))

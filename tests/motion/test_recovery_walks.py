@@ -3,14 +3,16 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from inked import line
 
 from handout.motion.recovery.letters import vertices, write
 from handout.motion.recovery.network import network
 from handout.motion.recovery.walks import walks
-from inked import line
 
 PLACES = st.tuples(st.integers(0, 3), st.integers(0, 3)).map(lambda p: (p[0] * 0.6, p[1] * 0.6))
-WAYS = st.lists(st.tuples(PLACES, PLACES).filter(lambda way: way[0] != way[1]), min_size=1, max_size=7, unique_by=frozenset)
+WAYS = st.lists(
+    st.tuples(PLACES, PLACES).filter(lambda way: way[0] != way[1]), min_size=1, max_size=7, unique_by=frozenset
+)
 
 
 def edges_of(stroke):

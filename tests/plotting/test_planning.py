@@ -43,7 +43,9 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     assert found.deviation < 0.1
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
     assert found.stretched == pytest.approx(made.stretched, rel=0.01) == pytest.approx(report.stretched, rel=0.01)
-    assert found.correlation == pytest.approx(made.correlation, abs=0.01)
+    predicted = fidelity.compare(made.intended(), made.predicted())
+    assert found.correlation == pytest.approx(predicted.correlation, abs=0.01)
+    assert found.timed == pytest.approx(predicted.timed, abs=0.01)
     assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
 
 
@@ -64,7 +66,8 @@ def test_speed_is_a_multiple_of_the_hand():
     draws = plan(drawing, PROFILE).course.draws
     assert durations[1].sum() > durations[0].sum() * 1.3
     slow = plan(drawing, PROFILE, speed=0.5)
-    assert slow.stretched == pytest.approx(1, abs=0.01) and slow.correlation > 0.995
+    assert slow.stretched == pytest.approx(1, abs=0.01)
+    assert fidelity.compare(slow.intended(), slow.predicted()).correlation > 0.995
     fast = plan(drawing, PROFILE, speed="fast")
     assert fast.stretched < 0.9 and fast.duration < plan(drawing, PROFILE).duration
     assert draws.any()
@@ -217,12 +220,24 @@ def test_a_slow_line_is_not_asked_for_more_than_it_carries():
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
 
 
+def test_nothing_makes_a_machine_crawl():
+    """Segments of a few steps at least, no more of them than it can read, none that lasts without need."""
+    for speed, rate in ((0.3, 100), (1.0, 200), (3.0, 1000)):
+        made = plan(page(words=6), msgspec.structs.replace(PROFILE, segment_rate=float(rate)), speed=speed)
+        drawn = made.course.draws
+        steps, took = made.motion.length[drawn] * PROFILE.limits.steps_per_mm, made.motion.duration[drawn]
+        assert steps.min() >= 2 and np.percentile(steps, 2) >= 3
+        assert np.convolve(took, np.ones(8), "valid").min() > 8 * PROFILE.port.line_time
+        assert min(block.feed for block in made.blocks if isinstance(block, Move)) >= 10
+        assert (took <= 3 * made.meant[drawn] + 0.05).all()
+
+
 def test_a_long_page_is_planned_in_a_few_seconds():
     drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
     assert sum(len(s.t) for s in drawing.strokes) > 30_000
-    begin = time.perf_counter()
+    begin = time.process_time()
     made = plan(drawing, PROFILE)
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5
     assert len(made.blocks) > 15_000
 
 

@@ -33,7 +33,8 @@ class Line:
     """The line of one letter: its body, and where it is joined the way to its neighbours.
 
     xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
-    small : height of a small letter, in the unit of `xy`; base : y of the line it stands on, None where that is not known.
+    small : height of a small letter, in the unit of `xy`.
+    base : y of the line that the letter stands on, None where that is not known.
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
     either : vertices at loose ends where the pen comes from the letter before, or a bar does.

@@ -112,7 +112,9 @@ def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: floa
         before2, before, here = before, here, before2
         left = 2 * count - 2 - total
         if left < _MOST_OPEN * count:
-            np.minimum(least, before[:, count - left] + closed * np.float32(left) if left else before[:, count], out=least)
+            np.minimum(
+                least, before[:, count - left] + closed * np.float32(left) if left else before[:, count], out=least
+            )
     return np.asarray(least.reshape(ways, forms) / (2 * count), dtype=np.float64)
 
 

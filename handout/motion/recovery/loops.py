@@ -20,9 +20,7 @@ _ABOVE, _BELOW = 0.95, -0.05  # of a small letter: where loops of stems and of t
 _LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
 
 
-def amiss(
-    net: Network, strokes: Sequence[Sequence[int]], letter: str, base: float | None, small: float
-) -> int:
+def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: float | None, small: float) -> int:
     """How many loops are the wrong way round.
 
     Parameters

@@ -27,7 +27,7 @@ from handout.values import Array, Indices
 
 _STEP = 0.04  # x-heights, as are all lengths below; between places of a path
 _BLUR = 0.10  # of the curvature
-_BEND = 0.4  # 1 / x-height: how much a bend must stand out to part strokes
+_BEND = 0.8  # 1 / x-height: how much a bend must stand out to part strokes
 _NEAR = 0.15  # no bend is nearer to an end
 _LOCAL = 0.15  # of the path on either side of a bend that make it sharp or soft
 _SHARPEST = 2.6  # rad

@@ -7,6 +7,7 @@ its zero, or is told where that is, or still knows; then it goes, pen lifted, to
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from collections.abc import Callable
 from typing import Protocol
 
@@ -51,6 +52,7 @@ def run_job(
     *,
     at_zero: bool = False,
     progress: Progress | None = None,
+    plotted: Callable[[Report, Port], None] | None = None,
     log: Callable[[str], None] | None = None,
 ) -> list[Report]:
     """Plot what is left of a job.
@@ -60,11 +62,12 @@ def run_job(
     open_port : opens the way to the machine, and again after a break.
     at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
+    plotted : told of every part that has been plotted.
 
     Returns
     -------
     list of Report
-        One for every part that was plotted.
+        One for every part that was plotted, without its plan: a job may have many.
 
     Raises
     ------
@@ -74,7 +77,7 @@ def run_job(
         Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job.
     """
     with job.open() as kept:
-        run = _Run(job, kept, person, progress, log or (lambda _: None))
+        run = _Run(job, kept, person, progress, plotted, log or (lambda _: None))
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
@@ -91,9 +94,16 @@ class _Run:
     """One program's work on a job."""
 
     def __init__(
-        self, job: Job, kept: Journal, person: Person, progress: Progress | None, log: Callable[[str], None]
+        self,
+        job: Job,
+        kept: Journal,
+        person: Person,
+        progress: Progress | None,
+        plotted: Callable[[Report, Port], None] | None,
+        log: Callable[[str], None],
     ) -> None:
-        self.job, self.kept, self.person, self.progress, self.log = job, kept, person, progress, log
+        self.job, self.kept, self.person, self.log = job, kept, person, log
+        self.progress, self.plotted = progress, plotted
         self.reports: list[Report] = []
 
     def is_done(self) -> bool:
@@ -186,7 +196,9 @@ class _Run:
             with contextlib.suppress(DeviceError):
                 self._look(controller)
             raise
-        self.reports.append(report)
+        if self.plotted is not None:
+            self.plotted(report, port)
+        self.reports.append(dataclasses.replace(report, plan=None))
 
     def _progress(self, number: int, made: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""

@@ -50,10 +50,13 @@ class Paper:
         self.trace.append((now, (0, 0, self.at[2])))
 
     def lifted(self, now: float) -> None:
-        """A person lifts the pen."""
+        """A person lifts the pen, at once, whatever it was told a moment before."""
         if self.profile.pen.lift == "z":
             self.trace.append((now, (*self.at[:2], round(self.profile.pen.up * self.steps[2]))))
-        self.pen(now, self.profile.pen.up)
+        told = now - self.profile.pen.up_time
+        while self.power and self.power[-1][0] > told:
+            self.power.pop()
+        self.pen(told, self.profile.pen.up)
 
     def push_to_zero(self, now: float) -> None:
         """A person lifts the pen and pushes the carriage to its true zero, which the controller does not notice."""

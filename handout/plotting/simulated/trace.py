@@ -69,9 +69,8 @@ def _stroke(t: Array, at: Array, begin: float, end: float, placement: Placement,
     moved = np.flatnonzero((at[a:b, :2] != at[a, :2]).any(axis=1))
     if len(moved) == 0:
         return Stroke(t[a : a + 1], placement.to_page(at[a : a + 1, :2]))
-    a, b = a + int(moved[0]) - 1, a + int(moved[-1]) + 1
-    while b - a > 2 and (at[b - 1, :2] == at[b - 2, :2]).all():
-        b -= 1
+    under_way = np.flatnonzero((at[a:b, :2] != at[b - 1, :2]).any(axis=1))  # a closed stroke ends where it began
+    a, b = a + int(moved[0]) - 1, a + int(under_way[-1]) + 2
     rows = np.arange(a, b)[np.append(True, np.diff(t[a:b]) > 0)]
     pressure = None
     if pen.pressed is not None:

@@ -1,0 +1,145 @@
+"""The report of a plot: how the motion that was executed, or is predicted, compares with the writing's, by page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handout import atomic
+from handout.plotting import execution, fidelity
+from handout.plotting.driver import Report
+from handout.plotting.planned import Plan
+from handout.plotting.ports import Port
+from handout.plotting.simulated import SimulatedPlotter
+from handout.values import Array, Drawing, Stroke
+
+_WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
+_NOTED = 1.03  # a stretch beyond this is told with its place
+
+Row = dict[str, Any]
+
+
+def row(plan: Plan, page: int, *, executed: Drawing | None = None, min_queue: int | None = None) -> Row:
+    """What is to be said of one page.
+
+    Parameters
+    ----------
+    page : its number, from 1.
+    executed : what the simulated plotter drew; None: what the plan predicts.
+    min_queue : as the machine said; None: as the plan predicts.
+
+    Returns
+    -------
+    dict
+        correlation, rms_of_peak : of the speeds at the same times; in_place : the same at the same places.
+        intended_s, executed_s : time of the strokes alone; stretched : their ratio; announced_s : of everything.
+        segments, segments_per_s : of the strokes; min_queue : moves in hand in the middle of a stroke, the least.
+        deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
+    """
+    meant, done = plan.intended(), plan.predicted() if executed is None else executed
+    segments = int(np.count_nonzero(plan.course.draws))
+    took = float(plan.motion.duration[plan.course.draws].sum())
+    if min_queue is None:
+        min_queue = execution.least_queue(plan.course, plan.motion, plan.profile)
+    intended_s, executed_s = fidelity.times(meant, done)
+    return {
+        "page": page,
+        "measured": executed is not None,
+        **_likeness(meant, done),
+        "intended_s": round(intended_s, 3),
+        "executed_s": round(executed_s, 3),
+        "stretched": round(executed_s / intended_s, 5) if intended_s > 0 else 1.0,
+        "announced_s": round(plan.duration, 3),
+        "segments": segments,
+        "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
+        "min_queue": min_queue,
+        "stretched_at": stretches(meant, done),
+    }
+
+
+def _likeness(meant: Drawing, done: Drawing) -> Row:
+    """How alike two drawings of the same strokes are; all None if nothing in them moves."""
+    if not any(fidelity.comparable(*pair) for pair in _pairs(meant, done)):
+        return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
+    found = fidelity.compare(meant, done)
+    return {
+        "correlation": round(found.timed, 5),
+        "rms_of_peak": round(found.timed_rms, 5),
+        "in_place": {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
+        "deviation_mm": round(found.deviation, 4),
+    }
+
+
+def plotted(report: Report, port: Port, page: int) -> Row:
+    """What is to be said of a page that has just been plotted: measured if the plotter is simulated, else predicted."""
+    assert report.plan is not None
+    executed, many = None, len(report.plan.drawing.strokes)
+    if isinstance(port, SimulatedPlotter):
+        sheet = port.executed()
+        if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
+            executed = Drawing(sheet.strokes[-many:], sheet.page)
+    return row(report.plan, page, executed=executed, min_queue=report.min_queue)
+
+
+def stretches(meant: Drawing, done: Drawing) -> list[Row]:
+    """The strokes in which half a second took noticeably longer than it was meant to.
+
+    Returns
+    -------
+    list of dict
+        stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the half of a
+        second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
+    """
+    rows = []
+    for number, (a, b) in enumerate(_pairs(meant, done)):
+        if not fidelity.moves(a, b):
+            continue
+        clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 10)
+        share = np.interp(np.append(clock, clock + _WINDOW), a.t - a.t[0], _share(a.xy))
+        when = np.interp(share, _share(b.xy), b.t)
+        local = (when[len(clock) :] - when[: len(clock)]) / min(_WINDOW, a.t[-1] - a.t[0])
+        worst = int(np.argmax(local))
+        if local[worst] > _NOTED:
+            factor = (b.t[-1] - b.t[0]) / (a.t[-1] - a.t[0])
+            found = {"factor": round(float(factor), 4), "worst": round(float(local[worst]), 3)}
+            rows.append({"stroke": number, "word": a.word, **found, "at_s": round(float(clock[worst]), 3)})
+    return rows
+
+
+def whole(rows: Sequence[Row]) -> Row:
+    """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
+    intended, executed = (sum(row[key] for row in rows) for key in ("intended_s", "executed_s"))
+    least = [row["correlation"] for row in rows if row["correlation"] is not None]
+    most = [row["rms_of_peak"] for row in rows if row["rms_of_peak"] is not None]
+    queues = [row["min_queue"] for row in rows if row["min_queue"] is not None]
+    return {
+        "measured": all(row["measured"] for row in rows),
+        "correlation": min(least, default=None),
+        "rms_of_peak": max(most, default=None),
+        "intended_s": round(intended, 3),
+        "executed_s": round(executed, 3),
+        "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
+        "announced_s": round(sum(row["announced_s"] for row in rows), 3),
+        "segments": sum(row["segments"] for row in rows),
+        "min_queue": min(queues, default=None),
+        "pages": list(rows),
+    }
+
+
+def write(path: Path, rows: Sequence[Row]) -> None:
+    """Write the report of all pages as JSON; all of it or nothing."""
+    atomic.write(path, (json.dumps(whole(rows), indent=1) + "\n").encode())
+
+
+def _pairs(meant: Drawing, done: Drawing) -> Iterator[tuple[Stroke, Stroke]]:
+    return zip(meant.strokes, done.strokes, strict=True)
+
+
+def _share(xy: Array) -> Array:
+    """How much of the length of a path lies before each of its points, 0 to 1."""
+    along = fidelity.along_path(xy)
+    return np.asarray(along / along[-1])
