@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -132,7 +133,7 @@ def profile(strokes: Sequence[Stroke], characters: int, x_height: float | None =
         speed, bend = _speed(movement)
         high, low = (find_peaks(way, prominence=_PEAK * speed.max())[0] for way in (speed, -speed))
         strokes_ += np.diff(movement.t[low]).tolist()
-        minima += [float((speed[a] + speed[b]) / 2 / speed[a:b].max()) for a, b in zip(low, low[1:], strict=False)]
+        minima += [float((speed[a] + speed[b]) / 2 / speed[a:b].max()) for a, b in pairwise(low)]
         use = (bend > _BENT) & (speed > _MOVING)
         bends.append(np.log(bend[use]))
         speeds.append(np.log(speed[use]))
