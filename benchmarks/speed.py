@@ -100,8 +100,10 @@ def _recorded(folder: Path) -> None:
     print(f"{f'{len(every)} sentences on a tablet':<34}{_middle([found for found, _ in every])}")
     for writer in _WRITERS:
         path = folder / "pose" / "bda_svc" / f"{writer}_w.cz.fnusa.9_1.svc"
-        found = profile(read_drawing(path).strokes, len("Tramvaj dnes uz nepojede"))
-        print(f"{writer + ', on paper':<34}{found}")
+        drawing = read_drawing(path)
+        found = profile(drawing.strokes, len("Tramvaj dnes uz nepojede"))
+        agreeing = _paced_again(drawing, len("Tramvaj dnes uz nepojede"))[1]
+        print(f"{writer + ', on paper':<34}{found}  timed as ink is, correlation {agreeing:.3f}")
     again, agreeing = zip(*(_paced_again(drawing, count) for drawing, count in sentences), strict=True)
     print(f"{'the sentences, timed as ink is':<34}{_middle(again)}")
     print(f"  speeds agree with those recorded: correlation of logarithms {np.median(agreeing):.3f}")

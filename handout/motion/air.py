@@ -1,6 +1,6 @@
 """Time that a hand spends between strokes.
 
-Source: medians of 1264 lifts in 92 sentences by 11 writers (UNIPEN, `atu`), told in durations of the writer's own usual
+Source: medians of 1264 lifts in 92 sentences by 13 writers (UNIPEN, `atu`), told in durations of the writer's own usual
 stroke and by distance.  The time for a new line is not measured: no recording of several lines was at hand.
 """
 

@@ -8,10 +8,11 @@ lengths of the strokes are virtual, as targets are: they are led to where each p
 All paths of a page are worked on at once.
 
 Source: seed 002, §3.1–3.2 (Sigma-Lognormal strokes; overlap by sharpness).  Durations, overlaps and how the pen lands
-and leaves are fitted to 92 sentences of joined writing by 11 writers, recorded at 200 Hz (UNIPEN, `atu`): speeds that
-follow from the shape alone agree with the recorded ones with a correlation of .90, that of their logarithms along the
-path (`benchmarks/speed.py`).  How hard the pen was pressed there says nothing more (correlation with what is left
-−.00, middle of the sentences), which is why neither density nor width of ink has a say.
+and leaves are fitted to 92 sentences of joined writing by 13 writers, recorded at 200 Hz (UNIPEN, `atu`): speeds that
+follow from the shape alone agree with the recorded ones with a correlation of .88, that of their logarithms along the
+path, and of .82 and .84 for two writers to whom nothing was fitted (`benchmarks/speed.py`).  How hard the pen was
+pressed there says nothing more (correlation with what is left −.00, middle of the sentences), and on simulated pages
+density and width of the ink add .00 to the correlation: neither has a say.
 """
 
 from __future__ import annotations
