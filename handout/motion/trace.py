@@ -55,7 +55,7 @@ def trace(
     """Timed strokes for a manuscript.
 
     Those of a scanned hand go along its ink, in the order in which a person writes them (see `motion.recovery`), at a
-    pace that is worked out from the path; engine and jitter are for drawn hands.
+    pace that is worked out from the path; `engine` is for drawn hands, and the pen of scanned ones does not tremble.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def trace(
     if engine not in ENGINES:
         raise InputError(f"kinematics: {engine!r} is unknown; use {' or '.join(ENGINES)}.")
     if isinstance(hand, ScannedHand):
-        return _along_ink(manuscript, hand, speed)
+        return _along_ink(manuscript, hand, rng, speed, jitter)
     follow = _engine(engine, hand)
     clock = 0.0
     before: _Component | None = None
@@ -93,12 +93,16 @@ def trace(
     return Drawing(tuple(strokes), manuscript.page, about)
 
 
-def _along_ink(manuscript: Manuscript, hand: ScannedHand, speed: float) -> Drawing:
+def _along_ink(
+    manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
+) -> Drawing:
     from handout.motion.recovery.pages import paths
     from handout.motion.recovery.timing import strokes
 
     found = [(path, n) for n, line in enumerate(manuscript.lines) for path in paths(line.placed, hand)]
-    timed = strokes([path for path, _ in found], [n for _, n in found], manuscript.x_height, speed)
+    timed = strokes(
+        [path for path, _ in found], [n for _, n in found], manuscript.x_height, rng, speed=speed, jitter=jitter
+    )
     return Drawing(tuple(timed), manuscript.page, {"hand": hand.name, **manuscript.about})
 
 

@@ -42,7 +42,8 @@ def from_svc(data: bytes) -> Drawing:
     said = int(lines[0])
     if len(rows) < said:
         raise InputError(f"This SVC is cut off: it has {len(rows)} of {said} samples.")
-    raw = [_raw(piece) for piece in _on_paper(table)] if len(rows) else []
+    full = recorded.full_pressure(float(table[:, 6].max())) if len(rows) else 1.0
+    raw = [_raw(piece, full) for piece in _on_paper(table)] if len(rows) else []
     return recorded.drawing(raw, "SVC file", {})
 
 
@@ -52,10 +53,9 @@ def _on_paper(table: Array) -> list[Array]:
     return [table[a:b] for a, b in change.reshape(-1, 2).tolist()]
 
 
-def _raw(piece: Array) -> Raw:
-    pressure = piece[:, 6]
+def _raw(piece: Array, full: float) -> Raw:
     channels = {
-        "pressure": np.clip(pressure / recorded.full_pressure(float(pressure.max())), 0.0, 1.0),
+        "pressure": np.clip(piece[:, 6] / full, 0.0, 1.0),
         "azimuth": np.radians(piece[:, 4] / 10),
         "tilt": np.pi / 2 - np.radians(piece[:, 5] / 10),
     }

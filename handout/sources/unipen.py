@@ -73,11 +73,14 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     named = {component for segment in state.segments for component in segment.components}
     if named:  # a file of labels uses part of the files it includes
         down = [index for index in down if index in named]
-    place = {component: stroke for stroke, component in enumerate(down)}
-    words = {place[i]: word for word, s in enumerate(_of_words(state.segments)) for i in s.components if i in place}
-    raw = [_raw(state, state.components[index][1], words.get(stroke, -1)) for stroke, index in enumerate(down)]
+    parts = [(index, rows) for index in down for rows in _on_paper(state, state.components[index][1])]
+    place: dict[int, list[int]] = {}
+    for stroke, (index, _) in enumerate(parts):
+        place.setdefault(index, []).append(stroke)
+    words = {index: word for word, s in enumerate(_of_words(state.segments)) for index in s.components}
+    raw = [_raw(state, state.components[index][1], rows, words.get(index, -1)) for index, rows in parts]
     segments = [
-        {"level": s.level, "label": s.label, "strokes": [place[i] for i in s.components if i in place]}
+        {"level": s.level, "label": s.label, "strokes": [stroke for i in s.components for stroke in place.get(i, [])]}
         for s in state.segments
     ]
     return recorded.drawing(raw, "UNIPEN file", {"segments": segments} if segments else {})
@@ -156,17 +159,30 @@ def _segment(body: str, state: _State) -> None:
     state.segments.append(_Segment(match.group(1), numbers, label))
 
 
-def _raw(state: _State, values: Array, word: int) -> Raw:
+def _on_paper(state: _State, values: Array) -> list[slice]:
+    """The rows of a component that are of the pen on paper: some tablets go on above it, with no pressure."""
+    if "P" not in state.coordinates:
+        return [slice(None)]
+    down = np.concatenate([[False], values[:, state.coordinates.index("P")] > 0, [False]])
+    if not down.any():  # nothing was measured
+        return [slice(None)]
+    return [slice(a, b) for a, b in np.flatnonzero(np.diff(down)).reshape(-1, 2).tolist()]
+
+
+def _raw(state: _State, values: Array, rows: slice, word: int) -> Raw:
+    """Some rows of a component."""
     names = state.coordinates
     if "X" not in names or "Y" not in names:
         raise InputError(f"The coordinates of this UNIPEN file are {' '.join(names)}; X and Y are needed.")
+    t, values = _times(state, values), values[rows]
     x = values[:, names.index("X")] / state.per_mm.get("X", _POINTS)
     y = -values[:, names.index("Y")] / state.per_mm.get("Y", state.per_mm.get("X", _POINTS))
     channels = {}
     if "P" in names and len(values):
-        pressure = values[:, names.index("P")]
-        channels["pressure"] = np.clip(pressure / recorded.full_pressure(float(pressure.max())), 0.0, 1.0)
-    return Raw(np.column_stack([x, y]), _times(state, values), channels, word)
+        k = names.index("P")
+        most = max(float(every[:, k].max()) for _, every in state.components if len(every))
+        channels["pressure"] = np.clip(values[:, k] / recorded.full_pressure(most), 0.0, 1.0)
+    return Raw(np.column_stack([x, y]), None if t is None else t[rows], channels, word)
 
 
 def _times(state: _State, values: Array) -> Array | None:

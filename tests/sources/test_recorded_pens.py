@@ -49,6 +49,15 @@ def test_unipen():
     ]
 
 
+def test_unipen_samples_without_pressure_are_above_the_paper():
+    hovering = UNIPEN.replace(b"110 100 10 400", b"110 100 10 0")
+    drawing = from_unipen(hovering)
+    assert [len(s.t) for s in drawing.strokes] == [1, 1, 2, 2]
+    assert [s.word for s in drawing.strokes] == [0, 0, 1, 1]
+    assert drawing.about["segments"][0]["strokes"] == [0, 1] and drawing.about["segments"][1]["strokes"] == [2, 3]
+    assert drawing.strokes[1].t == pytest.approx([0.02])
+
+
 def test_unipen_times_may_be_microseconds_or_absent():
     micro = UNIPEN.replace(b" 10 400", b" 10000 400").replace(b" 20 500", b" 20000 500")
     assert from_unipen(micro).strokes[0].t == pytest.approx([0, 0.01, 0.02])
@@ -94,7 +103,7 @@ def test_svc():
     assert one.xy[1] - one.xy[0] == pytest.approx([0.5, 0])
     assert two.xy[0] - one.xy[0] == pytest.approx([1.5, 0.5])
     assert np.degrees(two.tilt) == pytest.approx([45, 45]) and np.degrees(one.azimuth) == pytest.approx([90, 90])
-    assert one.pressure == pytest.approx(np.array([500, 900]) / 1023)
+    assert one.pressure == pytest.approx(np.array([500, 900]) / 2047)  # the range that holds the whole file's
 
 
 TAG = b"""<GML><tag><header><client><name>x</name></client><environment>

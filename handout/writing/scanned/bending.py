@@ -1,9 +1,9 @@
 """A glyph that is written again is not the same again: it is bent a little, as far as its author's own letters vary.
 
-The bend is a low-order affine map and a smooth warp, both of the plane, so that strokes keep their smoothness and what
-hangs on a glyph follows it; the width of the line is not touched.
+The bend is a low-order affine map, a smooth warp, and what the hand aimed at being missed a little, all maps of the
+plane, so that strokes keep their smoothness and what hangs on a glyph follows it; the width of the line is not touched.
 
-Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the need.
+Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
 """
 
 from __future__ import annotations
@@ -23,6 +23,11 @@ from handout.writing.scanned.forms import Form, Forms
 _SHARE = 0.7  # of the usual deviation of a letter, that a bend goes to
 _WARP = 1.5  # of the usual difference in shape between two instances
 _WAVES = 3
+_MISSED = 0.8  # of the usual difference in shape, that targets are missed by; never more than _FARTHEST
+_WORST = 2.0  # deviations
+_FARTHEST = 0.06  # x-heights
+_AROUND = 0.4  # x-heights around a target that go with it
+_AWAY = 0.15  # weight of staying where it is
 _ENOUGH = 5  # instances, from which a letter's own range is known
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that what all letters have in common counts for
@@ -56,6 +61,7 @@ class Bend:
     affine : (2, 2) float.
     foot : height of the point on the axis of the centre that stays where it is.
     waves : (k, 2) float: wave vectors, rad; pushes : (k, 2) float: displacements; phases : (k,).
+    targets : (m, 2) float: places that are moved; misses : (m, 2) float: by how much; around : how far that reaches.
     """
 
     affine: Array
@@ -63,22 +69,28 @@ class Bend:
     waves: Array
     pushes: Array
     phases: Array
+    targets: Array
+    misses: Array
+    around: float
 
     def __call__(self, xy: Array) -> Array:
         """Where places (n, 2) go; the same places are given back by a bend that does nothing."""
         from_foot = xy - (0.0, self.foot)
         moved = xy + from_foot @ (self.affine - np.eye(2)).T
-        return np.asarray(moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes)
+        moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
+        near = np.exp(-cdist(xy, self.targets, "sqeuclidean") / (2 * self.around**2))
+        return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
 
     def scaled(self, share: float) -> Bend:
         """The same, but only so strong."""
         affine = np.eye(2) + share * (self.affine - np.eye(2))
-        return Bend(affine, self.foot, self.waves, self.pushes * share, self.phases)
+        return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
 
 
 def unbent() -> Bend:
     """The bend that leaves everything where it is."""
-    return Bend(np.eye(2), 0.0, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    none = np.zeros((0, 2))
+    return Bend(np.eye(2), 0.0, none, none, np.zeros(0), none, none, 1.0)
 
 
 def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.Generator, variation: float) -> Bend:
@@ -91,13 +103,15 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
     """
     normal = rng.standard_normal(3)
     directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
+    missed = np.clip(rng.standard_normal(form.targets.shape), -_WORST, _WORST)
     if variation == 0:
         return unbent()
+    reach = min(variation * _MISSED * spread.warp, _FARTHEST * spread.x_height)
     low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
     # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
     for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
         made = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
-        made = replace(made, pushes=side * made.pushes)
+        made = replace(made, pushes=side * made.pushes, targets=form.targets, misses=side * reach * missed)
         for share in _TRIES:
             tried = made.scaled(share)
             then = measure(tried(form.xy), form.radius, spread.x_height)
@@ -124,7 +138,8 @@ def _warped(affine: Array, foot: float, directions: Array, spread: Spread, varia
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
     reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
     pushes = reach * np.column_stack([np.cos(directions[1]), np.sin(directions[1])])
-    return Bend(affine, foot, waves, pushes, directions[2])
+    none = np.zeros((0, 2))
+    return Bend(affine, foot, waves, pushes, directions[2], none, none, _AROUND * spread.x_height)
 
 
 def spread(forms: Forms) -> Spread:

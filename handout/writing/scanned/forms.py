@@ -18,6 +18,7 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.tails import tails
 from handout.writing.scanned.taking import Strokes, Taken
+from handout.writing.scanned.targets import targets
 
 _CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
 
@@ -68,6 +69,11 @@ class Form:
     edges: Indices
     entries: tuple[Way, ...]
     exits: tuple[Way, ...]
+
+    @cached_property
+    def targets(self) -> Array:
+        """(k, 2): what the hand aimed at in the body."""
+        return targets(self.xy, self.radius, self.edges)
 
     @cached_property
     def whole(self) -> tuple[Array, Array]:
