@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from handout.sinks import about
-from handout.sinks.inkml_reading import from_inkml
+from handout.sources.inkml import from_inkml
 from handout.values import Array, Drawing, Stroke
 
 __all__ = ["from_inkml", "to_inkml"]

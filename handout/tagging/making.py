@@ -177,6 +177,7 @@ def page_of(written: WrittenPage, transcript: str) -> ScannedPage:
         pen=written.mask.pen,
         texture=_texture(written.matte.rgba, (dx, dy)),
         paper=_reduced(written.matte.paper),
+        moments=written.moments,
     )
 
 

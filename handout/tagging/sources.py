@@ -15,10 +15,12 @@ from handout.scanning.density import Scale, pooled
 from handout.scanning.outline import refuse_oblique
 from handout.scanning.page import check_dpi, scan_of
 from handout.scanning.picture import Picture, count_pages, read_picture, source_of
+from handout.scanning.recorded import followed
 from handout.scanning.reading import Prepared, find_ink, finish, prepare
 from handout.tagging.making import MadePage, make_page
 from handout.tagging.sheets import filled_sheet, refuse_mirrored
 from handout.tagging.upright import find_turn, said_of
+from handout.values import Stroke
 
 _CHOSEN = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
@@ -33,10 +35,14 @@ class Source:
 
     prepared : its scan, upright or not.
     transcript : what is written on it.
+    movements : of a recording, the way of its pen; see `scanning.recorded.followed`. Such a page lies upright.
+    timed : whether their times mean anything.
     """
 
     prepared: Prepared
     transcript: str
+    movements: tuple[Stroke, ...] = ()
+    timed: bool = False
 
 
 def chosen(names: Sequence[str]) -> list[tuple[Path, int | None]]:
@@ -188,11 +194,13 @@ def _lettered(
     source: Source, scale: Scale | None, rng: np.random.Generator, pen: str | None, say: Say, method: str
 ) -> MadePage:
     inked = find_ink(source.prepared, pen, scale=scale)
-    turn = find_turn(inked, source.transcript, rng.spawn(1)[0])
+    turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {said_of(turn)}: turned upright")
         inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
     written = finish(inked)
+    if source.movements:
+        written = followed(written, source.movements, timed=source.timed)
     say(f"  ink and {_counted(len(written.rules.lines), 'line')} found; looking for the letters …")
     try:
         made = make_page(written, source.transcript, rng=rng, method=method)
