@@ -38,7 +38,7 @@ MAY = {
     "plotting": {"motion", "sinks"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
-    "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
+    "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "cli": {
         "hand",
         "writing",

@@ -38,7 +38,9 @@ def followed(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) ->
     radius = _together([stroke.width for stroke in strokes]) / 2
     density = np.clip(mean_within(written.density.values, uv, radius / scan.pixel), 0, 2)
     first = np.cumsum([0, *counts[:-1]])
-    edges = np.concatenate([np.column_stack([np.arange(n - 1), np.arange(1, n)]) + a for a, n in zip(first, counts, strict=True)])
+    edges = np.concatenate(
+        [np.column_stack([np.arange(n - 1), np.arange(1, n)]) + a for a, n in zip(first, counts, strict=True)]
+    )
     graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
     pressures = [stroke.pressure for stroke in strokes]
     pressure = None if any(one is None for one in pressures) else _together(pressures)

@@ -2,6 +2,7 @@
 
 Statements begin with a dot in the first column.  What is read: ``.INCLUDE``, ``.COORD``, ``.X_POINTS_PER_INCH`` (or
 ``_MM``) and the same of Y, ``.POINTS_PER_SECOND``, ``.PEN_DOWN``, ``.PEN_UP``, ``.SEGMENT``; the rest is passed over.
+Where pressure is recorded and falls to nothing, the pen is lifted.
 
 Source: I. Guyon, L. Schomaker, R. Plamondon, M. Liberman, S. Janet: UNIPEN project of on-line data exchange and
 recognizer benchmarks, 1994.
@@ -73,11 +74,15 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     named = {component for segment in state.segments for component in segment.components}
     if named:  # a file of labels uses part of the files it includes
         down = [index for index in down if index in named]
-    place = {component: stroke for stroke, component in enumerate(down)}
-    words = {place[i]: word for word, s in enumerate(_of_words(state.segments)) for i in s.components if i in place}
-    raw = [_raw(state, state.components[index][1], words.get(stroke, -1)) for stroke, index in enumerate(down)]
+    word = {i: number for number, s in enumerate(_of_words(state.segments)) for i in s.components}
+    raw: list[Raw] = []
+    place: dict[int, range] = {}
+    for index in down:
+        first = len(raw)
+        raw += [_raw(state, part, word.get(index, -1)) for part in _pressed(state, state.components[index][1])]
+        place[index] = range(first, len(raw))
     segments = [
-        {"level": s.level, "label": s.label, "strokes": [place[i] for i in s.components if i in place]}
+        {"level": s.level, "label": s.label, "strokes": [n for i in s.components for n in place.get(i, ())]}
         for s in state.segments
     ]
     return recorded.drawing(raw, "UNIPEN file", {"segments": segments} if segments else {})
@@ -154,6 +159,15 @@ def _segment(body: str, state: _State) -> None:
             numbers += range(ends[0], ends[-1] + 1)
     label = re.sub(r"\\(.)", r"\1", match.group(4))
     state.segments.append(_Segment(match.group(1), numbers, label))
+
+
+def _pressed(state: _State, values: Array) -> list[Array]:
+    """The parts of a component in which the pen presses: some devices say by pressure alone that it was lifted."""
+    if "P" not in state.coordinates or not (values[:, state.coordinates.index("P")] > 0).any():
+        return [values]
+    down = np.concatenate([[False], values[:, state.coordinates.index("P")] > 0, [False]])
+    bounds = np.flatnonzero(down[1:] != down[:-1]).reshape(-1, 2)
+    return [values[a:b] for a, b in bounds.tolist()]
 
 
 def _raw(state: _State, values: Array, word: int) -> Raw:

@@ -34,11 +34,12 @@ class Recording:
     """A recorded page with what is written on it.
 
     name : for messages.
+    text : "" where the recording itself is to say it.
     """
 
     name: str
     drawing: Drawing
-    text: str
+    text: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +47,13 @@ class _Piece:
     """Writing that the recording names: a line of text, or a word.
 
     base : y of its baseline, mm.
+    timed : whether the times of the strokes mean anything.
     """
 
     strokes: tuple[Stroke, ...]
     label: str
     base: float
+    timed: bool
 
     @property
     def box(self) -> Array:
@@ -59,14 +62,12 @@ class _Piece:
         return np.concatenate([xy.min(axis=0), xy.max(axis=0)])
 
 
-def recordings(name: str, drawing: Drawing, text: str | None, say: Say) -> list[Recording]:
-    """The pages of a recording: the one that its text is given for, or its labelled pieces laid out line by line.
+def recordings(given: Sequence[Recording], say: Say) -> list[Recording]:
+    """The pages of some recordings: each one that has a text; labelled pieces of the others, laid out line by line.
 
     Parameters
     ----------
-    name : of the file, for messages.
-    drawing : what `sources.read_drawing` gives.
-    text : what is written, line by line; without it the recording's own labels of texts or words.
+    given : as `sources.read_drawing` gives their drawings; without a text, a recording's own labels are taken.
     say : takes sentences to show the user.
 
     Raises
@@ -74,16 +75,20 @@ def recordings(name: str, drawing: Drawing, text: str | None, say: Say) -> list[
     InputError
         Nothing written, no text and no labels, or writing of which the size cannot be told.
     """
-    drawing = _sized(name, _inky(name, drawing), say)
-    if not drawing.timed or "timing" in drawing.about:
-        say(f"  {name} does not say when the pen was where: the order of strokes is known, their pace is not.")
-    if text is not None:
-        return [Recording(name, _page(drawing, drawing.strokes), text)]
-    pieces = _pieces(name, drawing)
-    return [
-        Recording(name, _page(drawing, [s for row in rows for s in row[0]]), "\n".join(label for _, label in rows))
-        for rows in _laid(pieces, _x_height(drawing.strokes))
-    ]
+    found, pieces = list[Recording](), list[_Piece]()
+    for one in given:
+        drawing = _sized(one.name, _inky(one.name, one.drawing), say)
+        if not _clocked(drawing):
+            say(f"  {one.name} does not say when the pen was where: the order is known, the pace is not.")
+        if one.text:
+            found.append(replace(one, drawing=_page(drawing.strokes, timed=_clocked(drawing))))
+        else:
+            pieces += _pieces(one.name, drawing)
+    timed = all(piece.timed for piece in pieces)
+    for rows in _laid(pieces):
+        strokes = [stroke for row, _ in rows for stroke in row]
+        found.append(Recording(given[0].name, _page(strokes, timed=timed), "\n".join(label for _, label in rows)))
+    return found
 
 
 def source(recording: Recording) -> Source:
@@ -103,9 +108,8 @@ def source(recording: Recording) -> Source:
         )
     width = _PEN * _x_height(drawing.strokes)
     rgb = plain.image(drawing, _DPI, width=width, variation=0.0)
-    timed = drawing.timed and "timing" not in drawing.about
     ways = tuple(_even(stroke, curve, width) for stroke, curve in _curved(drawing))
-    return Source(prepare(Scan(rgb, _DPI, recording.name)), recording.text, ways, timed)
+    return Source(prepare(Scan(rgb, _DPI, recording.name)), recording.text, ways, drawing.timed)
 
 
 def _curved(drawing: Drawing) -> Iterator[tuple[Stroke, curves.Curve]]:
@@ -179,7 +183,7 @@ def _pieces(name: str, drawing: Drawing) -> list[_Piece]:
     segments: Sequence[Mapping[str, Any]] = drawing.about.get("segments", ())
     for level in ("TEXT", "LINE", "WORD"):
         chosen = [s for s in segments if s["level"] == level and s["label"].strip() and s["strokes"]]
-        pieces = [_piece([drawing.strokes[i] for i in s["strokes"]], s["label"]) for s in chosen]
+        pieces = [_piece([drawing.strokes[i] for i in s["strokes"]], s["label"], _clocked(drawing)) for s in chosen]
         pieces = [piece for piece in pieces if np.ptp(piece.box.reshape(2, 2), axis=0).max() > _NOTHING]
         if pieces:
             return pieces
@@ -189,14 +193,17 @@ def _pieces(name: str, drawing: Drawing) -> list[_Piece]:
     )
 
 
-def _piece(strokes: Sequence[Stroke], label: str) -> _Piece:
+def _piece(strokes: Sequence[Stroke], label: str, timed: bool) -> _Piece:
     turns = [one for one in _turns(strokes) if len(one) > 1]
     low = np.concatenate([np.maximum(one[:-1], one[1:]) for one in turns] or [strokes[0].xy[:1, 1]])
-    return _Piece(tuple(strokes), " ".join(label.split()), float(np.median(low)))
+    return _Piece(tuple(strokes), " ".join(label.split()), float(np.median(low)), timed)
 
 
-def _laid(pieces: Sequence[_Piece], small: float) -> Iterator[list[tuple[list[Stroke], str]]]:
+def _laid(pieces: Sequence[_Piece]) -> Iterator[list[tuple[list[Stroke], str]]]:
     """Pages of rows, each its strokes and its text; short pieces share a row, all stand on its baseline."""
+    if not pieces:
+        return
+    small = _x_height([stroke for piece in pieces for stroke in piece.strokes])
     above = max(piece.base - piece.box[1] for piece in pieces)
     below = max(piece.box[3] - piece.base for piece in pieces)
     pitch = min(max(above + below + 0.4 * small, _PITCH[0] * small), _PITCH[1])
@@ -223,10 +230,15 @@ def _row(pieces: Sequence[_Piece], base: float, small: float) -> tuple[list[Stro
     return strokes, " ".join(piece.label for piece in pieces)
 
 
-def _page(drawing: Drawing, strokes: Sequence[Stroke]) -> Drawing:
-    """Some strokes of a drawing on a sheet of their own."""
+def _clocked(drawing: Drawing) -> bool:
+    """Whether its times were measured."""
+    return drawing.timed and "timing" not in drawing.about
+
+
+def _page(strokes: Sequence[Stroke], *, timed: bool) -> Drawing:
+    """Strokes on a sheet of their own."""
     xy = np.concatenate([stroke.xy for stroke in strokes])
     low, high = xy.min(axis=0), xy.max(axis=0)
     moved = tuple(replace(stroke, xy=stroke.xy - low + _MARGIN, width=None) for stroke in strokes)
     width, height = (high - low + 2 * _MARGIN).tolist()
-    return replace(drawing, strokes=moved, page=Page(width, height))
+    return Drawing(moved, Page(width, height), timed=timed)

@@ -15,8 +15,8 @@ from handout.scanning.density import Scale, pooled
 from handout.scanning.outline import refuse_oblique
 from handout.scanning.page import check_dpi, scan_of
 from handout.scanning.picture import Picture, count_pages, read_picture, source_of
-from handout.scanning.recorded import followed
 from handout.scanning.reading import Prepared, find_ink, finish, prepare
+from handout.scanning.recorded import followed
 from handout.tagging.making import MadePage, make_page
 from handout.tagging.sheets import filled_sheet, refuse_mirrored
 from handout.tagging.upright import find_turn, said_of
