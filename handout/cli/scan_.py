@@ -14,6 +14,7 @@ from handout.errors import InputError
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
     from handout.tagging.making import MadePage
+    from handout.tagging.recording import Recording
     from handout.tagging.sources import Say, Source
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
@@ -33,7 +34,7 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
     "--ink",
     "inks",
     multiple=True,
-    help="A recorded pen: .inkml .dat .svc .gml …, or a single-line SVG font. Repeatable.",
+    help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
 )
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
@@ -43,14 +44,12 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-def read(
-    name: str, scans: tuple[str, ...], inks: tuple[str, ...], output: str, as_json: bool, quiet: bool, **given: Any
-) -> None:
+def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> None:
     """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
 
     A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
-    photographed. A recording with labels of texts or words, as UNIPEN has, needs none either. Words that were struck
-    out are ~~marked so~~ in the text. Look at what was found with `handout hand check`.
+    photographed. A recording with labels of texts or words, as UNIPEN has, needs none either, nor does a
+    font. Words that were struck out are ~~marked so~~ in the text. Look at what was found with `handout hand check`.
 
     \b
     handout hand read mine --scan page1.png --text page1.txt --scan page2.png --text page2.txt -o mine.hand
@@ -80,8 +79,7 @@ def read(
 
 def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -> list[Source]:
     """The pages of recorded pens."""
-    from handout.sources import read_drawing
-    from handout.tagging.recordings import Recording, recordings, source
+    from handout.tagging.recordings import recordings, source
 
     if texts and len(texts) != len(inks):
         raise InputError(
@@ -89,8 +87,19 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -
             "recordings have labels."
         )
     words = [text for _, text in texts] or [""] * len(inks)
-    given = [Recording(ink, read_drawing(ink), text) for ink, text in zip(inks, words, strict=True)]
+    given = [one for ink, text in zip(inks, words, strict=True) for one in _recordings(ink, text)]
     return [source(one) for one in recordings(given, say)]
+
+
+def _recordings(ink: str, text: str) -> list[Recording]:
+    from handout.hand import svg_font
+    from handout.sources import read_drawing
+    from handout.tagging.fonts import specimen
+    from handout.tagging.recording import Recording
+
+    if svg_font.holds_font(Path(ink)):
+        return specimen(ink, svg_font.read(Path(ink)))
+    return [Recording(ink, read_drawing(ink), text)]
 
 
 def _text(path: Path) -> str:
