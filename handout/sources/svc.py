@@ -1,6 +1,6 @@
 """Reads SVC files: recorded pens with pose, as tablets' test programs write them.
 
-The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines), time (ms),
+The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines, y up), time (ms),
 whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure (raw).
 
 Source: the format as it is described with the public samples of handwriting signal libraries.
@@ -20,7 +20,7 @@ _COLUMNS = 7
 
 
 def from_svc(data: bytes) -> Drawing:
-    """Read an SVC file; strokes of the pen on paper, y down, with pressure, tilt from the vertical and azimuth.
+    """Read an SVC file; strokes of the pen on paper, y turned down, with pressure, tilt from the vertical and azimuth.
 
     Raises
     ------
@@ -59,4 +59,4 @@ def _raw(piece: Array) -> Raw:
         "azimuth": np.radians(piece[:, 4] / 10),
         "tilt": np.pi / 2 - np.radians(piece[:, 5] / 10),
     }
-    return Raw(np.column_stack([piece[:, 1], piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels)
+    return Raw(np.column_stack([piece[:, 1], -piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels)
