@@ -54,8 +54,7 @@ def command(
     made = programs.Programs(device, output, fast=job.fast, fit=given["fit"], order=order)
     check_outputs(output, made.sinks)
     if drawing is None:
-        jobs.drawn_hand(job)
-        pages, drawings = jobs.compose_and_trace(words, job)
+        pages, drawings = jobs.compose_and_trace(words, job, shown=jobs.STROKES)
     else:
         pages, drawings = [drawn_.unwritten(drawing)], [drawing]
     files = write_drawings(drawings, output, extra=made.sinks)

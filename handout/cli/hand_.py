@@ -106,13 +106,15 @@ def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> No
     import numpy as np
 
     from handout.sinks import check_outputs, write_drawings
+    from handout.values import Hand
     from handout.writing.specimen import specimen
 
     paths = [Path(file) for file in output]
     check_outputs(paths)
     look = options.look(given)
     job = jobs.setup({**given, "hand": name}, "A4")
-    hand = jobs.drawn_hand(job)
+    hand = job.hand
+    assert isinstance(hand, Hand)
     text = _SPECIMEN.format(name=hand.name, title=hand.title)
     rng = np.random.default_rng(job.seed)
     sheet = specimen(hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)

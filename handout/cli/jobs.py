@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from handout.writing.layout import Layout
 
 _HURRIED = 2.5  # --speed fast, for a file
+# what a page in a scanned hand may be wanted as
+INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
 
 
 def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
@@ -120,24 +122,6 @@ def _lent(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
     return file.load(library.scanned_file(pen))
 
 
-def drawn_hand(job: Setup) -> Hand:
-    """The hand, of which strokes are wanted.
-
-    Raises
-    ------
-    InputError
-        It is a scanned one.
-    """
-    from handout.values import Hand
-
-    if isinstance(job.hand, Hand):
-        return job.hand
-    raise InputError(
-        f"{job.hand.name} is a scanned hand, whose strokes are not known: it can be written as .png and .pdf and "
-        "printed; use a drawn hand."
-    )
-
-
 def _speed(text: str) -> tuple[bool, float]:
     if text in ("human", "fast"):
         return text == "fast", 1.0
@@ -148,15 +132,18 @@ def _speed(text: str) -> tuple[bool, float]:
 
 
 def compose_and_trace(
-    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = INK
 ) -> tuple[list[Manuscript], list[Drawing]]:
-    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way."""
-    pages, drawings = composed(text, job, layout, row)
+    """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way.
+
+    `shown` : what is wanted of a scanned hand, its `INK` or its `STROKES` or both; a drawn one has strokes.
+    """
+    pages, drawings = composed(text, job, layout, row, shown)
     return pages, list(drawings)
 
 
 def composed(
-    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = STROKES
 ) -> tuple[list[Manuscript], Iterator[Drawing]]:
     """The same with every drawing made when it is asked for, so that a long text need not be held as strokes."""
     import numpy as np
@@ -169,7 +156,8 @@ def composed(
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
     pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
     about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
-    return pages, (traced(sheet, job, rng, {**about, "page_number": n}) for n, sheet in enumerate(pages, 1))
+    drawings = (traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1))
+    return pages, drawings
 
 
 def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
@@ -190,17 +178,20 @@ def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[S
     return lent, [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
 
 
-def traced(sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any]) -> Drawing:
-    """A page as timed strokes, or as scanned ink, with what is stored in every output."""
-    from handout.values import Hand
+def traced(
+    sheet: Manuscript, job: Setup, rng: np.random.Generator, about: Mapping[str, Any], shown: frozenset[str] = INK
+) -> Drawing:
+    """A page as timed strokes, or as scanned ink, with what is stored in every output; `shown` as above."""
+    from handout.values import Drawing, Hand
 
-    if isinstance(job.hand, Hand):
+    speed = job.speed * (_HURRIED if job.fast else 1.0)
+    drawing = Drawing((), sheet.page, {})
+    if isinstance(job.hand, Hand) or shown & STROKES:
         from handout.motion.trace import trace
 
-        speed = job.speed * (_HURRIED if job.fast else 1.0)
         drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
-    else:
+    if not isinstance(job.hand, Hand) and shown & INK:
         from handout.inking.scanned import drawn
 
-        drawing = drawn(sheet, job.hand, job.lent)
+        drawing = replace(drawn(sheet, job.hand, job.lent), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})

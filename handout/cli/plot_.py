@@ -122,7 +122,6 @@ def command(
     drawings: Iterator[Drawing]
     if drawing is None:
         words = options.text_of(*drawn_.named_file(text, file, given["quiet"]))
-        jobs.drawn_hand(job)
         pages, drawings = jobs.composed(words, job)
     else:
         words, pages, drawings = Path(file or text[0]).name, [drawn_.unwritten(drawing)], iter([drawing])

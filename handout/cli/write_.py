@@ -28,7 +28,7 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     handout write "Dear Ada, …" -o letter.svg
     handout write --file letter.txt --page A5 --hand house-quick -o letter.pdf -o letter.png
     """
-    from handout.sinks import check_outputs, write_drawings
+    from handout.sinks import OF_INK, check_outputs, write_drawings
 
     paths = [Path(name) for name in output]
     extra = programs.Programs(given["device"], paths).sinks
@@ -36,7 +36,8 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     look = options.look(given)
     words = options.text_of(text, file)
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
-    pages, drawings = jobs.compose_and_trace(words, job)
+    shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
+    pages, drawings = jobs.compose_and_trace(words, job, shown=shown)
     files = write_drawings(drawings, paths, **look, extra=extra)
     result = results.summary(pages, drawings, job, files)
     said = (

@@ -119,7 +119,7 @@ def load(name: str) -> Hand:
         return _read(Path(name).resolve())
     known = _paths()
     if name.endswith(".hand") or (name not in known and name in scanned()):
-        raise InputError(f"{name} is a scanned hand, whose strokes are not known: use {', '.join(sorted(known))}.")
+        raise InputError(f"{name} is a scanned hand, where a drawn one is wanted: use {', '.join(sorted(known))}.")
     if name not in known:
         near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
         raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file.")

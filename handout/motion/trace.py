@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.hand.scanned import ScannedHand
+from handout.motion.air import in_the_air
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
 from handout.writing.variation import USUAL, tremor
 
@@ -23,12 +25,6 @@ Engine = Callable[[ActionPlan], tuple[Array, Array]]
 
 ENGINES = ("optimal-control", "sigma-lognormal")
 STEPS = 12  # samples a point of the plan: about 140 a second
-# Time with the pen up: a lift and a landing, and the way between at a hand's speed in the air (people write about
-# 1.25 characters a second, lifts included)
-_LIFT = 0.11  # s, inside a word
-_WORD = 0.22  # s more, between words
-_LINE = 0.45  # s more, between lines
-_AIR_SPEED = 18.0  # x-heights a second
 _PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
 _PULL = 0.2
 _EASE = 0.14
@@ -49,7 +45,7 @@ class _Component:
 
 def trace(
     manuscript: Manuscript,
-    hand: Hand,
+    hand: Hand | ScannedHand,
     rng: np.random.Generator,
     engine: str = "optimal-control",
     *,
@@ -57,6 +53,9 @@ def trace(
     jitter: float = 1.0,
 ) -> Drawing:
     """Timed strokes for a manuscript.
+
+    Those of a scanned hand go along its ink, in the order in which a person writes them (see `motion.recovery`), at a
+    pace that is worked out from the path; engine and jitter are for drawn hands.
 
     Parameters
     ----------
@@ -74,12 +73,16 @@ def trace(
     """
     if not 0.05 <= speed <= 50:
         raise InputError(f"speed: {speed:g} is outside 0.05 to 50 (1 is the pace of a person).")
+    if engine not in ENGINES:
+        raise InputError(f"kinematics: {engine!r} is unknown; use {' or '.join(ENGINES)}.")
+    if isinstance(hand, ScannedHand):
+        return _along_ink(manuscript, hand, speed)
     follow = _engine(engine, hand)
     clock = 0.0
     before: _Component | None = None
     strokes = []
     for component in _components(manuscript, hand):
-        clock += _in_the_air(before, component, manuscript.x_height)
+        clock += _between(before, component, manuscript.x_height)
         pace = hand.interval * math.exp(rng.normal(0.0, USUAL.pace * min(jitter, 2.0)))
         t, xy = follow(ActionPlan(component.points, pace, hand.smooth))
         trembling = tremor(rng, len(t), STEPS / pace, USUAL.tremor * jitter * manuscript.x_height)
@@ -88,6 +91,15 @@ def trace(
         before = component
     about = {**manuscript.about, "kinematics": engine}
     return Drawing(tuple(strokes), manuscript.page, about)
+
+
+def _along_ink(manuscript: Manuscript, hand: ScannedHand, speed: float) -> Drawing:
+    from handout.motion.recovery.pages import paths
+    from handout.motion.recovery.timing import strokes
+
+    found = [(path, n) for n, line in enumerate(manuscript.lines) for path in paths(line.placed, hand)]
+    timed = strokes([path for path, _ in found], [n for _, n in found], manuscript.x_height, speed)
+    return Drawing(tuple(timed), manuscript.page, {"hand": hand.name, **manuscript.about})
 
 
 def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
@@ -101,15 +113,13 @@ def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
 
 
 def _engine(name: str, hand: Hand) -> Engine:
-    if name == "optimal-control":
-        from handout.motion import optimal_control
-
-        return partial(optimal_control.follow, steps=STEPS, baked_at=hand.drawn_at)
     if name == "sigma-lognormal":
         from handout.motion import sigma_lognormal
 
         return partial(sigma_lognormal.follow, steps=STEPS, baked_at=hand.drawn_at)
-    raise InputError(f"kinematics: {name!r} is unknown; use {' or '.join(ENGINES)}.")
+    from handout.motion import optimal_control
+
+    return partial(optimal_control.follow, steps=STEPS, baked_at=hand.drawn_at)
 
 
 def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
@@ -149,14 +159,12 @@ def _joined(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray
     return np.vstack(strokes), np.repeat(np.asarray(of, dtype=np.intp), [len(stroke) for stroke in strokes])
 
 
-def _in_the_air(before: _Component | None, after: _Component, x_height: float) -> float:
+def _between(before: _Component | None, after: _Component, x_height: float) -> float:
     """Seconds from the end of one movement to the start of the next."""
     if before is None:
         return 0.0
     way = float(np.linalg.norm(after.points[0] - before.points[-1])) / x_height
-    pause = _LINE if after.line != before.line else _WORD if after.word != before.word else 0.0
-    # a hand crosses the page quicker, mm for mm, than it goes to the next letter
-    return _LIFT + pause + math.sqrt(way) / math.sqrt(_AIR_SPEED) * 0.25
+    return in_the_air(way, line=after.line != before.line, word=after.word != before.word)
 
 
 def _press(t: Array, xy: Array) -> Array:

@@ -80,8 +80,7 @@ def _page_of(document: Any) -> str | None:
 
 def _written(text: str, page_name: str, margin: str | None, given: dict[str, Any]) -> Drawing:
     job = jobs.setup(given, page_name, margin, 1)
-    jobs.drawn_hand(job)
-    (drawing,) = jobs.compose_and_trace(text, job)[1]
+    (drawing,) = jobs.compose_and_trace(text, job, shown=jobs.STROKES)[1]
     return drawing
 
 

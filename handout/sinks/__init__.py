@@ -15,7 +15,7 @@ from handout.inking.papers import Paper
 from handout.inking.pen import Pen, rgb
 from handout.values import Drawing
 
-__all__ = ["Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
+__all__ = ["OF_INK", "Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
 
 PageSink = Callable[[Drawing], bytes]
 
@@ -92,7 +92,7 @@ _PAGES: dict[str, Callable[[Drawing, _Look], bytes]] = {
 }
 
 
-_OF_INK = (".pdf", ".png")  # formats that can show scanned ink
+OF_INK = (".pdf", ".png")  # formats that can show scanned ink
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
@@ -180,10 +180,9 @@ def _check_strokes(drawings: Sequence[Drawing], paths: Sequence[str | Path]) -> 
     if all(page.strokes or page.ink is None for page in drawings):
         return
     for path in map(Path, paths):
-        if path.suffix.lower() not in _OF_INK:
+        if path.suffix.lower() not in OF_INK:
             raise InputError(
-                f"{path}: this hand was read from scans and its strokes are not known; it can be written as "
-                f"{' and '.join(_OF_INK)}."
+                f"{path}: the page has scanned ink and no strokes: write it as {' or '.join(OF_INK)}, or trace it."
             )
 
 

@@ -127,5 +127,5 @@ def test_unknown_hand_lists_the_nearest():
 
 
 def test_a_scanned_hand_is_not_taken_for_an_unknown_one():
-    with pytest.raises(InputError, match="scanned hand, whose strokes are not known: use house-joined"):
+    with pytest.raises(InputError, match="scanned hand, where a drawn one is wanted: use house-joined"):
         load("somebody.hand")

@@ -1,0 +1,132 @@
+"""How much of what a pen did is in the paths that were recovered from its ink: strokes, directions, order.
+
+A true stroke counts as far as the line graph has it: ink that failed, or that the mask lost, nobody can follow.  It is
+*found* where at least 90 % of that lies within `NEAR` of one recovered path, in the order of either, and *right* where
+the two run the same way.  A recovered path may make detours of one x-height on the way: a retraced stem a little too
+long is no other stroke.  Dots, shorter than half a millimetre, are found where a path is, and have no direction.  A
+word is *in order* where all its strokes are found and the recovered paths, and places on one path, come in the order
+of writing; *all right* where all directions are right, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from scipy.spatial import cKDTree
+
+from handout.values import Array
+
+NEAR = 0.25  # mm, a tenth of an x-height
+FOUND = 0.9
+_DETOUR = 2.5  # mm
+_DOT, _MET = 0.5, 0.3  # mm; share of a dot that a path meets
+_STEP = 0.1  # mm
+_BACK = 0.02  # of a path: places so near one another are one
+
+
+@dataclass
+class Tally:
+    """Counts over some writing; `+=` adds other writing's."""
+
+    strokes: int = 0
+    found: int = 0
+    right: int = 0
+    words: int = 0
+    ordered: int = 0
+    good: int = 0
+    wrong: list[int] = field(default_factory=list)
+
+    def __iadd__(self, other: Tally) -> Tally:
+        for name in ("strokes", "found", "right", "words", "ordered", "good"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.wrong += other.wrong
+        return self
+
+    def shares(self) -> tuple[float, float, float, float]:
+        """Strokes found; of these in the right direction; words in order; words all right."""
+        strokes, found, words = max(self.strokes, 1), max(self.found, 1), max(self.words, 1)
+        return self.found / strokes, self.right / found, self.ordered / words, self.good / words
+
+
+def tally(true: Sequence[Array], words: Sequence[int], recovered: Sequence[Array], seen: Array) -> Tally:
+    """Judge some writing.
+
+    Parameters
+    ----------
+    true : (n, 2) float, mm, strokes in the order of writing; words : the word of each.
+    recovered : (n, 2) float, mm, paths in order.
+    seen : (n, 2) float, mm, vertices of the line graph.
+    """
+    paths = [evenly(xy) for xy in recovered]
+    tree = cKDTree(seen)
+    found: dict[int, list[tuple[bool, bool, float]]] = {}
+    for stroke, word in zip(true, words, strict=True):
+        places = evenly(stroke)
+        places = places[tree.query(places)[0] <= NEAR]
+        if len(places):
+            dot = float(np.ptp(stroke, axis=0).max()) < _DOT
+            found.setdefault(word, []).append(_judged(places, paths, dot))
+    result = Tally()
+    for word, strokes in found.items():
+        places_ = [place for _, _, place in strokes]
+        ordered = all(ok for ok, _, _ in strokes) and bool((np.diff(places_) >= -_BACK).all())
+        good = ordered and all(right for _, right, _ in strokes)
+        result.strokes += len(strokes)
+        result.found += sum(ok for ok, _, _ in strokes)
+        result.right += sum(right for _, right, _ in strokes)
+        result.words += 1
+        result.ordered += ordered
+        result.good += good
+        if not good:
+            result.wrong.append(word)
+    return result
+
+
+def evenly(xy: Array) -> Array:
+    """(k, 2): places along a path, `_STEP` apart."""
+    if len(xy) < 2:
+        return xy
+    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    at = np.linspace(0.0, run[-1], max(1, int(np.ceil(run[-1] / _STEP))) + 1)
+    return np.column_stack([np.interp(at, run, xy[:, k]) for k in (0, 1)])
+
+
+def _judged(places: Array, paths: Sequence[Array], dot: bool) -> tuple[bool, bool, float]:
+    """Whether a stroke is found, whether its direction is right, and where: number of the path, and how far along."""
+    forward, backward = (0.0, -1.0), (0.0, -1.0)
+    low, high = places.min(axis=0) - NEAR, places.max(axis=0) + NEAR
+    for number, path in enumerate(paths):
+        if (path.min(axis=0) > high).any() or (path.max(axis=0) < low).any():
+            continue
+        near = np.hypot(*(places[:, None] - path[None]).transpose(2, 0, 1)) <= NEAR
+        share, end = _along(near)
+        forward = max(forward, (share, number + 0.999 * end), key=lambda one: one[0])
+        share, end = _along(near[:, ::-1])
+        backward = max(backward, (share, number + 0.999 * (1 - end)), key=lambda one: one[0])
+    share = max(forward[0], backward[0])
+    ok = share >= FOUND or (dot and share >= _MET)
+    same = forward[0] >= backward[0]
+    return ok, ok and (dot or same), (forward if same else backward)[1]
+
+
+def _along(near: NDArray[np.bool_]) -> tuple[float, float]:
+    """Greatest share of a stroke's places met in order along a path, and where on the path the last of them is.
+
+    near : (places of the stroke, places of the path) bool.
+    """
+    count, length = near.shape
+    if count < 2:
+        return float(near.any()), float(near[0].argmax() / length)
+    detour = round(_DETOUR / _STEP)
+    best = np.zeros(length + detour)
+    for row in near:
+        if not row.any():
+            best[detour:] = np.maximum.accumulate(best[detour:])
+            continue
+        before = maximum_filter1d(best, detour + 1, mode="constant", origin=detour // 2)[detour:]
+        best[detour:] = np.where(row, before + 1, best[detour:])
+    return float(best.max() / count), float(best[detour:].argmax() / length)

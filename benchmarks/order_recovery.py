@@ -1,0 +1,222 @@
+"""How well the writing order of ink is recovered, where it is known: on simulated pages, and on recorded pens.
+
+Columns: strokes found; of these in the right direction; words (letters) whose strokes are all found and in order; and
+those whose directions are right, too.  What counts as what is told in `benchmarks.followed`.  Goals: .95, .90, .85.
+
+- simulated pages: a built-in hand writes, the simulated author's pen and scanner make a page, the ordinary reading
+  makes a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the
+  other built-in hands, never of the one that wrote; when it writes its dots and bars, which no ink shows, is told.
+- recorded letters: with HANDOUT_DATA, letters and digits of a dozen writers, inked in ballpoint, scanned and read.
+- recorded words: with HANDOUT_DATA, joined German words, 15 rows a page, read with their text as a user's page is.
+
+Beside ours: the same without any letter's forms (only what movements cost), and from left to right, each piece from its
+leftmost end by the straightest way on.  Last, CPU seconds for a page of 300 words.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks import recorded
+from benchmarks.followed import Tally, tally
+from handout.author import reread
+from handout.author.simulate import simulate
+from handout.errors import InputError
+from handout.hand import library
+from handout.hand.scanned import ScannedHand
+from handout.motion.recovery import letters, pages, scribe
+from handout.motion.recovery.letters import Line as LetterLine
+from handout.motion.recovery.letters import Written, write
+from handout.motion.recovery.models import HANDS
+from handout.motion.recovery.network import network
+from handout.motion.recovery.walks import Costs, walks
+from handout.scanning.reading import read_page
+from handout.tagging.making import make_page, read_hand
+from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
+from handout.writing.layout import Layout, page
+from handout.writing.scanned.bending import unbent
+from handout.writing.scanned.manner import manner
+from handout.writing.scanned.setting import set_line
+
+TEXT = (
+    "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "
+    "them by for winter and given the rest to Vera and her boys. Your father fixed the gate again; it had just begun "
+    "to hang. Could you find out whether the King's Lane office still opens at 8, or not until 9? I would rather not "
+    "walk there twice. With much love, Zoe"
+)
+_SMALL = "acemnorsuvwxz"
+_STRAIGHT = Costs(against=0.0, jump=0.05)
+Recover = Callable[[LetterLine, str, tuple[str, ...]], Written]
+
+
+def ours(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+    """As the product does it."""
+    return write(line, letter, hands=hands)
+
+
+def without_forms(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+    """Only what movements cost."""
+    return write(line, letter, hands=())
+
+
+def left_to_right(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+    """From the leftmost end by the straightest way on; what is left over next, from its leftmost end."""
+    net = network(line.xy, line.radius, line.density, line.edges)
+    tips = [end for end, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1] or list(range(len(net.knot)))
+    first = min(tips, key=lambda end: float(net.place(end)[0]))
+    (walk,) = walks(net, line.small, begin=(first,), costs=_STRAIGHT, most=1, width=1)
+    strokes = tuple(letters.vertices(net, stroke) for stroke in walk.strokes)
+    return Written(strokes, (False,) * len(strokes))
+
+
+METHODS: dict[str, Recover] = {"ours": ours, "no forms": without_forms, "left to right": left_to_right}
+
+
+def as_written(hand: ScannedHand) -> Manuscript:
+    """The first page of a hand, every glyph where it was written."""
+    known, scan, lines, word = manner(hand), hand.pages[0], dict[int, list[int]](), -1
+    for number, glyph in enumerate(hand.glyphs):
+        lines.setdefault(glyph.line, []).append(number)
+    found = []
+    for line, numbers in sorted(lines.items()):
+        centres, own = hand.centres[numbers], [hand.glyphs[n].word for n in numbers]
+        parted = np.array([True, *(a != b for a, b in pairwise(own))])
+        graphs = set_line(known, numbers, centres[:, 0], centres[:, 1], parted, [unbent()] * len(numbers))
+        placed = []
+        for number, graph, apart in zip(numbers, graphs, parted, strict=True):
+            word += bool(apart)
+            xy = scan.to_picture(line, graph.xy) * scan.pixel
+            ink = Ink(LineGraph(xy, graph.radius * scan.pitch, graph.density, graph.uv, graph.edges), 0, number)
+            glyph = Glyph(hand.glyphs[number].letter, (), (), 0.0)
+            placed.append(Placed(glyph, (), not apart, word, hand.glyphs[number].at, ink))
+        found.append(Line("", tuple(placed), 0.0))
+    return Manuscript(tuple(found), Page(scan.shape[1] * scan.pixel, scan.shape[0] * scan.pixel), scan.x_height)
+
+
+def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
+    """The paths of a hand's own first page; `late` as in `paths`."""
+    scribe.scribe_of.cache_clear()
+    with patch.object(scribe, "write", lambda line, letter, hands: recover(line, letter, hands)):
+        return [
+            path.xy
+            for line in as_written(hand).lines
+            for path in pages.paths(line.placed, hand, hands, late_after=late)
+        ]
+
+
+def simulated(name: str) -> tuple[ScannedHand, list[Array], list[int]]:
+    """A hand read from a page that `name` wrote, and the true strokes, mm on the scan, with their words."""
+    layout = Layout(page("A5"), x_height=2.5)
+    made = simulate(TEXT, library.load(name), rng=np.random.default_rng(11), layout=layout)
+    found = make_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(1))
+    true = [path.xy * made.truth.pixel for path in made.truth.paths]
+    return read_hand(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
+
+
+def judged(
+    hand: ScannedHand, true: Sequence[Array], words: Sequence[int], hands: tuple[str, ...] = HANDS, late: str = ""
+) -> dict[str, Tally]:
+    """Every method on a hand's own page."""
+    seen = hand.pages[0].graph.uv * hand.pages[0].pixel
+    return {name: tally(true, words, traced(hand, recover, hands, late), seen) for name, recover in METHODS.items()}
+
+
+def recorded_letters(folder: Path) -> dict[str, Tally]:
+    """Every method on single letters."""
+    found = {name: Tally() for name in METHODS}
+    for cell in recorded.cells(recorded.letters(folder)):
+        graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
+        small = high if cell.recording.text in _SMALL else 0.6 * high
+        line = LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
+        for name, recover in METHODS.items():
+            paths = [graph.xy[own] for own in recover(line, cell.recording.text, HANDS).strokes]
+            found[name] += tally(cell.strokes, [0] * len(cell.strokes), paths, graph.xy)
+    return found
+
+
+def recorded_words(folder: Path, rows: int = 15) -> dict[str, Tally]:
+    """Every method on pages of joined words."""
+    found = {name: Tally() for name in METHODS}
+    every = recorded.words(folder)
+    for first in range(0, len(every), rows):
+        some = every[first : first + rows]
+        strokes, of = recorded.sheet(some)
+        try:
+            made = make_page(
+                read_page(recorded.inked(strokes)), "\n".join(r.text for r in some), rng=np.random.default_rng(1)
+            )
+        except InputError as error:
+            print(f"  rows {first}–{first + len(some) - 1} were not read: {error}")
+            continue
+        words = [
+            100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, len(r.text.split()))
+        ]
+        for name, result in judged(read_hand("recorded", [made]), strokes, words).items():
+            found[name] += result
+    return found
+
+
+def split(strokes: Sequence[Array], of: Indices, row: int, count: int) -> Iterator[int]:
+    """The word of each stroke of a row, which has so many: its widest gaps part them."""
+    own = [strokes[i] for i in np.flatnonzero(of == row)]
+    bounds = sorted((float(xy[:, 0].min()), float(xy[:, 0].max())) for xy in own)
+    gaps, right = [], bounds[0][1]
+    for low, high in bounds[1:]:
+        gaps.append((low - right, (low + right) / 2))
+        right = max(right, high)
+    cuts = sorted(x for _, x in sorted(gaps)[::-1][: count - 1])
+    yield from (int(np.searchsorted(cuts, float(xy[:, 0].mean()))) for xy in own)
+
+
+def seconds() -> float:
+    """CPU seconds from a manuscript of 300 words to its drawing."""
+    from handout.motion.trace import trace
+    from handout.writing.compose import compose
+
+    hand, rng = library.find("house-joined-ballpoint"), np.random.default_rng(1)
+    assert isinstance(hand, ScannedHand)
+    for name in HANDS:
+        library.load(name)
+    text = (Path(__file__).parent / "three-hundred-words.txt").read_text(encoding="utf-8")
+    sheet, *_ = compose(text, hand, Layout(page("A4")), rng)
+    begin = time.process_time()
+    trace(sheet, hand, rng)
+    return time.process_time() - begin
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"{'':<34}{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}")
+    for name in HANDS:
+        hand, true, words = simulated(name)
+        others = tuple(other for other in HANDS if other != name)
+        _print(name, judged(hand, true, words, others, library.load(name).late_after))
+    given = os.environ.get("HANDOUT_DATA")
+    folder = Path(given) / "pen" / "unipen" if given else None
+    if folder is None or not folder.is_dir():
+        print("HANDOUT_DATA names no folder with recorded pens: simulated pages only.")
+    else:
+        _print("recorded letters", recorded_letters(folder))
+        _print("recorded words", recorded_words(folder))
+    print(f"300 words to a drawing: {seconds():.1f} s CPU (goal 5)")
+
+
+def _print(what: str, found: dict[str, Tally]) -> None:
+    for name, one in found.items():
+        share = one.shares()
+        print(
+            f"{what + ', ' + name:<34}{one.strokes:>9}{share[0]:>8.3f}{share[1]:>11.3f}{one.words:>7}"
+            f"{share[2]:>10.3f}{share[3]:>11.3f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,174 @@
+"""Recorded pens on paper: words and letters of the UNIPEN collection, inked as handout inks, scanned and read.
+
+Recordings are read from the folder in HANDOUT_DATA (`pen/unipen`); nothing of them is kept.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from handout.inking import pens
+from handout.inking.pen import usual
+from handout.scanning.linegraph import find_lines_of_ink
+from handout.scanning.page import Scan
+from handout.scanning.reading import find_ink, prepare
+from handout.values import Array, Drawing, Indices, LineGraph, Page, Stroke
+
+DPI = 300.0
+_SHEET = Page(210, 297, "A4")
+_SCALE = 0.55  # people write larger on a tablet
+_LETTER = 6.0  # mm, the longer side of a letter that was recorded larger, or very small
+_MOST = 10  # recordings of one letter from one source
+_CELL = (18.0, 19.0)  # mm
+_CELLS = (10, 14)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What a pen did.
+
+    text : what it wrote; source : the file.
+    strokes : (n, 2) float, mm, y down.
+    """
+
+    text: str
+    source: str
+    strokes: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """One letter inked and read: its recording, its strokes on the page, mm, and the line that was found there."""
+
+    recording: Recording
+    strokes: list[Array]
+    graph: LineGraph
+
+
+def words(folder: Path) -> list[Recording]:
+    """Sentences and words, German, joined, at 200 samples a second."""
+    return [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, folder, "TEXT")]
+
+
+def letters(folder: Path) -> list[Recording]:
+    """Single letters and digits, a few of each from each source."""
+    often: Counter[tuple[str, str]] = Counter()
+    found = []
+    paths = [
+        p for part in ("1c/sie", "1a/art", "1b/art", "1c/art") for p in sorted((folder / "data" / part).rglob("*.dat"))
+    ]
+    every = [r for path in paths for r in _segments(path, folder, "CHARACTER")]
+    for i in np.random.default_rng(0).permutation(len(every)):
+        recording = every[i]
+        key = (recording.text, recording.source[:4])
+        if often[key] < _MOST and np.ptp(np.concatenate(recording.strokes), axis=0).max() > 0.5:
+            often[key] += 1
+            found.append(recording)
+    return found
+
+
+def _segments(path: Path, folder: Path, kind: str) -> Iterator[Recording]:
+    text = path.read_text(encoding="utf-8", errors="replace")
+    included = re.search(r"^\.INCLUDE\s+(\S+)", text, re.MULTILINE)
+    if included is None:
+        return
+    movements = _movements(folder / "include" / included[1])
+    for numbers, label in re.findall(rf'^\.SEGMENT\s+{kind}\s+(\S+)\s+\S+\s+"(.*)"', text, re.MULTILINE):
+        strokes = [
+            stroke for number in _numbers(numbers) for stroke in movements[number : number + 1] for stroke in stroke
+        ]
+        if strokes:
+            yield Recording(label, path.stem, tuple(strokes))
+
+
+def _numbers(text: str) -> Iterator[int]:
+    for part in text.split(","):
+        first, _, last = part.partition("-")
+        yield from range(int(first), int(last or first) + 1)
+
+
+def _movements(path: Path) -> list[list[Array]]:
+    """The components of a file, each the strokes in it, mm, y down; where pressure is known, its zeros part them."""
+    unit, pressure, rows = 25.4 / 1270.0, None, list[list[float]]()
+    found: list[list[list[float]]] = []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        words_ = line.split()
+        if line.startswith("."):
+            rows = []
+            if line.startswith(".X_POINTS_PER_INCH"):
+                unit = 25.4 / float(words_[1])
+            elif line.startswith(".X_POINTS_PER_MM"):
+                unit = 1 / float(words_[1])
+            elif line.startswith(".COORD"):
+                pressure = words_.index("P") - 1 if "P" in words_ else None
+            elif line.startswith(".PEN_DOWN"):
+                found.append(rows)
+        elif words_ and re.fullmatch(r"-?\d+(\.\d+)?", words_[0]):
+            rows.append([float(word) for word in words_])
+    return [list(_down(np.array(one), unit, pressure)) for one in found]
+
+
+def _down(rows: Array, unit: float, pressure: int | None) -> Iterator[Array]:
+    if not len(rows):
+        return
+    cuts = np.flatnonzero(np.diff((rows[:, pressure] > 0).astype(int))) + 1 if pressure is not None else []
+    for part in np.split(rows, cuts):
+        if pressure is None or part[0, pressure] > 0:
+            xy = part[:, :2] * (unit, -unit)
+            moved = np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 0).any(axis=1)])
+            yield xy[moved]
+
+
+def inked(strokes: Sequence[Array], seed: int = 5) -> Scan:
+    """A sheet with some strokes in ballpoint, scanned."""
+    timed, clock = [], 0.0
+    for xy in strokes:
+        places = xy if len(xy) > 1 else np.concatenate([xy, xy + np.array([0.15, 0.0])])
+        t = clock + np.arange(len(places)) / 200
+        timed.append(Stroke(t, places))
+        clock = float(t[-1]) + 0.2
+    drawing = Drawing(tuple(timed), _SHEET)
+    picture = pens.image(drawing, DPI, usual("ballpoint"), np.random.default_rng(seed), None)
+    return Scan(np.asarray(picture), DPI, "recorded")
+
+
+def sheet(recordings: Sequence[Recording], pitch: float = 16.0) -> tuple[list[Array], Indices]:
+    """Recordings one under the other, scaled to the size of handwriting: strokes, mm, and the row of each."""
+    strokes, rows = list[Array](), list[int]()
+    for row, recording in enumerate(recordings):
+        places = np.concatenate(recording.strokes)
+        scale = min(_SCALE, 170 / float(np.ptp(places[:, 0])))
+        middle = np.array([float(places[:, 0].min()), float(np.median(places[:, 1]))])
+        strokes += [(xy - middle) * scale + (20.0, 25.0 + row * pitch) for xy in recording.strokes]
+        rows += [row] * len(recording.strokes)
+    return strokes, np.array(rows, dtype=np.intp)
+
+
+def cells(recordings: Sequence[Recording]) -> Iterator[Cell]:
+    """Letters on sheets, a cell for each, and the line of each as the ordinary reading finds it."""
+    many = _CELLS[0] * _CELLS[1]
+    for first in range(0, len(recordings), many):
+        some = recordings[first : first + many]
+        placed = [_placed(recording, k) for k, recording in enumerate(some)]
+        read = find_ink(prepare(inked([xy for strokes in placed for xy in strokes])))
+        graph = find_lines_of_ink(read.prepared.scan, read.mask, read.density)
+        column, row = (np.rint((graph.xy[:, k] - 22) / _CELL[k]).astype(int) for k in (0, 1))
+        for k, (recording, strokes) in enumerate(zip(some, placed, strict=True)):
+            own = (column == k % _CELLS[0]) & (row == k // _CELLS[0])
+            if own.sum() > 2:
+                yield Cell(recording, strokes, graph.take(own))
+
+
+def _placed(recording: Recording, number: int) -> list[Array]:
+    places = np.concatenate(recording.strokes)
+    low, high = places.min(axis=0), places.max(axis=0)
+    size = float((high - low).max())
+    scale = _LETTER / size if not _LETTER / 2 <= size <= _LETTER else 1.0
+    middle = np.array([22 + (number % _CELLS[0]) * _CELL[0], 22 + (number // _CELLS[0]) * _CELL[1]])
+    return [(xy - (low + high) / 2) * scale + middle for xy in recording.strokes]

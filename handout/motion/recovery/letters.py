@@ -1,0 +1,249 @@
+"""One letter's line as the strokes that it was written with."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
+from handout.motion.recovery.likeness import fitting, unlikeness
+from handout.motion.recovery.loops import amiss
+from handout.motion.recovery.models import HANDS, Models, along, frame, models
+from handout.motion.recovery.network import Network, network, part
+from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
+from handout.values import Array, Indices
+
+_LIKENESS = 10.0  # costs of a walk for one of unlikeness
+_WAYS = 16  # walks that are compared
+_MARGIN = 7.0  # a walk that costs so much more than the cheapest is not made good by its likeness
+_FORMS = 6  # forms that they are compared with
+_LOOKED = 3  # forms that say where strokes may begin and turn
+_CLEAR = 7.0  # half widths from a knot to another that is put on a branch
+_CUTS = 2
+_LOOP = 4.0  # cost of a loop that is the wrong way round
+_DOT = 0.35  # of a small letter: a piece no longer is a dot
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The line of one letter: its body, and where it is joined the way to its neighbours.
+
+    xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
+    small : height of a small letter, in the unit of `xy`.
+    base : y of the line that the letter stands on, None where that is not known.
+    begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
+    through : vertices at loose ends where a bar comes in from the letter before.
+    either : vertices at loose ends where the pen comes from the letter before, or a bar does.
+    """
+
+    xy: Array
+    radius: Array
+    density: Array
+    edges: Indices
+    small: float
+    begin: tuple[int, ...] = ()
+    finish: tuple[int, ...] = ()
+    through: tuple[int, ...] = ()
+    either: tuple[int, ...] = ()
+    base: float | None = None
+
+    @property
+    def joints(self) -> set[int]:
+        """Where it is cut off from what else the pen wrote."""
+        return {*self.begin, *self.finish, *self.through, *self.either}
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """How a letter was written.
+
+    strokes : vertices of its line in order, for each pen-down movement.
+    late : for each, whether it is written after the word.
+    """
+
+    strokes: tuple[Indices, ...]
+    late: tuple[bool, ...]
+
+
+def write(
+    line: Line, letter: str, *, hands: tuple[str, ...] = HANDS, costs: Costs = USUAL, weight: float = _LIKENESS
+) -> Written:
+    """The strokes of a letter, in the order of writing."""
+    if line.either:
+        entered = replace(line, begin=(*line.begin, *line.either), either=())
+        crossed = replace(line, through=(*line.through, *line.either), either=())
+        found = [_written(one, letter, hands, costs, weight) for one in (entered, crossed)]
+        # the lift before the bar is that of the letter which it belongs to
+        return found[int(found[1][1] - costs.lift < found[0][1])][0]
+    return _written(line, letter, hands, costs, weight)[0]
+
+
+def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float) -> tuple[Written, float]:
+    """The strokes of a letter, and what they cost."""
+    net = network(line.xy, line.radius, line.density, line.edges)
+    dots = _dots(net, line) if dotted(letter) else {}
+    rest = [b for b in range(len(net.branches)) if b not in dots]
+    known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()
+    if known is not None:
+        body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
+        own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
+        known, laid = fitting(known, net.xy[own], _FORMS)
+        marks = _marks(net, body, own, laid, known) if body else []
+    net = part(net, rest, marks)
+    begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))
+    found = _walks(net, line, letter, begin, finish, through, costs)
+    least = min(walk.cost for walk in found)
+    found = [walk for walk in found if walk.cost <= least + _MARGIN]
+    ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
+    total = np.array([walk.cost for walk in found])
+    total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
+    late: tuple[bool, ...] | None = None
+    if known is not None:
+        parts = [
+            [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through]
+            or [net.xy[v] for v in way]
+            for way, walk in zip(ways, found, strict=True)
+        ]
+        unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
+        total += weight * unlike.min(axis=1)
+        best = int(total.argmin())
+        form = int(unlike[best].argmin())
+        late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
+    best = int(total.argmin())
+    strokes = ways[best]
+    flags = late or (False,) * len(strokes)
+    barred = found[best].barred
+    # a bar waits only where the pen must first go on to the next letter
+    flags = tuple(
+        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
+        for flag, stroke in zip(flags, found[best].strokes, strict=True)
+    )
+    last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
+    return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
+
+
+def _walks(
+    net: Network, line: Line, letter: str, begin: list[int], finish: list[int], through: list[int], costs: Costs
+) -> list[Walk]:
+    """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
+    chains = [tuple(onward(net, end)) for end in through]
+    found: list[Walk] = []
+    if letter in BARRED or letter in CROSSED:
+        passed = {e >> 1 for chain in chains for e in chain}
+        loose = [e for e, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1]
+        tips = [e for e in loose if e >> 1 not in passed and e not in begin]
+        own = own_bar(net, tips, line.small, aslant=letter in CROSSED)
+        if own:
+            found += _beside(net, line, [*chains, own], begin, finish, costs)
+    if not found:
+        found += _beside(net, line, chains, begin, finish, costs)
+    return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+
+
+def _beside(
+    net: Network,
+    line: Line,
+    chains: Sequence[tuple[int, ...]],
+    begin: list[int],
+    finish: list[int],
+    costs: Costs,
+) -> list[Walk]:
+    """Ways over a letter beside its bars, which come last; none if there is nothing else."""
+    if not chains:
+        return walks(net, line.small, begin=begin, finish=finish, costs=costs, most=_WAYS)
+    kept = beside(net, [e for chain in chains for e in chain])
+    if not kept:
+        return []
+    rest = part(net, kept)
+    number = {b: i for i, b in enumerate(kept)}
+    there = [[2 * number[e >> 1] + (e & 1) for e in ends if e >> 1 in number] for ends in (begin, finish)]
+    found = walks(rest, line.small, begin=there[0], finish=there[1], costs=costs, most=_WAYS)
+    return [
+        Walk((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in w.strokes), *chains), w.cost, tuple(chains))
+        for w in found
+    ]
+
+
+def dotted(letter: str) -> bool:
+    """Whether pieces apart from a letter's line are dots or accents."""
+    return letter in ("i", "j") or len(unicodedata.normalize("NFD", letter)) > 1
+
+
+def _dots(net: Network, line: Line) -> dict[int, Indices]:
+    """Branch → vertices, from left to right, of pieces that are dots; none if there is nothing else."""
+    found = {}
+    for b, path in enumerate(net.branches):
+        alone = all(len(net.at[int(net.knot[end])]) == 1 for end in (2 * b, 2 * b + 1)) or len(path) == 1
+        if alone and net.length[b] * net.half < _DOT * line.small and not {*path.tolist()} & line.joints:
+            found[b] = path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
+    return found if len(found) < len(net.branches) else {}
+
+
+def _late(strokes: Sequence[Array], form: Array, late: NDArray[np.bool_]) -> tuple[bool, ...]:
+    """Which strokes, all after the first, lie along what a form writes late."""
+    found = [False]
+    for xy in strokes[1:]:
+        places = along([xy], 16)[0]
+        away = ((places[:, None] - form[None]) ** 2).sum(axis=-1)
+        found.append(bool(late[away.argmin(axis=1)].mean() > 0.5))
+    return tuple(found)
+
+
+def _ends(net: Network, vertices: Sequence[int]) -> list[int]:
+    return [end for end, knot in enumerate(net.knot.tolist()) if knot in vertices]
+
+
+def vertices(net: Network, stroke: Sequence[int]) -> Indices:
+    """Vertices of a stroke in order, given the ends by which the pen leaves knots."""
+    ways = [net.way(end) for end in stroke]
+    joined = [ways[0]]
+    for way in ways[1:]:
+        joined.append(way[1:] if way[0] == joined[-1][-1] else way)
+    return np.concatenate(joined)
+
+
+def _marks(net: Network, body: Sequence[int], own: Indices, laid: Array, letter: Models) -> list[int]:
+    """Vertices on branches where the nearest forms of the letter begin, cease or turn back."""
+    xy = net.xy[own]
+    size = float(np.sqrt((xy.std(axis=0) ** 2).sum()))
+    matrix, middle = frame(xy - xy.mean(axis=0)), xy.mean(axis=0)
+    place = {int(v): (b, i) for b in body for i, v in enumerate(net.branches[b])}
+    found: list[int] = []
+    for ends in letter.ends[:_LOOKED]:
+        for mark in ends @ matrix.T + middle:
+            gap = np.hypot(*(xy - mark).T)
+            near = int(gap.argmin())
+            if gap[near] > 0.3 * size:
+                continue
+            vertex = _settled(net, int(own[near]), place)
+            if vertex is not None and vertex not in found and _clear(net, vertex, found, place):
+                found.append(vertex)
+    return found[:_CUTS]
+
+
+def _settled(net: Network, vertex: int, place: dict[int, tuple[int, int]]) -> int | None:
+    """The sharpest bend near a vertex of a branch, if that is far enough from both its knots."""
+    b, i = place[vertex]
+    path = net.branches[b]
+    if path[0] == path[-1]:
+        return vertex if len(path) > 8 else None
+    step = np.hypot(*np.diff(net.xy[path], axis=0).T)
+    run = np.concatenate([[0.0], np.cumsum(step)]) / net.half
+    near = np.flatnonzero((np.abs(run - run[i]) < _CLEAR) & (run > _CLEAR) & (run < run[-1] - _CLEAR))
+    if not len(near):
+        return None
+    reach = max(2, round(2 * net.half / max(float(step.mean()), 1e-9)))
+    before, after = np.maximum(near - reach, 0), np.minimum(near + reach, len(path) - 1)
+    a, c = net.xy[path[near]] - net.xy[path[before]], net.xy[path[after]] - net.xy[path[near]]
+    bend = (a * c).sum(axis=1) / np.maximum(np.hypot(*a.T) * np.hypot(*c.T), 1e-12) + 0.02 * np.abs(run[near] - run[i])
+    return int(path[near[int(bend.argmin())]])
+
+
+def _clear(net: Network, vertex: int, found: Sequence[int], place: dict[int, tuple[int, int]]) -> bool:
+    b, _ = place[vertex]
+    own = [v for v in found if place[v][0] == b]
+    return all(float(np.hypot(*(net.xy[v] - net.xy[vertex]))) > 1.5 * _CLEAR * net.half for v in own)

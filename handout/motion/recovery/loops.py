@@ -1,0 +1,58 @@
+"""Loops and bowls, which hands write one way round.
+
+A loop of l or d goes up on its right and comes down on its left, and so do the bowls of a and o; the tail of g or y
+goes down on its right and comes up on its left.  The two lines of a narrow one part so smoothly that how they go on
+does not tell which is which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from handout.motion.recovery.network import Network
+from handout.values import Array
+
+TAILED = frozenset("gjyz")  # letters whose tails are looped backwards
+BOWLED = frozenset("acdegoqCGOQ06")  # letters all of whose other loops go anticlockwise
+_ABOVE, _BELOW = 0.95, -0.05  # of a small letter: where loops of stems and of tails are
+_LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
+
+
+def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: float | None, small: float) -> int:
+    """How many loops are the wrong way round.
+
+    Parameters
+    ----------
+    strokes : for each the ends by which the pen leaves one knot after the other.
+    base : height of the line that the letter stands on, None where that is not known.
+    small : height of a small letter, in the unit of the network.
+    """
+    wrong = 0
+    for stroke in strokes:
+        seen: dict[int, int] = {}
+        for step, end in enumerate(stroke):
+            knot = int(net.knot[end])
+            first = seen.get(knot)
+            if first is not None:
+                wrong += _wrong(net, stroke[first:step], letter, base, small)
+            seen[knot] = step
+        last = int(net.knot[stroke[-1] ^ 1])
+        if last in seen:
+            wrong += _wrong(net, stroke[seen[last] :], letter, base, small)
+    return wrong
+
+
+def _wrong(net: Network, ends: Sequence[int], letter: str, base: float | None, small: float) -> bool:
+    way: Array = np.concatenate([net.xy[net.way(end)] for end in ends])
+    middle = (float(way[:, 1].min()) + float(way[:, 1].max())) / 2
+    tail = letter in TAILED and (base is None or middle < base + _BELOW * small)
+    stem = base is not None and middle > base + _ABOVE * small
+    if (base is None and tail) or not (tail or stem or letter in BOWLED):
+        return False
+    x, y = way.T
+    area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+    if abs(area) < _LEAST * net.half**2:
+        return False
+    return area > 0 if tail else area < 0

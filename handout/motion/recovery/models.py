@@ -1,0 +1,147 @@
+"""How letters are usually written: the forms of the built-in hands, as paths in the order of writing.
+
+The order in which a letter's strokes are written, and their directions, are much the same in all Western hands; their
+shapes are not, so that a form is laid over a letter's line with its own place, size, breadth and slant before the two
+are compared.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import zip_longest
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.library import load
+from handout.values import Array, Glyph
+
+HANDS = ("house-joined", "house-quick", "house-print")
+SAMPLES = 24  # of a path
+_FORMS = 8  # of each hand
+_FINE = 8  # places between two points of a form
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """Some forms of one letter.
+
+    xy : (f, s, 2) float, evenly along each form, mean 0, both deviations 1, x and y uncorrelated.
+    late : (f, s) bool: written after the word.
+    strokes : (f,) int: how many each has.
+    ends : for each form (k, 2) float: where its strokes begin and end and where they turn back.
+    """
+
+    xy: Array
+    late: NDArray[np.bool_]
+    strokes: NDArray[np.intp]
+    ends: tuple[Array, ...]
+
+    def __len__(self) -> int:
+        return len(self.xy)
+
+    def take(self, forms: NDArray[np.intp]) -> Models:
+        """Some of the forms."""
+        return Models(self.xy[forms], self.late[forms], self.strokes[forms], tuple(self.ends[i] for i in forms))
+
+
+def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HANDS) -> Models | None:
+    """Forms of a letter; None if no hand has any.
+
+    Parameters
+    ----------
+    entered, left : whether the pen comes from another letter, and goes to one, without a lift.
+    """
+    for name in (letter, unicodedata.normalize("NFD", letter)[:1]):
+        found = _models(name, entered, left, hands)
+        if found is not None:
+            return found
+    return None
+
+
+@lru_cache(maxsize=512)
+def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Models | None:
+    each = [_chosen(load(hand).glyphs.get(letter, ()), entered, left) for hand in hands]
+    glyphs = [glyph for some in zip_longest(*each) for glyph in some if glyph is not None]
+    found = [made for made in map(_model, glyphs) if made is not None]
+    if not found:
+        return None
+    xy, late, ends = zip(*found, strict=True)
+    strokes = np.array([len(glyph.strokes) for glyph in glyphs], dtype=np.intp)
+    return Models(np.array(xy), np.array(late), strokes[: len(found)], ends)
+
+
+def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
+    """Forms that fit, each drawn one once before any is there in another variant."""
+    fitting = [g for g in glyphs if (g.entry != "lifted") == entered and (g.exit != "lifted") == left]
+    ranked: dict[int, list[Glyph]] = {}
+    for glyph in fitting or glyphs:
+        ranked.setdefault(glyph.form, []).append(glyph)
+    # variants of one drawing differ in how they are entered: another one of them for each drawing
+    turned = [own[i % len(own) :] + own[: i % len(own)] for i, own in enumerate(ranked.values())]
+    return [g for some in zip_longest(*turned) for g in some if g is not None][:_FORMS]
+
+
+def _model(glyph: Glyph) -> tuple[Array, NDArray[np.bool_], Array] | None:
+    curves = [_curve(stroke) for stroke in glyph.strokes]
+    xy, which = along(curves, SAMPLES)
+    spread = xy.std(axis=0)
+    if spread.max() < 1e-6:
+        return None
+    late = np.array(glyph.late, dtype=bool)[which]
+    marks = np.concatenate([[curve[0], curve[-1], *_turns(curve)] for curve in curves])
+    low = xy.mean(axis=0)
+    matrix = np.linalg.inv(frame(xy - low)).T
+    return (xy - low) @ matrix, late, (marks - low) @ matrix
+
+
+def frame(xy: Array) -> Array:
+    """(2, 2) upper triangular: takes what has deviations 1 and no slant to the size and slant of places (n, 2)."""
+    size = max(float(xy.std()), 1e-9)
+    y = max(float(xy[:, 1].std()), 0.05 * size)
+    slant = float((xy[:, 0] * xy[:, 1]).mean()) / y**2 if y > 0.3 * size else 0.0
+    x = max(float((xy[:, 0] - slant * xy[:, 1]).std()), 0.05 * size)
+    return np.array([[x, slant * y], [0.0, y]])
+
+
+def _curve(points: Array) -> Array:
+    """The way through points of a form (Catmull and Rom's spline)."""
+    if len(points) < 3:
+        return points
+    padded = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
+    a, b, c, d = (padded[i : len(padded) - 3 + i, None] for i in range(4))
+    t = (np.arange(_FINE) / _FINE)[:, None]
+    way = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
+    return np.concatenate([way.reshape(-1, 2), points[-1:]])
+
+
+def _turns(curve: Array) -> Iterator[Array]:
+    """Places where a curve turns back on itself."""
+    step = _FINE // 2
+    if len(curve) <= 2 * step:
+        return
+    before, after = curve[step:-step] - curve[: -2 * step], curve[2 * step :] - curve[step:-step]
+    size = np.hypot(*before.T) * np.hypot(*after.T)
+    cosine = (before * after).sum(axis=1) / np.maximum(size, 1e-12)
+    inner = np.flatnonzero((cosine[1:-1] < -0.2) & (cosine[1:-1] <= cosine[:-2]) & (cosine[1:-1] < cosine[2:])) + 1
+    yield from curve[step + inner]
+
+
+def along(curves: Sequence[Array], count: int) -> tuple[Array, NDArray[np.intp]]:
+    """Places (count, 2) at even distances along some ways, one after the other, and (count,) on which way each is."""
+    runs = [np.hypot(*np.diff(curve, axis=0).T) for curve in curves]
+    steps = np.concatenate([np.concatenate([[0.0], run]) for run in runs])  # nothing is written between two ways
+    first = np.cumsum([0, *(len(curve) for curve in curves)])
+    # a way of no length, a dot, takes its place, too
+    run = np.cumsum(steps) + 1e-9 * np.arange(len(steps))
+    xy = np.concatenate(curves)
+    at = np.linspace(0.0, run[-1], count)
+    near = np.minimum(np.searchsorted(run, at), len(run) - 1)
+    which = np.searchsorted(first, near, side="right") - 1
+    before = np.maximum(near - 1, first[which])
+    gap = run[near] - run[before]
+    share = np.where(gap > 0, (at - run[before]) / np.maximum(gap, 1e-12), 0.0)[:, None]
+    return xy[before] + np.clip(share, 0, 1) * (xy[near] - xy[before]), which

@@ -1,0 +1,132 @@
+"""A line graph as what a pen can do on it: branches between knots, and how it turns from one into another.
+
+Every branch has two ends: end 2 b is where branch b begins, end 2 b + 1 where it ceases.  A pen that leaves a knot by
+an end arrives at the next by that end's other one, `end ^ 1`.  Lengths are in half widths of the line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from handout.branching import branches
+from handout.values import Array, Indices
+
+_NEAR, _FAR = 1.4, 8.0  # half widths from a knot between which a branch shows its direction
+_BENT = 0.51  # how far the turn of the branch beyond is carried on into the knot
+_MOST_BENT = 0.6  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Branches between knots.
+
+    xy : (n, 2) float, vertices, y up, in any unit.
+    radius, density : (n,) float.
+    half : half the usual width of the line, in that unit.
+    branches : vertices in order along each, both knots included; a dot is a branch of one vertex.
+    knot : (2 b,) int: the knot at each end.
+    length : (b,) float, half widths.
+    leaving : (2 b, 2) float: unit vector in which the pen leaves the knot by each end.
+    """
+
+    xy: Array
+    radius: Array
+    density: Array
+    half: float
+    branches: tuple[Indices, ...]
+    knot: Indices
+    length: Array
+    leaving: Array
+
+    @cached_property
+    def at(self) -> dict[int, list[int]]:
+        """Knot → ends that meet there."""
+        found: dict[int, list[int]] = {}
+        for end, knot in enumerate(self.knot.tolist()):
+            found.setdefault(knot, []).append(end)
+        return found
+
+    def way(self, end: int) -> Indices:
+        """Vertices of a branch in the order in which the pen passes them that leaves by an end."""
+        vertices = self.branches[end >> 1]
+        return vertices[::-1] if end & 1 else vertices
+
+    def place(self, end: int) -> Array:
+        """(2,): where an end is."""
+        return np.asarray(self.xy[self.branches[end >> 1][-1 if end & 1 else 0]])
+
+
+def network(xy: Array, radius: Array, density: Array, edges: Indices, half: float | None = None) -> Network:
+    """The branches of a line graph.
+
+    Parameters
+    ----------
+    xy, radius, density, edges : as in `values.LineGraph`, y up.
+    half : half the usual width of the line; default: the median radius.
+    """
+    wide = half if half is not None else float(np.median(radius))
+    return _made(xy, radius, density, wide, branches(edges, len(xy)))
+
+
+def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
+    """Some branches of a network, with knots at some more of their vertices."""
+    if not cuts:
+        ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
+        kept = tuple(net.branches[b] for b in keep)
+        rows = list(keep)
+        return Network(
+            net.xy, net.radius, net.density, net.half, kept, net.knot[ends], net.length[rows], net.leaving[ends]
+        )
+    found = []
+    for b in keep:
+        path = net.branches[b]
+        closed = len(path) > 1 and path[0] == path[-1] and len(net.at[int(path[0])]) == 2
+        found += _cut(path, cuts, closed)
+    return _made(net.xy, net.radius, net.density, net.half, found)
+
+
+def _made(xy: Array, radius: Array, density: Array, half: float, found: Sequence[Indices]) -> Network:
+    runs = [_run(xy[path]) for path in found]
+    knots = np.array([path[side] for path in found for side in (0, -1)], dtype=np.intp)
+    directions = [
+        _direction(xy[path][::side], run if side > 0 else run[-1] - run[::-1], half)
+        for path, run in zip(found, runs, strict=True)
+        for side in (1, -1)
+    ]
+    length = np.array([run[-1] for run in runs]) / half
+    return Network(xy, radius, density, half, tuple(found), knots, length, np.array(directions).reshape(-1, 2))
+
+
+def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
+    """A path in parts, cut at some of its vertices; a closed one, which has no knot of its own, is opened there."""
+    inside = [i for i in range(1, len(path) - 1) if path[i] in cuts]
+    if not inside:
+        return [path]
+    if closed and path[0] not in cuts:
+        opened = np.concatenate([path[inside[0] : -1], path[: inside[0] + 1]])
+        return _cut(opened, cuts, closed=False)
+    bounds = [0, *inside, len(path) - 1]
+    return [path[a : b + 1] for a, b in pairwise(bounds)]
+
+
+def _run(xy: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+
+
+def _direction(xy: Array, run: Array, half: float) -> Array:
+    """(2,) in which a way leaves its first vertex, beyond the ink that it shares there with others."""
+    if run[-1] < 1e-9:
+        return np.zeros(2)
+    whole = float(run[-1])
+    places = (min(_NEAR * half, 0.3 * whole), min(_FAR * half, 0.7 * whole), min((2 * _FAR - _NEAR) * half, whole))
+    x, y = np.interp(places, run, xy[:, 0]).tolist(), np.interp(places, run, xy[:, 1]).tolist()
+    near, far = math.atan2(y[1] - y[0], x[1] - x[0]), math.atan2(y[2] - y[1], x[2] - x[1])
+    turn = (near - far + math.pi) % (2 * math.pi) - math.pi
+    angle = near + min(max(_BENT * turn, -_MOST_BENT), _MOST_BENT)
+    return np.array([math.cos(angle), math.sin(angle)])

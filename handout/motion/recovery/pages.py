@@ -1,0 +1,141 @@
+"""The paths of a pen over a page of scanned glyphs: each letter's strokes, joined along the ligatures of its word."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from handout.hand.scanned import ScannedHand
+from handout.motion.optimal_control import follow
+from handout.motion.recovery.models import HANDS
+from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, place, shared, trimmed
+from handout.motion.recovery.scribe import Scribe, scribe_of
+from handout.values import ActionPlan, Array, Indices, Placed
+
+_SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """One pen-down movement over ink.
+
+    xy : (n, 2) float, mm on the page.
+    width : (n,) float, mm; density : (n,) float: of the ink there.
+    word : index of its word on the page; of : (n,) int, index in the text of the letter it belongs to.
+    late : whether it is a dot or bar that is written after the letters it belongs to.
+    """
+
+    xy: Array
+    width: Array
+    density: Array
+    word: int
+    of: Indices
+    late: bool = False
+
+
+def paths(
+    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, late_after: str = ""
+) -> list[Path]:
+    """The pen's paths over a line that is written in a scanned hand, in the order of writing.
+
+    Parameters
+    ----------
+    placed : glyphs of `hand`, and strokes, in the order of the text.
+    hands : drawn hands whose forms tell how letters are written.
+    late_after : {"word", "letter"}, optional
+        When dots, bars and accents are written, which ink does not show; default: after the word in joined hands, else
+        after their letter.
+    """
+    scribe = scribe_of(hand, hands)
+    patient = late_after == "word" if late_after else scribe.patient
+    found: list[Path] = []
+    for _, word in groupby(placed, key=lambda one: one.word):
+        units = list(word)
+        found += _word([one for one in units if one.ink is not None], scribe, patient)
+        found += [_drawn(points, one, scribe) for one in units for points in one.strokes]
+    return found
+
+
+def _drawn(points: Array, placed: Placed, scribe: Scribe) -> Path:
+    """What was drawn over ink, such as the line that strikes a word out."""
+    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
+    count = len(xy)
+    return Path(xy, np.full(count, scribe.width), np.ones(count), placed.word, np.full(count, placed.at, dtype=np.intp))
+
+
+def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[Path]:
+    """The paths of one word."""
+    glyphs = [place(one, scribe) for one in placed]
+    joins: list[dict[int, int]] = [{}, *(shared(a, b) for a, b in pairwise(glyphs))]
+    current, late = _Movement([], None), list[_Movement]()
+    for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
+        if not joined and not patient:
+            yield from _ended([current, *late])
+            current, late = _Movement([], None), []
+        main, after = _parted(glyph, onward)
+        entered = False
+        for stroke in main:
+            part = (glyph, trimmed(glyph, stroke, joined))
+            if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
+                current, entered = _Movement([*current.parts, part], stroke.end), True
+            else:
+                yield from _ended([current])
+                current = _Movement([part], stroke.end)
+        before = [movement for movement in late if movement.leaving is not None]
+        late = [movement for movement in late if movement.leaving is None]
+        for stroke in after:
+            part = (glyph, trimmed(glyph, stroke, joined))
+            # a bar that comes over from the letter before
+            whole = [m for m in before if stroke.begin in joined and joined[stroke.begin] == m.leaving]
+            before = [m for m in before if m not in whole]
+            late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
+        late = [*(_Movement(m.parts, None) for m in before), *late]
+    yield from _ended([current])
+    yield from (_path(movement.parts, True) for movement in late)
+
+
+@dataclass(frozen=True, eq=False)
+class _Movement:
+    """Parts of several glyphs that are written in one go, and the way by which it left the last of them."""
+
+    parts: list[tuple[PlacedGlyph, Indices]]
+    leaving: int | None
+
+
+def _ended(movements: Sequence[_Movement]) -> Iterator[Path]:
+    yield from (_path(movement.parts, number > 0) for number, movement in enumerate(movements) if movement.parts)
+
+
+def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:
+    """A glyph's strokes: those that are written with the word, and those that come after it."""
+    leads = set(onward.values())
+    main = [s for s in glyph.strokes if not s.late]
+    exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
+    last = exits[0] + 1 if exits else len(main)
+    # a bar by which alone the word goes on is no bar
+    if not exits and (led := [s for s in glyph.strokes if s.late and s.end in leads]):
+        return [*main, led[0]], [s for s in glyph.strokes if s.late and s is not led[0]]
+    return main[:last], [*main[last:], *(s for s in glyph.strokes if s.late)]
+
+
+def _goes_on(
+    current: _Movement, stroke: PlacedStroke, part: tuple[PlacedGlyph, Indices], joined: dict[int, int], gap: float
+) -> bool:
+    """Whether a stroke is written without a lift after what was written before it."""
+    if not current.parts:
+        return False
+    if stroke.begin is not None and stroke.begin in joined:
+        return joined[stroke.begin] == current.leaving
+    return current.leaving is None and fails(current.parts[-1], part, gap)
+
+
+def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:
+    """One path of the parts that several glyphs have in it."""
+    xy = np.concatenate([glyph.graph.xy[own] for glyph, own in parts])
+    radius = np.concatenate([glyph.graph.radius[own] for glyph, own in parts])
+    density = np.concatenate([glyph.graph.density[own] for glyph, own in parts])
+    of = np.concatenate([np.full(len(own), glyph.placed.at, dtype=np.intp) for glyph, own in parts])
+    return Path(xy, 2 * radius, density, parts[0][0].placed.word, of, late)

@@ -1,0 +1,151 @@
+"""Glyphs on a page with their strokes: those of the hand's own glyph, on the graph of the one that is placed.
+
+A placed glyph has the body of its form, vertex by vertex, and ways to its neighbours of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from handout.motion.recovery.scribe import TIP, Scribe, bridged, outwards
+from handout.values import Indices, LineGraph, Placed
+from handout.writing.scanned.forms import Form
+
+_SAME = 1e-6  # mm between two places that are one
+
+
+@dataclass(eq=False)
+class PlacedStroke:
+    """A movement while its word is put together.
+
+    vertices : of the glyph's graph; begin, end : the way at whose outer end it begins, ends, or None.
+    """
+
+    vertices: Indices
+    late: bool
+    begin: int | None
+    end: int | None
+
+
+@dataclass(eq=False)
+class PlacedGlyph:
+    """A placed glyph with its strokes.
+
+    chains : for each way its vertices in the placed graph, anchor first, outwards; None where it is not there.
+    """
+
+    placed: Placed
+    graph: LineGraph
+    entries: int
+    chains: list[Indices | None]
+    strokes: list[PlacedStroke] = field(default_factory=list)
+
+
+def place(placed: Placed, scribe: Scribe) -> PlacedGlyph:
+    assert placed.ink is not None
+    number, graph = placed.ink.number, placed.ink.graph
+    form = scribe.forms[number]
+    written, sections = scribe.written(number)
+    chains = _chains(graph, form)
+    made = PlacedGlyph(placed, graph, len(form.entries), chains)
+    section = np.full(len(form.xy) + sum(map(len, sections)), -1, dtype=np.intp)
+    for k, own in enumerate(sections):
+        section[own] = k
+    for vertices, late in zip(written.strokes, written.late, strict=True):
+        stroke = _laid(vertices, section, sections, chains, late)
+        if stroke is not None:
+            made.strokes.append(stroke)
+    return made
+
+
+def _laid(
+    vertices: Indices, section: Indices, sections: tuple[Indices, ...], chains: list[Indices | None], late: bool
+) -> PlacedStroke | None:
+    """A stroke of a glyph's line on the graph of the placed glyph, whose ways are other than they were."""
+    of = section[vertices]
+    bounds = [0, *(np.flatnonzero(np.diff(of)) + 1).tolist(), len(of)]
+    parts: list[Indices] = []
+    begin = end = None
+    for a, b in pairwise(bounds):
+        way = int(of[a])
+        if way < 0:
+            parts.append(vertices[a:b])
+            continue
+        chain = chains[way]
+        if chain is None:
+            continue
+        outer = int(sections[way][-1])
+        if vertices[a] == outer and a == 0:
+            begin = way
+        if vertices[b - 1] == outer and b == len(of):
+            end = way
+        inward = vertices[a] == outer
+        parts.append(chain[:0:-1] if inward else chain[1:])
+    whole = np.concatenate([np.zeros(0, dtype=np.intp), *parts])
+    return PlacedStroke(whole, late, begin, end) if len(whole) else None
+
+
+def _chains(graph: LineGraph, form: Form) -> list[Indices | None]:
+    """For each way of a form its vertices in a placed graph, anchor first; told by where their ink is from."""
+    count = len(form.xy)
+    ways = [way for way, _ in outwards(form)]
+    chains: list[Indices | None] = [None] * len(ways)
+    added = graph.edges[len(form.edges) :]
+    starts = np.flatnonzero(added[:, 0] < count)
+    for a, b in pairwise([*starts.tolist(), len(added)]):
+        chain = np.concatenate([added[a : a + 1, 0], added[a:b, 1]])
+        uv = graph.uv[chain[-1]]
+        best, chosen = np.inf, None
+        for k, way in enumerate(ways):
+            if chains[k] is not None or way.anchor != chain[0]:
+                continue
+            away = float(np.hypot(*(way.uv - uv).T).min()) + float(
+                np.hypot(*(way.uv - graph.uv[chain[len(chain) // 2]]).T).min()
+            )
+            if away < best:
+                best, chosen = away, k
+        if chosen is not None:
+            chains[chosen] = chain
+    return chains
+
+
+def shared(first: PlacedGlyph, second: PlacedGlyph) -> dict[int, int]:
+    """Way into the second → way out of the first that is the same line."""
+    found = {}
+    for i in range(second.entries):
+        into = second.chains[i]
+        if into is None or not len(into):
+            continue
+        for j in range(first.entries, len(first.chains)):
+            out = first.chains[j]
+            if out is None or not len(out):
+                continue
+            ends = np.abs(second.graph.xy[into[[0, -1]]] - first.graph.xy[out[[-1, 0]]]).max()
+            if ends < _SAME:
+                found[i] = j
+    return found
+
+
+def trimmed(glyph: PlacedGlyph, stroke: PlacedStroke, joins: dict[int, int]) -> Indices:
+    """The vertices of a stroke without a way in that the letter before has already."""
+    vertices = stroke.vertices
+    if stroke.begin in joins:
+        chain = glyph.chains[stroke.begin]
+        assert chain is not None
+        vertices = vertices[len(chain) - 1 :]
+    if stroke.end in joins:
+        chain = glyph.chains[stroke.end]
+        assert chain is not None
+        vertices = vertices[: len(vertices) - len(chain) + 1]
+    return vertices
+
+
+def fails(first: tuple[PlacedGlyph, Indices], second: tuple[PlacedGlyph, Indices], gap: float) -> bool:
+    """Whether a movement goes on in another with a little ink missing."""
+    (one, end), (other, begin) = first, second
+    a, b = one.graph.xy[end[-TIP:]], other.graph.xy[begin[:TIP]]
+    aims = [(xy[i] - xy[j]) / max(float(np.hypot(*(xy[i] - xy[j]))), 1e-9) for xy, i, j in ((a, -1, 0), (b, 0, -1))]
+    return bridged(a[-1], aims[0], b[0], aims[1], float(np.median(one.graph.radius)), gap) > 0
