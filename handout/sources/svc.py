@@ -1,7 +1,8 @@
 """Reads SVC files: recorded pens with pose, as tablets' test programs write them.
 
-The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines, y up), time (ms),
-whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure (raw).
+The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines, y upwards),
+time (ms), whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure
+(raw).
 
 Source: the format as it is described with the public samples of handwriting signal libraries.
 """

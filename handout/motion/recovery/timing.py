@@ -36,29 +36,53 @@ def strokes(paths: Sequence[Path], lines: Sequence[int], x_height: float, pace: 
     """
     clock, before = 0.0, None
     for path, line in zip(paths, lines, strict=True):
-        t, xy, width = _timed(path, x_height)
+        t, xy, width, pressure = _timed(path, x_height)
         if before is not None:
             end, word, above = before
             way = float(np.hypot(*(xy[0] - end))) / x_height
             clock += in_the_air(way, line=line != above, word=word != path.word)
-        yield Stroke((clock + t) / pace, xy, width=width, word=path.word)
+        yield Stroke((clock + t) / pace, xy, pressure, width=width, word=path.word)
         clock += float(t[-1])
         before = (xy[-1], path.word, line)
 
 
-def _timed(path: Path, x_height: float) -> tuple[Array, Array, Array]:
-    """t, xy and width of one movement, evenly sampled in time."""
+def _timed(path: Path, x_height: float) -> tuple[Array, Array, Array, Array | None]:
+    """t, xy, width and pressure of one movement, evenly sampled in time."""
     run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path.xy, axis=0).T))])
+    pressed = _filled(path.pressure) if path.pressure is not None else None
     if run[-1] < _STEP:
-        return np.array([0.0, _DWELL]), np.repeat(path.xy[:1], 2, axis=0), np.repeat(path.width[:1], 2)
+        xy, width = np.repeat(path.xy[:1], 2, axis=0), np.repeat(path.width[:1], 2)
+        return np.array([0.0, _DWELL]), xy, width, None if pressed is None else np.repeat(pressed[:1], 2)
     count = max(3, round(run[-1] / _STEP) + 1)
     at = np.linspace(0.0, run[-1], count)
     even = np.column_stack([np.interp(at, run, path.xy[:, k]) for k in (0, 1)])
     xy, width = smoothed(even, _SMOOTH / at[1]), smoothed(np.interp(at, run, path.width)[:, None], _SMOOTH / at[1])
     t = _clock(xy, x_height)
+    if path.steps is not None:
+        t = _measured(t, at, run, path.steps)
     times = np.linspace(0.0, t[-1], max(3, round(t[-1] * RATE) + 1))
     placed = np.column_stack([np.interp(times, t, xy[:, k]) for k in (0, 1)])
-    return times, placed, np.interp(times, t, width[:, 0])
+    pressure = None if pressed is None else np.interp(times, t, np.interp(at, run, pressed))
+    return times, placed, np.interp(times, t, width[:, 0]), pressure
+
+
+def _filled(values: Array) -> Array | None:
+    """Values with what is not known between those that are; None if none is."""
+    known = np.isfinite(values)
+    return np.interp(np.arange(len(values)), np.flatnonzero(known), values[known]) if known.any() else None
+
+
+def _measured(t: Array, at: Array, run: Array, steps: Array) -> Array:
+    """(n,) s at places `at` along a path: what a recorded pen took, and where that is not known what `t` says.
+
+    Parameters
+    ----------
+    run, steps : (m,), (m − 1,): the path's own places, mm, and how long the pen took from each to the next.
+    """
+    known = np.isfinite(steps)
+    model = np.diff(np.interp(run, at, t))
+    whole = np.concatenate([[0.0], np.cumsum(np.where(known, steps, model))])
+    return np.asarray(np.maximum.accumulate(np.interp(at, run, whole)) + 1e-9 * np.arange(len(at)))
 
 
 def smoothed(values: Array, sigma: float) -> Array:
