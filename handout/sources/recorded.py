@@ -58,9 +58,7 @@ def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: boo
     """
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
-    samples = sum(len(one.xy) for one in raw)
-    if samples > MOST:
-        raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
+    refuse_many(sum(len(one.xy) for one in raw), what)
     for number, one in enumerate(raw, 1):
         if not all(np.isfinite(v).all() for v in (one.xy, one.t if one.t is not None else 0.0, *one.channels.values())):
             raise InputError(f"Stroke {number} of this {what} has a value that is not a finite number.")
@@ -88,6 +86,12 @@ def _assumed(one: Raw, origin: float, end: float | None) -> Array:
     """Times of a stroke that has none, after the end of the one before."""
     begin = one.start - origin if one.start is not None else 0.0 if end is None else end + _LIFT
     return begin + np.arange(len(one.xy)) / RATE
+
+
+def refuse_many(samples: int, what: str) -> None:
+    """Raise InputError for more samples than are read."""
+    if samples > MOST:
+        raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
 
 
 def _clocked(raw: Sequence[Raw]) -> bool:

@@ -28,6 +28,7 @@ def from_svc(data: bytes) -> Drawing:
     InputError
         Not SVC: a first line that is no number, lines that are not seven numbers, or fewer than it says.
     """
+    recorded.refuse_many(data.count(b"\n") - 1, "SVC file")  # before millions of lines are taken apart
     lines = data.decode("latin-1").split("\n")
     if not lines[0].strip().isdecimal():
         raise InputError("This is not SVC: its first line is not the number of samples.")

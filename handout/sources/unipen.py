@@ -99,6 +99,7 @@ def _of_words(segments: list[_Segment]) -> list[_Segment]:
 def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
     if depth > _DEEPEST:
         raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
+    recorded.refuse_many(data.count(b"\n"), "UNIPEN file")  # before millions of lines are taken apart
     text = data.decode("latin-1")
     for name, body in _statements(text):
         if name == "INCLUDE":

@@ -83,11 +83,11 @@ def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     count = round(run[-1] * _DPI / 25.4) + 1
     # where the pen rests, it is left at the last moment
     moving = np.concatenate([[True], np.diff(run) > 1e-6])
-    t = np.interp(np.linspace(0.0, run[-1], count), run[moving], fine[moving])
-    if count == 1:
-        t = stroke.t[:1]
+    at, run = np.linspace(0.0, run[-1], count), run[moving]
+    t = np.interp(at, run, fine[moving]) if count > 1 else stroke.t[:1]
+    place = np.column_stack([np.interp(at, run, xy[moving, k]) for k in (0, 1)])
     pressure = None if stroke.pressure is None else np.interp(t, stroke.t, stroke.pressure)
-    return Stroke(t, curve.at(t), pressure, width=np.full(count, width), word=stroke.word)
+    return Stroke(t, place, pressure, width=np.full(count, width), word=stroke.word)
 
 
 def _refuse_empty(one: Recording) -> None:
