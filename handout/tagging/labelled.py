@@ -22,7 +22,7 @@ from handout.tagging.recording import Recording, turns, x_height
 from handout.values import Array, Drawing, Page, Stroke
 
 _NOTHING = 0.02  # of the greatest piece: what is smaller is a placeholder for something that was taken out
-_PITCH = (3.4, 9.0)  # least and greatest distance of lines, small letters
+_PITCH = 3.4  # small letters, least distance of lines
 _GAP = 1.6  # small letters between pieces of a row
 _HAND = "house-print"  # whose letters are as high as letters are
 _TELLING = 0.5  # small letters: what is lower, such as a comma, does not tell the size
@@ -120,17 +120,19 @@ def _extent(letter: str) -> tuple[float, float]:
     return float(y.min()), float(y.max())
 
 
-def laid(name: str, pieces: Sequence[Piece], small: float, column: float, row: float) -> Iterator[Recording]:
+def laid(
+    name: str, pieces: Sequence[Piece], small: float, column: float, row: float, most: float
+) -> Iterator[Recording]:
     """Pages of pieces in rows, on whose baselines they stand.
 
     Parameters
     ----------
-    small : height of a small letter; column, row : height of the lines of a page and length of a line, at most; all in
-        mm of the recording.
+    small : height of a small letter; column, row, most : height of the lines of a page, length of a line, distance of
+        lines, at most; all in mm of the recording.
     """
     above = max(piece.base - piece.box[1] for piece in pieces)
     below = max(piece.box[3] - piece.base for piece in pieces)
-    pitch = float(np.clip(above + below + 0.4 * small, _PITCH[0] * small, _PITCH[1] * small))
+    pitch = float(np.clip(above + below + 0.4 * small, _PITCH * small, most))
     rows, x = list[list[Piece]](), row
     for piece in pieces:
         left, _, right, _ = piece.box.tolist()
@@ -140,9 +142,9 @@ def laid(name: str, pieces: Sequence[Piece], small: float, column: float, row: f
         shift = np.array([x - left, -piece.base])
         rows[-1].append(replace(piece, strokes=tuple(replace(s, xy=s.xy + shift) for s in piece.strokes)))
         x += right - left + _GAP * small
-    most = max(1, int(column / pitch))
-    for first in range(0, len(rows), most):
-        yield replace(_page(name, rows[first : first + most], pitch), small=small)
+    count = max(1, int(column / pitch))
+    for first in range(0, len(rows), count):
+        yield replace(_page(name, rows[first : first + count], pitch), small=small)
 
 
 def _page(name: str, rows: Sequence[Sequence[Piece]], pitch: float) -> Recording:

@@ -21,7 +21,7 @@ _DPI = 300.0
 _PEN = 0.16  # of a small letter: width of the line
 _SIZES, _SIZE = (1.2, 5.5), 2.6  # mm: small letters as people write them, and as they are made where they are not so
 _MARGIN = 12.0  # mm of paper around the writing
-_ROW, _COLUMN = 170.0, 250.0  # mm, of pieces laid out on a page
+_ROW, _COLUMN, _PITCH = 170.0, 250.0, 26.0  # mm, at most: pieces laid out on a page, from a line to the next
 _LARGEST = 600.0  # mm, of a page
 
 
@@ -53,7 +53,10 @@ def recordings(given: Sequence[Recording], say: Say) -> list[Recording]:
         timed = all(_clocked(one.drawing) for one in given if not one.text)
         small = small_letters(pieces)
         factor = _factor(name, small, say)
-        found += [_sheet(page, factor, timed) for page in laid(name, pieces, small, _COLUMN / factor, _ROW / factor)]
+        found += [
+            _sheet(page, factor, timed)
+            for page in laid(name, pieces, small, _COLUMN / factor, _ROW / factor, _PITCH / factor)
+        ]
     return found
 
 

@@ -12,7 +12,7 @@ from handout.hand import file
 def unipen(letters):
     """A UNIPEN file of single letters, each drawn as a wave, with their labels."""
     rows = [".COORD X Y", ".X_POINTS_PER_MM 10", ".Y_POINTS_PER_MM 10"]
-    rows += [f'.SEGMENT CHARACTER {2 * number} OK "{letter}"' for number, letter in enumerate(letters)]
+    rows += [f'.SEGMENT CHARACTER {number} OK "{letter}"' for number, letter in enumerate(letters)]
     t = np.linspace(0, 1, 40)
     for letter in letters:
         waves = "nmu".index(letter) + 2

@@ -123,11 +123,11 @@ def test_texts_that_were_written_over_one_another_get_lines_of_their_own():
     drawing = unipen(strokes, ['TEXT 0 OK "one"', 'TEXT 1 OK "two"', 'TEXT 2 OK "gone"', 'TEXT 3 OK "three  "'])
     pieces = labelled("a.dat", drawing)
     assert [piece.label for piece in pieces] == ["one", "two", "three"]
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 40.0)
+    (page,) = laid("a.dat", pieces, 2.5, 250.0, 40.0, 26.0)
     assert page.text == "one\ntwo\nthree" and page.lines == 3 and page.letters == ()
     low = [stroke.xy[:, 1].max() for stroke in page.drawing.strokes]
     assert np.diff(low) == pytest.approx(low[1] - low[0], abs=0.11) and low[1] - low[0] > 8
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 100.0)
+    (page,) = laid("a.dat", pieces, 2.5, 250.0, 100.0, 26.0)
     assert page.text == "one two three" and page.lines == 1
 
 
@@ -136,7 +136,7 @@ def test_letters_stand_as_high_as_letters_do():
     drawing = unipen(strokes, [f'CHARACTER {i} OK "{"nnnnnnnngg"[i]}"' for i in range(10)])
     pieces = labelled("a.dat", drawing)
     assert small_letters(pieces) == pytest.approx(2.5, rel=0.2)
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 300.0)
+    (page,) = laid("a.dat", pieces, 2.5, 250.0, 300.0, 26.0)
     low = [stroke.xy[:, 1].max() for stroke in page.drawing.strokes]
     assert low[-1] - low[0] > 1.5  # a g hangs below the line
     assert [set(of.tolist()) for of in page.letters] == [{2 * i} for i in range(10)]
