@@ -22,7 +22,7 @@ from handout.tagging.recording import Recording, turns, x_height
 from handout.values import Array, Drawing, Page, Stroke
 
 _NOTHING = 0.02  # of the greatest piece: what is smaller is a placeholder for something that was taken out
-_PITCH = 3.4  # small letters, least distance of lines
+_PITCH = (3.4, 5.5)  # small letters, least and greatest distance of lines: a hand keeps it as its own
 _GAP = 1.6  # small letters between pieces of a row
 _HAND = "house-print"  # whose letters are as high as letters are
 _TELLING = 0.5  # small letters: what is lower, such as a comma, does not tell the size
@@ -132,7 +132,7 @@ def laid(
     """
     above = max(piece.base - piece.box[1] for piece in pieces)
     below = max(piece.box[3] - piece.base for piece in pieces)
-    pitch = float(np.clip(above + below + 0.4 * small, _PITCH * small, most))
+    pitch = float(np.clip(above + below + 0.4 * small, _PITCH[0] * small, min(_PITCH[1] * small, most)))
     rows, x = list[list[Piece]](), row
     for piece in pieces:
         left, _, right, _ = piece.box.tolist()

@@ -144,5 +144,5 @@ def test_what_cannot_be_read_is_named(read, data, said):
 
 def test_too_many_samples_are_refused(monkeypatch):
     monkeypatch.setattr(recorded, "MOST", 4)
-    with pytest.raises(InputError, match="8 samples; at most 4"):
+    with pytest.raises(InputError, match="9 samples; at most 4"):
         from_unipen(UNIPEN)
