@@ -27,6 +27,7 @@ _PUBLIC = {
     "open_port": "handout.plotting",
     "print_rows": "handout.printing.batch",
     "read_addresses": "handout.printing.table",
+    "restyle": "handout.motion.styles.restyling",
     "run": "handout.plotting",
     "trace": "handout.motion.trace",
     "write_drawings": "handout.sinks",

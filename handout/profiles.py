@@ -10,44 +10,20 @@ import difflib
 import re
 import tomllib
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
-from handout import shipped, units
-from handout.errors import InputError, ProfileError
+from handout import shipped, tables
+from handout.errors import ProfileError
+from handout.tables import Acceleration as Acceleration
+from handout.tables import Length as Length
+from handout.tables import Speed as Speed
+from handout.tables import Table
+from handout.tables import Time as Time
 
 
-class Length(float):
-    """mm, written in the file as ``"297mm"``."""
-
-
-class Time(float):
-    """s, written as ``"150ms"``."""
-
-
-class Speed(float):
-    """mm/s, written as ``"60mm/s"``."""
-
-
-class Acceleration(float):
-    """mm/s², written as ``"800mm/s2"``."""
-
-
-# kind of quantity, and a unit to show in an error message
-_KINDS: dict[type, tuple[str, str]] = {
-    Length: ("length", "mm"),
-    Time: ("time", "ms"),
-    Speed: ("speed", "mm/s"),
-    Acceleration: ("acceleration", "mm/s2"),
-}
-
-
-class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A table of a profile; subclasses name the bounds of their numbers in `_bounds`."""
-
-
-class Bed(_Table, frozen=True):
+class Bed(Table, frozen=True):
     """Where the pen can go.
 
     width, height: of the area the pen reaches; origin: the corner (or the middle) where the machine's zero is, in
@@ -68,7 +44,7 @@ class Bed(_Table, frozen=True):
     inset_y: Length = Length(0.0)
 
 
-class Limits(_Table, frozen=True):
+class Limits(Table, frozen=True):
     """What the machine can do; its own settings, read when it is connected, win over these.
 
     travel_speed: pen up; draw_speed: greatest with the pen down; junction_deviation as in GRBL's ``$11``; jerk: of a
@@ -83,7 +59,7 @@ class Limits(_Table, frozen=True):
     steps_per_mm: float = 80.0
 
 
-class Pen(_Table, frozen=True):
+class Pen(Table, frozen=True):
     """How the pen is lifted: by a servo (``M3 S…``), by the Z axis, by commands of the user's own, or by a plotter that
     has words for it.
 
@@ -108,7 +84,7 @@ class Pen(_Table, frozen=True):
     width: Length = Length(0.4)
 
 
-class Hpgl(_Table, frozen=True):
+class Hpgl(Table, frozen=True):
     """What differs between plotters that speak HP-GL.
 
     rotation: of the coordinates, in degrees (``RO``); speed_step: of ``VS``; pens: in the carousel; pen: the one to
@@ -122,7 +98,7 @@ class Hpgl(_Table, frozen=True):
     pen_time: Time = Time(0.0)
 
 
-class Port(_Table, frozen=True):
+class Port(Table, frozen=True):
     """How the machine is reached, and what its controller can take.
 
     baud: bits a second; buffer: bytes it receives before it reads them; queue: moves it looks ahead; line_time: how
@@ -137,7 +113,7 @@ class Port(_Table, frozen=True):
     start_up: Time = Time(2.0)
 
 
-class Plotter(_Table, frozen=True):
+class Plotter(Table, frozen=True):
     """A pen plotter.
 
     homing: whether it finds its zero by itself (``$H``); segment_rate: straight segments a second of pen time.
@@ -160,7 +136,7 @@ class Plotter(_Table, frozen=True):
     name: str = ""
 
 
-class Margins(_Table, frozen=True):
+class Margins(Table, frozen=True):
     """What the printer cannot print on, from each edge of the sheet as it is fed."""
 
     top: Length = Length(0.0)
@@ -169,21 +145,21 @@ class Margins(_Table, frozen=True):
     left: Length = Length(0.0)
 
 
-class Nudge(_Table, frozen=True):
+class Nudge(Table, frozen=True):
     """How far the writing is moved on the sheet as it is read: x to the right, y down."""
 
     x: Length = Length(0.0)
     y: Length = Length(0.0)
 
 
-class Envelope(_Table, frozen=True):
+class Envelope(Table, frozen=True):
     """What differs when a printer is fed with envelopes: its margins, and the tray they lie in."""
 
     margins: Margins | None = None
     source: str = ""
 
 
-class Printer(_Table, frozen=True):
+class Printer(Table, frozen=True):
     """An inkjet or a file that stands for one.
 
     queue: name of the CUPS queue, or the printer's address, ``ipp://…`` (empty: `--queue` or the system's default);
@@ -204,7 +180,7 @@ class Printer(_Table, frozen=True):
     margins: Margins = Margins()
     sources: tuple[str, ...] = ()
     source: str = ""
-    options: dict[str, str] = {}
+    options: dict[str, str] = msgspec.field(default_factory=dict)
     feed: Literal["short", "long"] = "short"
     turn: Literal["left", "right"] = "left"
     flap: Literal["", "left", "right", "leading", "trailing"] = ""
@@ -235,25 +211,6 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 }  # fmt: skip
 
 
-def _quantity(kind: type, value: Any) -> Any:
-    name, unit = _KINDS[kind]
-    if not isinstance(value, str):
-        raise ValueError(f'needs a {name} with its unit in quotes, such as "12{unit}"')
-    try:
-        return kind(units.parse(value, name))
-    except InputError as error:  # msgspec adds the path of the key to a ValueError only
-        raise ValueError(str(error).removeprefix("value: ").rstrip(".")) from error
-
-
-def _check_bounds(profile: Profile, path: Path) -> None:
-    for key, (least, greatest) in _BOUNDS.items():
-        value: Any = profile
-        for name in key.split("."):
-            value = getattr(value, name, None)
-        if value is not None and not least <= value <= greatest:
-            raise ProfileError(f"{path}: {key} = {value:g} is outside {least:g} to {greatest:g}.")
-
-
 def read(path: Path) -> Profile:
     """Read and check a machine's TOML file.
 
@@ -276,10 +233,10 @@ def read(path: Path) -> Profile:
     if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
         table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:
-        profile: Profile = msgspec.convert(table, kinds[kind], dec_hook=_quantity)
-    except msgspec.ValidationError as error:
-        raise ProfileError(f"{path}: {_hint(str(error), kinds[kind])}") from error
-    _check_bounds(profile, path)
+        profile: Profile = tables.converted(table, kinds[kind])
+        tables.check_bounds(profile, _BOUNDS)
+    except ValueError as error:
+        raise ProfileError(f"{path}: {error}") from error
     if isinstance(profile, Plotter):
         _check_pen(profile.pen, path)
         _check_dialect(profile, path)
@@ -357,22 +314,6 @@ def _check_commands(pen: Pen, path: Path) -> None:
                 )
 
 
-def _hint(message: str, kind: type) -> str:
-    """The validation message in plain words: which key, what is wrong with it, and the nearest known key to a slip."""
-    said, _, place = message.partition(" - at `$")
-    table = place.strip(".`")
-    quoted = said.split("`")[1] if "`" in said else ""
-    key = f"{table}.{quoted}" if table else quoted
-    if "unknown field" in said:
-        tables = (kind, Bed, Limits, Pen, Hpgl, Port, Margins, Nudge, Envelope)
-        known = {f.name for t in tables for f in msgspec.structs.fields(t)}
-        near = difflib.get_close_matches(quoted, known, 1)
-        return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
-    if "missing required field" in said:
-        return f"{key} is missing."
-    return f"{table}: {said[0].lower()}{said[1:]}." if table else f"{said}."
-
-
 def names(kind: str | None = None) -> list[str]:
     """Names of all known machines, the user's own included; `kind` is ``"plotter"``, ``"printer"`` or None."""
     return sorted(n for n in shipped.files("devices", "*.toml") if kind is None or n.startswith(f"{kind}-"))
@@ -398,10 +339,14 @@ def locate(name: str, kind: str | None = None) -> Path:
     for found in (name, *(f"{k}-{full(name)}" for k in kinds)):
         if found in known:
             return known[found]
+    if kind and (other := next((k for k in ("plotter", "printer") if f"{k}-{full(name)}" in known), None)):
+        raise ProfileError(f"{name} is a {other}, not a {kind} (see: handout devices list).")
     choices = names(kind)
-    near = difflib.get_close_matches(f"{kind}-{name}" if kind else name, choices, 3, 0.4) or choices
+    wanted = [f"{k}-{name}" for k in kinds if not name.startswith(f"{k}-")] or [name]
+    near = [one for each in wanted for one in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
     what = kind or "machine"
-    raise ProfileError(f"No {what} is called {name!r}; the nearest: {', '.join(near)} (see: handout devices list).")
+    hint = f"; the nearest: {', '.join(near)}" if near else ""
+    raise ProfileError(f"No {what} is called {name!r}{hint} (see: handout devices list).")
 
 
 def find(name: str, kind: str) -> Profile:

@@ -1,4 +1,4 @@
-"""Finds the data folders `devices/` and `calibration/`, wherever the program runs from.
+"""Finds the data folders `devices/`, `calibration/` and `styles/`, wherever the program runs from.
 
 A file of the user's own (in the platform's configuration folder) wins over a shipped one of the same name.
 """
@@ -15,7 +15,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 @cache
 def folder(name: str) -> Path:
-    """The shipped data folder `name` (``"devices"`` or ``"calibration"``): in the wheel, else in the checkout."""
+    """The shipped data folder `name`, such as ``"devices"``: in the wheel, else in the checkout."""
     inside = _PACKAGE / "_shipped" / name
     return inside if inside.is_dir() else _PACKAGE.parent / name
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+NIB_THICKNESS = 0.09  # of a flat nib, in lengths of its edge: the width of a line drawn along it
 _COLOUR = re.compile("#[0-9a-f]{6}")
 
 
@@ -75,12 +76,13 @@ class Stroke:
     t : (n,) float, s, strictly increasing, on the clock of the page.
     xy : (n, 2) float, mm, page coordinates (y down).
     pressure : (n,) float in 0–1, optional.
-    tilt, azimuth, rotation : (n,) float, rad, optional; tilt is measured from the vertical, azimuth from the
-        page's x axis towards y.
+    tilt, azimuth, rotation : (n,) float, rad, optional; tilt is measured from the vertical, azimuth and rotation from
+        the page's x axis towards y.
     width : (n,) float, mm, width of the mark, optional.
     word : index of the written word on its page, counted from 0; −1 if unknown.
     layer : name of the layer it belongs to, "" for none: what is drawn with one pen, before or after the other layers.
     colour : of the pen it is meant for, ``"#rrggbb"``, "" for any.
+    nib : mm, length of the edge of a flat nib, which lies along `rotation`; 0 for a round point.
     """
 
     t: Array
@@ -93,6 +95,7 @@ class Stroke:
     word: int = -1
     layer: str = ""
     colour: str = ""
+    nib: float = 0.0
 
     def __post_init__(self) -> None:
         if self.colour and not _COLOUR.fullmatch(self.colour):
@@ -108,6 +111,8 @@ class Stroke:
             channel = getattr(self, name)
             if channel is not None:
                 object.__setattr__(self, name, readonly(channel, len(t)))
+        if not 0 <= self.nib < float("inf") or (self.nib > 0 and self.rotation is None):
+            raise ValueError("a flat nib has an edge of some length, and the rotation that it lies along")
 
     @cached_property
     def length(self) -> float:

@@ -22,6 +22,7 @@ GROUND = {
     "markers",
     "markup",
     "pathdata",
+    "tables",
 }
 MAY = {
     "scanning": set(),
@@ -35,7 +36,7 @@ MAY = {
     "sources": {"sinks"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
-    "plotting": {"motion", "sinks"},
+    "plotting": {"hand", "writing", "motion", "sinks"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
@@ -113,6 +114,8 @@ def test_the_rule_can_fail():
         ["plot", "--help"],
         ["calibrate", "wizard", "--help"],
         ["hand", "read", "--help"],
+        ["restyle", "--help"],
+        ["asemic", "--help"],
     ],
 )
 def test_help_is_light(arguments):

@@ -185,6 +185,8 @@ def test_machines_are_found_by_name_and_by_path(tmp_path):
     for name in ("simulated", "plotter-simulated", str(path)):
         assert profiles.find(name, "plotter").title == profiles.read(path).title
     assert profiles.locate("plotter-grbl-z").stem == "plotter-grbl-z"
+    with pytest.raises(ProfileError, match=r"^hp-envy is a printer, not a plotter"):
+        profiles.find("hp-envy", "plotter")
     with pytest.raises(ProfileError, match=r"No plotter is called 'grbl-serwo'; the nearest: plotter-grbl-servo"):
         profiles.find("grbl-serwo", "plotter")
     with pytest.raises(ProfileError, match="is a plotter, not a printer"):

@@ -67,4 +67,5 @@ def test_ships_hands_and_machines(handout):
     }
     devices = {d["name"] for d in json.loads(call("devices", "list", "--json"))["devices"]}
     assert devices >= {"plotter-grbl-servo", "plotter-grbl-z", "plotter-simulated", "printer-epson", "printer-pdf"}
+    assert json.loads(call("asemic", "--style", "calm", "-o", "tag.svg", "--json", "-q"))["style"] == "calm"
     assert json.loads(call("plot", "--port", "sim:", "hi", "--json", "-q"))["executed_s"] > 0

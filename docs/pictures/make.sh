@@ -12,10 +12,13 @@ for pen in ballpoint fineliner fountain pencil; do
   handout write "written with a $pen" --hand house-quick --page 75x20mm --margin 4mm --pages 1 --fit --seed 3 --pen "$pen" --dpi 300 --quiet -o "$work/pen-$pen.png"
 done
 handout write --file examples/letter.txt --hand house-quick --page A5 --x-height 1.9mm --fit --seed 4 --pen ballpoint --dpi 130 --quiet -o "$here/letter.png"
+handout pen test --device simulated --page A5 --dry-run "$work/test-sheet.png" --quiet
 handout write "It writes itself." --hand house-joined --page 90x20mm --margin 3mm,6mm --pages 1 --fit --seed 2 --quiet -o "$here/replay.svg"
 handout write "Dear Ada, thank you for the quinces. We shall visit you in August and bring the old zither." \
   --hand house-joined-ballpoint --page 130x30mm --margin 4mm,6mm --pages 1 --fit --seed 1 --dpi 150 --quiet -o "$work/scanned.png"
 handout print examples/envelope.csv --printer pdf --hand house-quick --rows 2-5 --seed 2 --pen fountain --dpi 100 --quiet --dry-run "$work/envelope.png"
+python examples/styles.py "$work/styles.png"
+python examples/tags.py "$work/tags.png"
 export XDG_DATA_HOME="$work/data" XDG_STATE_HOME="$work/state"
 for paper in white cream; do
   handout calibrate wizard --printer sim --paper "$paper" --quiet
@@ -42,6 +45,8 @@ def sheet(pictures, columns, to, colours=64):
 
 sheet([work / f"{name}.png" for name in ("joined", "quick", "print")], 1, here / "hands.png")
 sheet(sorted(work.glob("envelope-*.png")), 2, here / "envelope.png")
+sheet([work / "styles.png"], 1, here / "styles.png", 32)
+sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
     """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
     import numpy as np
@@ -65,6 +70,8 @@ def printed_and_scanned(paper):
 for paper in ("cream", "white"):
     printed_and_scanned(paper)
 sheet([work / f"calibrated-{name}-{paper}.png" for paper in ("white", "cream") for name in "012"], 3, here / "calibrated.png", 256)
+tried = Image.open(work / "test-sheet.png").convert("L")
+tried.resize((620, round(620 * tried.height / tried.width)), Image.LANCZOS).quantize(16).save(here / "test-sheet.png", optimize=True)
 sheet([work / "scanned.png"], 1, here / "scanned.png")
 sheet([work / f"pen-{name}.png" for name in ("ballpoint", "fineliner", "fountain", "pencil")], 2, here / "pens.png")
 PY

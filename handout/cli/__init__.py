@@ -17,10 +17,13 @@ _VERBS = {
     "write": "Write a text to a file: SVG, PNG, PDF, InkML or JSON.",
     "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
+    "pen": "Set up the pen of a plotter: a test sheet, and its heights.",
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
     "strokes": "Explain recorded or drawn strokes by the movements of a hand, and draw such plans.",
+    "restyle": "Draw a drawing in another handstyle.",
+    "asemic": "Invent letters that mean nothing, and write them as a tag.",
     "devices": "List, show and check machines.",
     "score": "Measure how far page images look written by a person.",
 }

@@ -52,17 +52,18 @@ def _list_ports(as_json: bool) -> None:
 
 
 @command.command("probe")
-@click.option("--port", required=True, help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim:.")
+@click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, socket://host:port, or sim:.")
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def probe(port: str, device: str | None, as_json: bool) -> None:
     """Ask the plotter at PORT who it is and what it can do; nothing moves.
 
     \b
+    handout devices probe
     handout devices probe --port /dev/ttyUSB0
     handout devices probe --port auto --device plotter-axidraw-v3
     """
-    if device is None and not port.startswith("sim:") and port != "auto":
+    if device is None and port.partition(":")[0] != "sim":
         result = _identify(port)
     else:
         result = _meet(port, device or "simulated")
@@ -81,6 +82,7 @@ def _identify(port: str) -> dict[str, Any]:
     from handout.errors import DeviceSilent
     from handout.plotting import probing
 
+    port = probing.only_port() if port == "auto" else port
     answer = probing.identify(port)
     if answer is None:
         raise DeviceSilent(

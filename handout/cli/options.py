@@ -118,7 +118,7 @@ slips_option = click.option(
 
 def sheet_options(default: str) -> Callable[[F], F]:
     """--page (of that default), --margin and --pages."""
-    sizes = "A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+    sizes = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
     sides = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
     return _all(
         (

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
     from handout.values import Drawing, Manuscript
 
-_SIMULATED = "sim:"
 _LATEST = "the latest"
 _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
 
@@ -115,7 +114,7 @@ def command(
     check_outputs(dry_run)
     told = plotting_.Account(report)
     look = options.look(given)
-    profile = _profile(device, port)
+    profile = plotting_.profile(device, port)
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
     pages: list[Manuscript]
@@ -239,15 +238,6 @@ def _preview(
     result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _profile(device: str | None, port: str | None) -> Plotter:
-    from handout import profiles
-
-    name = device or ("simulated" if port is not None and port.startswith(_SIMULATED) else "grbl-servo")
-    profile = profiles.find(name, "plotter")
-    assert isinstance(profile, profiles.Plotter)
-    return profile
 
 
 def _sheets(number: int) -> str:

@@ -19,9 +19,24 @@ if TYPE_CHECKING:
     from handout.plotting import Plan, Port, Report
     from handout.plotting.jobs.journal import Standing
     from handout.plotting.jobs.store import Job
+    from handout.profiles import Plotter
 
 _SIMULATED = "sim"
 WORDS = ("jobs", "show", "forget")
+
+
+def usual_device(port: str | None) -> str:
+    """The name of the plotter that is meant where none is named."""
+    return "simulated" if port is not None and port.partition(":")[0] == _SIMULATED else "grbl-servo"
+
+
+def profile(device: str | None, port: str | None) -> Plotter:
+    """The plotter that is named, or the usual one."""
+    from handout import profiles
+
+    found = profiles.find(device or usual_device(port), "plotter")
+    assert isinstance(found, profiles.Plotter)
+    return found
 
 
 class _AtTheTerminal:
@@ -217,6 +232,8 @@ def manage(word: str, names: tuple[str, ...], as_json: bool) -> None:
             raise InputError(f"plot jobs takes no names; for one job use: handout plot show {names[0]}")
         jobs = [facts(job) for job in _readable(store.every())]
         click.echo(json.dumps(jobs, ensure_ascii=False) if as_json else _table(jobs), nl=bool(as_json or jobs))
+        if not jobs and not as_json:
+            click.echo("No plot is kept.", err=True)
         return
     if len(names) != 1:
         raise InputError(f"plot {word} needs the name of one job, such as handout plot {word} mar01-1; see: plot jobs.")

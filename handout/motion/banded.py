@@ -67,8 +67,10 @@ class Chain:
         return np.concatenate([head, unknowns, tail])
 
 
-def factorise(weights: Array, stiffness: float, order: int, start: End, end: End) -> Chain:
-    """Factorise ``H = blockdiag(weights) + stiffness · Δⁿ'Δⁿ`` under the given end conditions.
+def factorise(
+    weights: Array, stiffness: float, order: int, start: End, end: End, velocity: Array | None = None
+) -> Chain:
+    """Factorise ``H = blockdiag(weights) + stiffness · Δⁿ'Δⁿ + Δ' blockdiag(velocity) Δ`` under end conditions.
 
     Parameters
     ----------
@@ -80,6 +82,8 @@ def factorise(weights: Array, stiffness: float, order: int, start: End, end: End
         Order of the chain of integrators; N ≥ 2 order.
     start, end : {"free", "rest", "fixed"}
         "rest": the first (last) `order` samples coincide; "fixed" (start only): at a given place.
+    velocity : (N − 1, D, D) float, optional
+        Precision of each step from one sample to the next; needs weights of shape (N, D, D).
 
     Raises
     ------
@@ -89,6 +93,8 @@ def factorise(weights: Array, stiffness: float, order: int, start: End, end: End
     before, after = (order - 1 if kind != "free" else 0 for kind in (start, end))
     gathered = _gather(weights, before, after)
     band = _whole_band(stiffness * _difference_band(len(weights), before, after, order), gathered)
+    if velocity is not None:
+        _add_steps(band, velocity, before, after)
     dimensions = 1 if weights.ndim == 1 else weights.shape[1]
     coupling = None
     if start == "fixed":
@@ -122,6 +128,19 @@ def _difference_band(samples: int, before: int, after: int, order: int) -> Array
         for i in range(order + 1 - k):
             band[k] += np.bincount(first + i, local[:, i] * local[:, i + k], minlength=unknowns + order)
     return band[:, :unknowns]
+
+
+def _add_steps(band: Array, velocity: Array, before: int, after: int) -> None:
+    """Add Δ' blockdiag(velocity) Δ to the lower band of the Hessian; samples that share an unknown take no step."""
+    d = velocity.shape[1]
+    step = velocity[before : len(velocity) - after]
+    first = np.arange(len(step)) * d
+    for i in range(d):
+        for j in range(d):
+            band[d + i - j, first + j] -= step[:, i, j]
+            if i >= j:
+                band[i - j, first + j] += step[:, i, j]
+                band[i - j, first + d + j] += step[:, i, j]
 
 
 def _whole_band(differences: Array, weights: Array) -> Array:

@@ -3,7 +3,7 @@
 One dimensionless knob, ``smooth`` (smoothing time over the interval of the targets), sets effort against precision;
 the path then depends on no unit of length or time.
 
-Source: seed 003, §3 (eq. 6, 9, 14–17 corrected).
+Source: seed 003, §3 (eq. 6, 9, 14–21 corrected).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from handout.motion import spread
 from handout.motion.banded import Chain, End, factorise
+from handout.motion.guides import Guide
 from handout.values import Array
 
 Ends = Literal["fixed", "free", "rest"]
@@ -39,6 +40,7 @@ class Tracker:
 
     precision : (m,) or (m, D, D) float, relative: about 1.
     steps, grid : samples an interval wanted, and solved for (fewer where the problem is too stiff).
+    guide : what the velocity is held to, besides the targets; `velocity` (N − 1, D, D) is its precision of each step.
     """
 
     precision: Array
@@ -49,6 +51,8 @@ class Tracker:
     steps: int
     grid: int
     ends: Ends
+    guide: Guide | None = None
+    velocity: Array | None = None
 
     def path(self, targets: Array) -> Array:
         """The mean path (m·steps, D) of targets (m, D)."""
@@ -61,6 +65,8 @@ class Tracker:
         origin = targets[0]  # solved about it, so that a far-away page costs no digits
         away = np.repeat(targets - origin, self.grid, axis=0)
         force = self.weights[:, None] * away if self.weights.ndim == 1 else np.einsum("tij,tj->ti", self.weights, away)
+        if self.guide is not None and self.velocity is not None:
+            force = force + self.guide.force(self.velocity, self.grid)
         return np.asarray(origin + self.chain.solve(force))
 
     def at_targets(self, coarse: Array) -> Array:
@@ -125,6 +131,7 @@ class Tracker:
             self.order,
             start if left == 0 else "free",
             end if right == m else "free",
+            None if self.velocity is None else self.velocity[left * self.grid : right * self.grid - 1],
         )
         count, d = high - low, part.dimensions
         push = np.zeros(((right - left) * grid, d, count, d))
@@ -156,10 +163,11 @@ def tracker(
     order: int = ORDER,
     ends: Ends = "rest",
     hold: float = 1.0,
+    guide: Guide | None = None,
 ) -> Tracker:
     """Factorise the problem of following targets of the given relative precisions (m,) or (m, D, D).
 
-    `hold` multiplies the precision over the first and the last half interval.
+    `hold` multiplies the precision over the first and the last half interval.  A `guide` needs targets in the plane.
 
     Raises
     ------
@@ -173,13 +181,16 @@ def tracker(
     if not 0.01 <= smooth <= 2:
         raise ValueError(f"smooth = {smooth:g} is outside 0.01 to 2")
     grid = max(order + 1, min(steps, int(STIFFEST ** (0.5 / order) / (2 * smooth))))
+    if guide is not None:
+        precision = _blocks(precision, 2)
     weights = np.repeat(precision, grid, axis=0)
     if hold != 1.0:
         weights[: grid // 2] *= hold
         weights[len(weights) - grid // 2 :] *= hold
     start, end = _ENDS[ends] if len(precision) > 1 else ("free", "free")
-    chain = factorise(weights, (smooth * grid) ** (2 * order), order, start, end)
-    return Tracker(precision, weights, chain, smooth, order, steps, grid, ends)
+    velocity = None if guide is None else guide.precisions(len(precision), grid)
+    chain = factorise(weights, (smooth * grid) ** (2 * order), order, start, end, velocity)
+    return Tracker(precision, weights, chain, smooth, order, steps, grid, ends, guide, velocity)
 
 
 def mean(
@@ -190,6 +201,7 @@ def mean(
     steps: int = STEPS,
     order: int = ORDER,
     ends: Ends = "rest",
+    guide: Guide | None = None,
 ) -> Array:
     """The path of least effort near Gaussian targets.
 
@@ -209,15 +221,17 @@ def mean(
     ends : {"fixed", "free", "rest"}
         "fixed": starts at rest in the first target's mean, ends anywhere; "free": any state at both ends; "rest": at
         rest at both ends, near the first and the last target.
+    guide : Guide, optional
+        What the velocity is held to; for targets in the plane.
 
     Returns
     -------
     (m·steps, D) float : positions; target i has its centre between samples i·steps and (i+1)·steps − 1.
 
-    Source: seed 003, §3.1, eq. 6–14 (as one banded system in the positions).
+    Source: seed 003, §3.1, eq. 6–14 (as one banded system in the positions), and eq. 18–21 for a guide.
     """
     where, precision, _ = _checked(targets, covariances)
-    return tracker(precision, smooth=smooth, steps=steps, order=order, ends=ends).path(where)
+    return tracker(precision, smooth=smooth, steps=steps, order=order, ends=ends, guide=guide).path(where)
 
 
 def sample(

@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol, cast
 from handout.plotting.blocks import Block
 from handout.plotting.planned import Plan
 from handout.plotting.ports import Port
-from handout.profiles import Plotter
+from handout.profiles import Pen, Plotter
 
 Log = Callable[[str], None]
 
@@ -67,6 +67,9 @@ class Controller(Protocol):
     def zero(self) -> None:
         """Take the place where the pen stands for its zero: a person has put it there."""
 
+    def level(self) -> None:
+        """Take the height where the pen stands for the zero of its Z axis, until it is switched off."""
+
     def go(self, x: float, y: float) -> None:
         """Lift the pen, travel there (machine coordinates, mm) and wait until it stands there."""
 
@@ -90,6 +93,12 @@ class Dialect(Protocol):
 
     def file(self, plan: Plan, profile: Plotter) -> bytes:
         """A plan as a file that other programs can send to the machine."""
+
+    def set_pen(self, pen: Pen, value: float) -> list[bytes]:
+        """The pen goes to a value or a height, wherever it is, and is waited for; pure.
+
+        Raises InputError if its heights cannot be set.
+        """
 
     def connect(self, port: Port, profile: Plotter, log: Log) -> Controller:
         """Wake a controller, find out who it is and what its limits are; it does not move (but see `home`).

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 
+from handout.errors import InputError
 from handout.plotting import knots
-from handout.profiles import Pen
+from handout.profiles import Pen, Time
 from handout.values import Array, Drawing
 
 _STEP = 0.02  # s between two values on the way down; a servo hears of a new one every 20 ms
@@ -35,6 +37,24 @@ def wait(pen: Pen, down: bool, line_time: float) -> float:
     """How long the machine stands while the pen moves, s; a Z axis that moves is not waited for by it."""
     told = [seconds for _, seconds in way(pen, down)]
     return sum(told) + (0.0 if pen.lift == "z" and not any(told) else len(told) * line_time)
+
+
+def at(pen: Pen, value: float) -> Pen:
+    """The pen as one that comes down to a value or a height, at once.
+
+    Raises
+    ------
+    InputError
+        There is nothing to set: the plotter has words for it, or it is moved by lines of the user's own.
+    """
+    if pen.lift == "own":
+        raise InputError("This plotter lifts and lowers its pen by itself (HP-GL): there are no heights to set.")
+    if pen.lift == "command":
+        raise InputError(
+            "The pen of this profile is moved by lines of your own (pen.up_command, pen.down_command): there are no "
+            "heights to find; change the lines."
+        )
+    return msgspec.structs.replace(pen, down=value, pressed=None, ramp=Time(0.0))
 
 
 def along(drawing: Drawing, clock: Array, pen: Pen) -> Array | None:

@@ -29,7 +29,7 @@ class _Question(NamedTuple):
 
 _QUESTIONS = (
     _Question("grbl", b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
-    _Question("ebb", b"V\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
+    _Question("ebb", b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
     _Question("marlin", b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
     _Question("hpgl", b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
 )
@@ -108,8 +108,8 @@ def find_port(
     boards = [port for port in usb if (port.usb == EBB_USB) == (profile.dialect == "ebb")]
     if not boards:
         raise PortError(
-            f"No serial port of this computer can be {profile.title}: is it plugged in and switched on? "
-            "(See: handout devices list --ports.)"
+            f"None of this computer's serial ports can be that of the plotter ({profile.title}): is it plugged in and "
+            "switched on? (See: handout devices list --ports.)"
         )
     if len(boards) == 1:
         return boards[0].name
@@ -119,6 +119,22 @@ def find_port(
     names = ", ".join(answering or [port.name for port in boards])
     said = "Several plotters answer" if answering else "Several serial ports are there and none answers"
     raise PortError(f"{said} as {profile.title} should: choose one of {names} with --port.")
+
+
+def only_port(ports: Sequence[Found] | None = None) -> str:
+    """The name of the only serial port with a USB id, whoever is there.
+
+    Raises
+    ------
+    PortError
+        None, or several.
+    """
+    names = [port.name for port in (found_ports() if ports is None else ports) if port.usb is not None]
+    if not names:
+        raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
+    if len(names) > 1:
+        raise PortError(f"Several serial ports are there: choose one of {', '.join(names)} with --port.")
+    return names[0]
 
 
 def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> bool:

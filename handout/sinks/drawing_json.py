@@ -10,6 +10,7 @@
                   "pressure": […],                                 0–1; this and the following only if known
                   "tilt": […], "azimuth": […], "rotation": […],    rad
                   "width": […],                                    mm
+                  "nib": 2.0,                                      mm, length of a flat nib's edge; absent if round
                   "word": 3,                                       index of the word, absent if unknown
                   "layer": "flourishes", "colour": "#c01020"}, …],  absent if none
      "timed": false}                                               absent if the times mean something
@@ -47,6 +48,7 @@ class _Stroke(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     rotation: list[float] | None = None
     width: list[float] | None = None
     word: int = -1
+    nib: float | None = None
     layer: str = ""
     colour: str = ""
 
@@ -91,7 +93,12 @@ def from_json(data: bytes) -> Drawing:
 def _written(stroke: Stroke) -> _Stroke:
     channels = {name: getattr(stroke, name) for name in _CHANNELS}
     lists = {name: values.tolist() for name, values in channels.items() if values is not None}
-    notes = {"word": stroke.word, "layer": about.plain(stroke.layer), "colour": stroke.colour}
+    notes = {
+        "word": stroke.word,
+        "layer": about.plain(stroke.layer),
+        "colour": stroke.colour,
+        "nib": stroke.nib or None,
+    }
     return _Stroke(stroke.t.tolist(), stroke.xy[:, 0].tolist(), stroke.xy[:, 1].tolist(), **lists, **notes)
 
 
@@ -100,6 +107,7 @@ def _read(stroke: _Stroke, number: int) -> Stroke:
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
     known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
     try:
-        return Stroke(np.array(stroke.t), np.column_stack([stroke.x, stroke.y]), **known)
+        xy = np.column_stack([stroke.x, stroke.y])
+        return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **known)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

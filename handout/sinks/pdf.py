@@ -10,12 +10,14 @@ import hashlib
 import zlib
 from collections.abc import Sequence
 
+import numpy as np
+
 from handout import __version__
 from handout.errors import InputError
-from handout.inking import curves, pen
+from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, paths
-from handout.values import Drawing
+from handout.values import Array, Drawing
 
 _POINT = 72 / 25.4  # points a mm
 
@@ -28,7 +30,7 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
     drawings : sequence of Drawing
         At least one; each is a page of its own size.
     pen_width : float
-        mm, of strokes without a width of their own; others get their mean width.
+        mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it is.
     colour : str
         ``"#rrggbb"``, device RGB.
 
@@ -81,7 +83,12 @@ def _content(drawing: Drawing, pen_width: float, ink: str) -> str:
     """The strokes in mm, y down, under a matrix that turns these into points, y up."""
     lines = [f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm 1 J 1 j {ink} RG"]
     before = ""
+    if any(outline.needed(stroke) for stroke in drawing.strokes):
+        lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
+        if outline.needed(stroke):
+            lines += [_filled(piece) for piece in outline.pieces(stroke, curve)]
+            continue
         width = paths.short(round(paths.stroke_width(stroke, pen_width) * 1000))
         if width != before:
             lines.append(f"{width} w")
@@ -98,6 +105,12 @@ def _path(curve: Curve) -> str:
         return f"{begin} {paths.short(x + 1)} {paths.short(y)} l S"  # round caps make it a dot
     legs = points[1:].reshape(-1, 6).tolist()
     return " ".join([begin, *(" ".join(map(paths.short, leg)) + " c" for leg in legs), "S"])
+
+
+def _filled(piece: Array) -> str:
+    points = np.rint(piece * 1000).astype(np.int64).tolist()
+    legs = " ".join(f"{paths.short(x)} {paths.short(y)} {'l' if k else 'm'}" for k, (x, y) in enumerate(points))
+    return f"{legs} f"
 
 
 def _file(objects: Sequence[bytes]) -> bytes:

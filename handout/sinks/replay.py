@@ -55,6 +55,7 @@ SCRIPT = r"""
     if (next === strokes.length) { stop(); return; }
     var path = strokes[next], t0 = time(path, 'data-t0');
     nib.setAttribute('d', t < t0 ? '' : cut(path, (t - t0) * 1000));
+    nib.setAttribute('clip-path', path.getAttribute('clip-path') || 'none');
     nib.setAttribute('stroke-width', path.getAttribute('stroke-width') || path.parentNode.getAttribute('stroke-width'));
     window.requestAnimationFrame(frame);
   }

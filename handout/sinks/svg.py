@@ -7,10 +7,10 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from handout.inking import curves, pen
+from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
 from handout.sinks import about, paths, replay
-from handout.values import Drawing, Stroke
+from handout.values import Array, Drawing, Stroke
 
 
 def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
@@ -27,7 +27,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     ----------
     drawing : Drawing
     pen_width : float
-        mm, of strokes without a width of their own; others get their mean width.
+        mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in its
+        greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
     colour : str
         ``"#rrggbb"``.
 
@@ -61,13 +62,17 @@ def _ink(drawing: Drawing, pen_width: float, colour: str) -> list[str]:
     return [
         f'<g id="ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
         'stroke-linecap="round" stroke-linejoin="round">',
-        *(_stroke(stroke, curve, pen_width) for stroke, curve in zip(drawing.strokes, fitted, strict=True)),
+        *(
+            _stroke(stroke, curve, pen_width, number)
+            for number, (stroke, curve) in enumerate(zip(drawing.strokes, fitted, strict=True))
+        ),
         "</g>",
     ]
 
 
-def _stroke(stroke: Stroke, curve: Curve, pen_width: float) -> str:
-    width = _mm(paths.stroke_width(stroke, pen_width))
+def _stroke(stroke: Stroke, curve: Curve, pen_width: float, number: int) -> str:
+    mark = f"mark-{number}" if outline.needed(stroke) else ""
+    width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
     own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
     layer = f" data-layer={quoteattr(about.xml_safe(stroke.layer))}" if stroke.layer else ""
@@ -75,7 +80,34 @@ def _stroke(stroke: Stroke, curve: Curve, pen_width: float) -> str:
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""
     times = f'data-t0="{_mm(float(stroke.t[0]))}" data-t1="{_mm(float(stroke.t[-1]))}"'
-    return f'<path class="stroke" {times}{word}{layer}{own}{spans} d="{_path(curve)}"/>'
+    clip = f' clip-path="url(#{mark})"{_mark_notes(stroke, curve)}' if mark else ""
+    path = f'<path class="stroke" {times}{word}{layer}{own}{spans}{clip} d="{_path(curve)}"/>'
+    return f"{_mark(stroke, curve, mark)}\n{path}" if mark else path
+
+
+def _mark_notes(stroke: Stroke, curve: Curve) -> str:
+    """What the outline of a mark is made from, so that it can be read back."""
+    notes = ""
+    if stroke.width is not None:
+        widths = np.rint(np.interp(curve.t, stroke.t, stroke.width) * 1000).astype(np.int64)
+        notes += f' data-w="{" ".join(map(str, widths.tolist()))}"'
+    if stroke.nib > 0 and stroke.rotation is not None:
+        angles = np.rint(np.interp(curve.t, stroke.t, stroke.rotation) * 1000).astype(np.int64)
+        turned = " ".join(map(str, angles[:1].tolist() if np.ptp(angles) == 0 else angles.tolist()))
+        notes += f' data-nib="{_mm(stroke.nib)}" data-rotation="{turned}"'
+    return notes
+
+
+def _mark(stroke: Stroke, curve: Curve, name: str) -> str:
+    """The outline that a stroke is clipped to; its pieces all turn the same way, so that one path is their union."""
+    pieces = "".join(_polygon(piece) for piece in outline.pieces(stroke, curve))
+    return f'<clipPath id="{name}"><path d="{pieces}"/></clipPath>'
+
+
+def _polygon(piece: Array) -> str:
+    points = np.rint(piece * 1000).astype(np.int64)
+    steps = np.diff(points, axis=0)
+    return f"M{paths.joined(points[0].tolist())}l{paths.joined(steps.ravel().tolist())}z"
 
 
 def _path(curve: Curve) -> str:

@@ -16,6 +16,7 @@ Align = Literal["left", "right", "centre", "ragged"]
 PAGES: dict[str, Page] = {
     page.name.lower(): page
     for page in (
+        Page(297, 420, "A3"),
         Page(210, 297, "A4"),
         Page(148, 210, "A5"),
         Page(105, 148, "A6"),

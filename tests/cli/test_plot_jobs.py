@@ -55,7 +55,7 @@ def test_a_plot_that_breaks_off_is_gone_on_with(call):
 def test_a_job_is_forgotten_when_one_asks_for_it(call):
     name = broken(call)
     assert "Forgot" in call("plot", "forget", name)[1]
-    assert call("plot", "jobs") == ("", "")
+    assert call("plot", "jobs") == ("", "No plot is kept.\n")
     assert "no job" in call("plot", "forget", name, code=2)[1]
 
 
@@ -65,7 +65,7 @@ def test_what_never_began_is_not_kept(call, monkeypatch):
 
     monkeypatch.setattr("handout.plotting.jobs.running.meet", nobody)
     assert call("plot", "--port", "sim:", TEXT, code=3)[1].endswith("Nobody there.\n")
-    assert "there are none" in call("plot", "show", "a", code=2)[1]
+    assert "none is kept" in call("plot", "show", "a", code=2)[1]
     assert call("plot", "jobs", "--json")[0] == "[]\n"
 
 

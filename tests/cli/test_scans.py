@@ -234,3 +234,14 @@ def test_a_pen_is_no_hand_to_write_with(call, small_hand):
     file.save(replace(small_hand, glyphs=()), Path("pen.hand"))
     _, err = call("write", "ee", "--hand", "pen.hand", "-o", "a.png", code=2)
     assert "--pen" in err and not Path("a.png").exists()
+
+
+def test_a_scanned_hand_is_plotted_and_written_as_strokes(call, kept):
+    out, _ = call(
+        "write", "even hens", "--hand", kept, "--seed", "1", "--page", "A6", "-o", "s.svg", "-o", "s.png", "--json"
+    )
+    told = json.loads(out)
+    assert told["strokes"] >= 2 and told["duration_s"] > 2
+    assert Path("s.svg").read_text(encoding="utf-8").count('class="stroke"') == told["strokes"]
+    out, _ = call("plot", "even hens", "--hand", kept, "--seed", "1", "--page", "A6", "--dry-run", "p.svg", "--json")
+    assert json.loads(out)["strokes"] == told["strokes"]

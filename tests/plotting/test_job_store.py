@@ -62,7 +62,7 @@ def test_names_are_short_and_differ(tmp_path):
 def test_nothing_to_resume(tmp_path):
     with pytest.raises(InputError, match="nothing to resume"):
         store.find(None, tmp_path / "none")
-    with pytest.raises(InputError, match="there are none"):
+    with pytest.raises(InputError, match="none is kept"):
         store.find("a", tmp_path)
 
 

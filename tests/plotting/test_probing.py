@@ -94,8 +94,8 @@ def test_of_several_ports_the_one_that_answers_is_taken():
 @pytest.mark.parametrize(
     ("rows", "who", "said"),
     [
-        ([], {}, "No serial port of this computer can be Simulated A4 plotter"),
-        ([Found("/dev/ttyS0", "", None)], {}, "No serial port"),
+        ([], {}, "None of this computer's serial ports can be that of the plotter .Simulated A4 plotter"),
+        ([Found("/dev/ttyS0", "", None)], {}, "None of this"),
         ([Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)], {}, "none answers as .* /dev/ttyUSB0, /dev/ttyUSB1"),
         (
             [Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)],
@@ -113,7 +113,7 @@ def test_auto_is_an_address(monkeypatch):
     from serial.tools import list_ports
 
     monkeypatch.setattr(list_ports, "comports", lambda: [])
-    with pytest.raises(PortError, match="No serial port of this computer"):
+    with pytest.raises(PortError, match="None of this computer"):
         open_port("auto", SERVO)
 
 
@@ -126,3 +126,23 @@ def test_ports_are_told_with_their_usb_ids(monkeypatch):
     monkeypatch.setattr(list_ports, "comports", lambda: rows)
     assert ports.found_ports() == [Found("/dev/ttyS0", "", None), Found(NAMES[1], "USB Serial", CH340)]
     assert [port.usb_text for port in ports.found_ports()] == ["", "1a86:7523"]
+
+
+@pytest.mark.parametrize(
+    ("name", "spoken"),
+    [("simulated", "grbl"), ("axidraw-v3", "ebb"), ("marlin-servo", "marlin"), ("hp-7475a", "hpgl")],
+)
+def test_every_dialect_is_told_from_the_others(name, spoken):
+    port = SimulatedPlotter(profiles.find(name, "plotter"))
+    answer = probing.ask(port, ["grbl", "ebb", "marlin", "hpgl"])
+    assert answer is not None and answer.dialect == spoken
+    assert len(port.paper.trace) == 1  # nothing has moved
+
+
+def test_the_only_port_is_asked_whoever_is_there():
+    rows = [Found("/dev/ttyS0", "", None), Found(NAMES[0], "", CH340)]
+    assert probing.only_port(rows) == NAMES[0]
+    with pytest.raises(PortError, match="Nothing with a serial port is plugged in"):
+        probing.only_port(rows[:1])
+    with pytest.raises(PortError, match=r"choose one of .* with --port"):
+        probing.only_port([*rows, Found(NAMES[1], "", FTDI)])

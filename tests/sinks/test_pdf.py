@@ -57,6 +57,14 @@ def test_curves_pass_through_their_ends() -> None:
     assert away.max() < 1e-3
 
 
+def test_a_changing_width_is_filled() -> None:
+    stroke = loops(1).strokes[0]
+    varied = replace(stroke, width=np.linspace(0.3, 1.5, len(stroke.t)))
+    with opened(to_pdf([Drawing((varied,), CARD)])) as pdf:
+        content = pdf.pages[0].Contents.read_bytes()
+    assert content.count(b" f\n") > 10 and b" S\n" not in content and b" rg" in content
+
+
 def test_widths_and_colour() -> None:
     stroke = loops().strokes[0]
     wide = replace(stroke, t=stroke.t + 9, width=np.full(len(stroke.t), 0.9))

@@ -156,9 +156,43 @@ def test_dots_are_visible() -> None:
     assert b'stroke-linecap="round"' in svg
 
 
-def test_width_is_the_strokes_mean_or_the_pens() -> None:
+@pytest.mark.parametrize("nib", [0.0, 2.0])
+def test_a_changing_width_is_clipped_to_its_mark_and_read_back(nib: float) -> None:
+    """Every clip polygon lies within the mark, and the mark's edges within the clip; widths and nib come back."""
+    from handout.sources.svg import from_svg
+
+    one = loops(1).strokes[0]
+    width = np.linspace(0.6, 1.4, len(one.t))
+    marked = replace(one, width=width, nib=nib, rotation=np.full(len(one.t), -0.7) if nib else None)
+    svg = to_svg(Drawing((marked,), CARD))
+    (path,) = paths(svg)
+    assert path.get("clip-path") == "url(#mark-0)" and float(path.get("stroke-width", "")) > max(1.4, nib)
+    corners = np.concatenate(
+        [
+            np.cumsum(np.array(numbers(piece)).reshape(-1, 2), axis=0)
+            for clip in ElementTree.fromstring(svg).iter(f"{SVG}clipPath")
+            for piece in clip[0].get("d", "").split("M")[1:]
+        ]
+    )
+    away = np.linalg.norm(corners[:, None] - one.xy[None], axis=2).min(axis=1)
+    assert 0.25 < away.max() < max(1.4, nib) / 2 + 0.15
+    back = from_svg(svg).strokes[0]
+    assert back.nib == nib and back.width is not None
+    assert np.allclose(np.interp(back.t, one.t, width), back.width, atol=0.03)
+    if nib:
+        assert back.rotation is not None and np.allclose(back.rotation, -0.7)
+
+
+def test_a_dot_is_as_wide_as_its_widest() -> None:
+    dot = Stroke(np.array([0.0, 0.1, 0.2]), np.full((3, 2), 5.0), width=np.array([0.02, 0.8, 0.02]))
+    (clip,) = ElementTree.fromstring(to_svg(Drawing((dot,), CARD))).iter(f"{SVG}clipPath")
+    corners = np.cumsum(np.array(numbers(clip[0].get("d", ""))).reshape(-1, 2), axis=0)
+    assert np.linalg.norm(corners - 5, axis=1) == pytest.approx(0.4, abs=0.002)
+
+
+def test_an_even_width_is_the_strokes_or_the_pens() -> None:
     stroke = loops(1).strokes[0]
-    own = replace(stroke, width=np.linspace(0.6, 0.8, len(stroke.t)))
+    own = replace(stroke, width=np.linspace(0.69, 0.71, len(stroke.t)))
     svg = to_svg(Drawing((stroke, replace(own, t=own.t + 9)), CARD), pen_width=0.35)
     assert [p.get("stroke-width") for p in paths(svg)] == [None, ".7"]
     ink = ElementTree.fromstring(svg).find(f"{SVG}g[@id='ink']")

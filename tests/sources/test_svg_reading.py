@@ -39,7 +39,8 @@ def only(drawing):
         return stroke.xy
     way = np.diff(stroke.xy, axis=0)
     turn = way[:-1, 0] * way[1:, 1] - way[:-1, 1] * way[1:, 0]
-    return stroke.xy[np.concatenate([[True], np.abs(turn) > 1e-9, [True]])]
+    back = (way[:-1] * way[1:]).sum(axis=1) < 0
+    return stroke.xy[np.concatenate([[True], (np.abs(turn) > 1e-9) | back, [True]])]
 
 
 def test_a_picture_of_it_keeps_corners_and_straight_lines():

@@ -26,6 +26,7 @@ import platformdirs
 
 from handout.errors import InputError
 from handout.plotting import bed
+from handout.plotting.driver import OVERLAP
 from handout.plotting.jobs import journal, parts
 from handout.plotting.jobs.journal import Journal, Standing
 from handout.plotting.jobs.parts import Layer, Layers, Part
@@ -50,7 +51,7 @@ class Options(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     speed: float | Literal["fast"] = 1.0
     order: Order = "writing"
-    overlap: float = 5.0
+    overlap: float = OVERLAP
     copies: int = 1
     layers: Layers = "none"
     pause_every: float | None = None
@@ -298,7 +299,7 @@ def find(name: str | None = None, place: Path | None = None) -> Job:
     if found is not None:
         return found
     names = ", ".join(job.name for job in jobs[-5:])
-    known = f"the last ones are {names} (see: handout plot jobs)" if names else "there are none"
+    known = f"the last ones are {names} (see: handout plot jobs)" if names else "none is kept"
     raise InputError(f"There is no job {name!r}; {known}.")
 
 

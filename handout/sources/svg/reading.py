@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -153,7 +153,19 @@ def _timed(line: Line) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour)
+    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(given, knots, t))
+
+
+def _mark(given: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
+    """Width of a stroke, and its flat nib, where the file has them at its knots (k,) s, for samples (n,) s."""
+    found: dict[str, Any] = {}
+    for name, channel in (("data-w", "width"), ("data-rotation", "rotation")):
+        if name in given:
+            values = np.array([float(value) for value in given[name].split()]) / 1000
+            found[channel] = np.interp(t, knots, np.broadcast_to(values, len(knots)))
+    if "data-nib" in given:
+        found["nib"] = float(given["data-nib"])
+    return found
 
 
 def _at(path: Array, cubic: Indices, u: Array) -> Array:

@@ -129,6 +129,9 @@ class Ebb:
         if self.version >= POSITION:
             self.talk.ask(b"CS\r")
 
+    def level(self) -> None:
+        """It has no Z axis."""
+
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel; how far that is, its counters tell."""
         if self._lost or self.version < POSITION:

@@ -134,15 +134,24 @@ def _rate(way: float, seconds: float) -> int:
     return max(1, min(65535, math.ceil(abs(way) * SERVO_PERIOD / max(seconds, SERVO_PERIOD))))
 
 
+def set_pen(profile: PenProfile, value: float) -> list[bytes]:
+    """The pen goes to a length of its pulse; see `dialect.Dialect.set_pen`."""
+    there = pens.at(profile, value)
+    return [*_reach(profile), command("SC", 5, round(value)), pen(True, there)]
+
+
 def lifted(profile: PenProfile) -> list[bytes]:
     """How high the pen goes and how fast, which a board forgets when it starts anew; and it is lifted."""
+    return [*_reach(profile), pen(False, profile)]
+
+
+def _reach(profile: PenProfile) -> list[bytes]:
     way = profile.down - profile.up
     return [
         command("SC", 4, round(profile.up)),
         command("SC", 5, round(profile.down)),
         command("SC", 11, _rate(way, _SWEEP * profile.up_time)),
         command("SC", 12, _rate(way, profile.ramp or _SWEEP * profile.down_time)),
-        pen(False, profile),
     ]
 
 

@@ -116,6 +116,11 @@ class Grbl:
         self.link.ask(b"G92X0Y0\n")
         self._relearn()
 
+    def level(self) -> None:
+        """``G92`` as well."""
+        self.link.ask(b"G92Z0\n")
+        self._relearn()
+
     def home(self) -> None:
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
         if self.profile.pen.lift != "z":

@@ -210,6 +210,11 @@ def call_it(place: tuple[float, float, float]) -> bytes:
     return f"G92X{_number(x)}Y{_number(y)}Z{_number(z)}\n".encode()
 
 
+def set_pen(profile: PenProfile, value: float) -> list[bytes]:
+    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    return [*MODES, *pen(True, pens.at(profile, value)), *closing()]
+
+
 def pause(seconds: float) -> bytes:
     """Stand still when all motion is done."""
     return f"G4P{_number(seconds)}\n".encode()

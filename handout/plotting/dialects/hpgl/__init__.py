@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from handout.plotting import pens
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.planned import Plan
 from handout.plotting.ports import Port
-from handout.profiles import Plotter
+from handout.profiles import Pen, Plotter
 
 suffixes = (".hpgl", ".plt")
 program = words.program
@@ -15,6 +16,12 @@ program = words.program
 def file(plan: Plan, profile: Plotter) -> bytes:
     """The instructions, one a line: plotters pass over ends of lines.  HP-GL has no comments."""
     return b"".join(command.data + b"\n" for command in program(plan.blocks, profile))
+
+
+def set_pen(pen: Pen, value: float) -> list[bytes]:
+    """See `Dialect.set_pen`; there are no heights."""
+    pens.at(pen, value)
+    return []
 
 
 def connect(port: Port, profile: Plotter, log: Log) -> Controller:

@@ -143,6 +143,9 @@ class HpglController:
             pass
         self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
 
+    def level(self) -> None:
+        """It has no Z axis."""
+
     def home(self) -> None:
         """A plotter knows its zero from the moment its paper is loaded."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects.marlin.controller import Marlin
-from handout.plotting.dialects.marlin.words import homing, program
+from handout.plotting.dialects.marlin.words import homing, program, set_pen
 from handout.plotting.gcode import header
 from handout.plotting.planned import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
-__all__ = ["connect", "file", "program", "suffixes"]
+__all__ = ["connect", "file", "program", "set_pen", "suffixes"]
 
 suffixes: tuple[str, ...] = (".gcode", ".g", ".gco")
 

@@ -129,6 +129,10 @@ class Marlin:
         """``G92``, which it forgets with the next reset."""
         self.link.ask(words.HERE)
 
+    def level(self) -> None:
+        """``G92`` as well."""
+        self.link.ask(words.LEVEL)
+
     def go(self, x: float, y: float) -> None:
         """As the beginning of a program would."""
         way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))

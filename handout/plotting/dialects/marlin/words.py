@@ -26,6 +26,7 @@ WHO = b"M115\n"
 SETTINGS = b"M503\n"
 NUMBER = b"M110\n"
 HERE = b"G92X0Y0\n"  # the pen stands at zero
+LEVEL = b"G92Z0\n"  # and its Z axis
 STOP_DEAD = b"M410\n"
 LONGEST = 95  # bytes of a line that Marlin keeps (MAX_CMD_SIZE); the rest is cut off silently
 # Millimetres, absolute; no percentage from the knob; no slower segments when the queue runs low; motors stay powered
@@ -228,6 +229,11 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
             lines.append(f"M280P0S{round(value)}\n".encode())
         lines += [pause(wait)] if wait > 0 else []
     return lines
+
+
+def set_pen(profile: PenProfile, value: float) -> list[bytes]:
+    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    return [*MODES[:2], *pen(True, pens.at(profile, value)), *closing()]
 
 
 def pause(seconds: float) -> bytes:

@@ -1,0 +1,135 @@
+"""Curves broken into straight strokes of a few directions, as the broken scripts do.
+
+Every sample of a path is given the direction it is nearest to, with a price on every change, so that a curve becomes
+a few strokes; each is then a line amid its part of the path, and the corners are where neighbouring lines cross.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from handout.values import Array, Indices
+
+_LONGEST = 2.5  # times its part of the path may a stroke be
+_PARALLEL = 0.2  # sine of the angle below which two directions never cross
+_UPRIGHT = 0.05  # by how much an upright is preferred to other directions
+_PRICE = 0.35  # of a change of direction, in lengths of the shortest stroke
+_STRAIGHT = 0.96  # chord over length of what was meant as one straight stroke
+_LEVEL = 0.4  # sine of the slope up to which such a stroke is a bar, and is left as it is
+
+
+def broken(path: Array, bends: Indices, directions: Array, least: float) -> Array:
+    """Corners (m, 2) of the broken path.
+
+    Parameters
+    ----------
+    path : (n, 2) float, mm, evenly sampled.
+    bends : indices of its corners, which the broken path has too.
+    directions : (k, 2) float: unit vectors; a stroke may run either way along each.
+    least : mm, about the length of the shortest stroke.
+    """
+    either = np.concatenate([directions, -directions])
+    cuts = np.unique([0, *bends.tolist(), len(path) - 1])
+    corners = [path[:1]]
+    for low, high in pairwise(cuts.tolist()):
+        corners.append(path[low] + np.cumsum(_legs(path[low : high + 1], either, least), axis=0))
+    found = np.concatenate(corners)
+    away = np.linalg.norm(np.diff(found, axis=0), axis=1) > 0.3 * least
+    return np.asarray(found[np.concatenate([[True], away])] if away.any() else found[[0, -1]])
+
+
+def _legs(piece: Array, either: Array, least: float) -> Array:
+    """(k, 2) mm: the straight strokes, as steps, that a piece of a path without corners becomes."""
+    whole = piece[-1] - piece[0]
+    size = float(np.linalg.norm(whole))
+    step = np.diff(piece, axis=0)
+    length = float(np.linalg.norm(step, axis=1).sum())
+    if length < least or (size > _STRAIGHT * length and abs(whole[1]) < _LEVEL * size):
+        return np.asarray(whole[None])
+    run = _directions(step @ either.T * (1 + _UPRIGHT * np.abs(either[:, 1]) ** 4), least)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1, [len(run)]])
+    legs = _crossed(piece, starts, either[run[starts[:-1]]])
+    if legs is not None:
+        return legs
+    if length > 3 * least and len(starts) > 2:  # too winding to be solved as one
+        half = int(starts[len(starts) // 2])
+        return np.concatenate([_legs(piece[: half + 1], either, least), _legs(piece[half:], either, least)])
+    return _two(whole, either) if size > least else np.asarray(whole[None])
+
+
+def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
+    """The strokes, as steps, whose lines run amid their part of the path, the first and last through its ends.
+
+    None where that is not possible without a stroke that runs backwards.
+    """
+    if len(along) < 2:
+        return None
+    normal = along[:, ::-1] * [-1.0, 1.0]
+    amid = np.array([piece[a : b + 1].mean(axis=0) for a, b in pairwise(starts.tolist())])
+    amid[0], amid[-1] = piece[0], piece[-1]
+    place = np.einsum("ij,ij->i", normal, amid)
+    corners = [piece[0]]
+    for k in range(len(along) - 1):
+        pair = normal[k : k + 2]
+        if abs(np.linalg.det(pair)) < _PARALLEL:
+            return None
+        corners.append(np.linalg.solve(pair, place[k : k + 2]))
+    legs = np.diff([*corners, piece[-1]], axis=0)
+    progress = np.einsum("ij,ij->i", along, piece[starts[1:]] - piece[starts[:-1]])
+    made = np.einsum("ij,ij->i", along, legs)
+    return np.asarray(legs) if ((made > 0.2 * progress) & (made < _LONGEST * progress)).all() else None
+
+
+def _two(whole: Array, either: Array) -> Array:
+    """A way (2,) as two strokes of neighbouring directions, the more upright one at the lower end."""
+    turned = np.angle((either @ np.array([1.0, 1j])) / (whole @ np.array([1.0, 1j])))
+    left, right = np.where(turned >= 0, turned, np.inf).argmin(), np.where(turned < 0, turned, -np.inf).argmax()
+    pair = either[[left, right]]
+    legs = np.linalg.solve(pair.T, whole)[:, None] * pair
+    upright = int(np.abs(pair[:, 1]).argmax())
+    last = upright if whole[1] > 0 else 1 - upright
+    return np.asarray(legs[[1 - last, last]])
+
+
+def _directions(progress: Array, least: float) -> Indices:
+    """(n,) index of the direction of each sample: the sequence of most progress, less a price on every change."""
+    n, k = progress.shape
+    price = _PRICE * least
+    best = progress[0].copy()
+    came = np.empty((n, k), dtype=np.intp)
+    stay = np.arange(k)
+    for t in range(1, n):
+        top = int(best.argmax())
+        change = best[top] - price > best
+        came[t] = np.where(change, top, stay)
+        best = np.where(change, best[top] - price, best) + progress[t]
+    run = np.empty(n, dtype=np.intp)
+    run[-1] = best.argmax()
+    for t in range(n - 1, 0, -1):
+        run[t - 1] = came[t, run[t]]
+    return run
+
+
+def footed(corners: Array, foot: float, direction: Array) -> Array:
+    """The broken path with a slanting step before an upright that begins it, and after one that ends it.
+
+    Parameters
+    ----------
+    foot : mm, length of the step; the upright is shortened by as much as the step is high.
+    direction : (2,) unit vector of the step, downwards on the page.
+    """
+    first, last = corners[1] - corners[0], corners[-1] - corners[-2]
+    parts = [corners.copy()]
+    if _upright(first) and np.linalg.norm(first) > 2 * foot:
+        parts[0][0] += np.sign(first[1]) * np.array([0.0, foot * abs(direction[1])])
+        parts.insert(0, (parts[0][0] - np.sign(first[1]) * foot * direction)[None])
+    if _upright(last) and np.linalg.norm(last) > 2 * foot:
+        parts[-1][-1] -= np.sign(last[1]) * np.array([0.0, foot * abs(direction[1])])
+        parts.append((parts[-1][-1] + np.sign(last[1]) * foot * direction)[None])
+    return np.concatenate(parts)
+
+
+def _upright(leg: Array) -> bool:
+    return bool(abs(leg[1]) > 1.5 * abs(leg[0]))

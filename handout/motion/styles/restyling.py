@@ -1,0 +1,246 @@
+"""A drawing in another handstyle: targets are found from its lines and moved through anew.
+
+Source: seed 003, §4.1 (stylisations of an input trace).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from collections.abc import Sequence as Sequences
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.motion.guides import Guide
+from handout.motion.styles import breaking, brush, ligatures, targets
+from handout.motion.styles.movement import around, move, vector
+from handout.motion.styles.style import Style
+from handout.values import Array, Drawing, Indices, Stroke
+
+_LIFT = 1.2  # intervals from the end of one stroke to the start of the next, and as many more for each
+_AIR = 0.6  # root of its distance in heights
+_FLICKED = 0.3  # of the distance of its ends that a stroke is lengthened by at most
+_ARM = 5  # samples of a path that are a stroke's tip
+_EDGE = 1.0  # strength of the guide along the strokes of a broken path
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence:
+    """Targets of one movement.
+
+    points : (m, 2) float, mm.
+    corner : (m,) bool: at which of them the letter has a corner.
+    ring : whether the first follows the last.
+    word, layer, colour : as in `Stroke`.
+    """
+
+    points: Array
+    corner: NDArray[np.bool_]
+    ring: bool = False
+    word: int = -1
+    layer: str = ""
+    colour: str = ""
+
+
+def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: float | None = None) -> Drawing:
+    """The drawing, its strokes in a handstyle, with the times of the new movements.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    style : Style
+    rng : numpy.random.Generator
+    height : mm of a letter, by which the style's lengths are measured; default: as `targets.letter_height` finds it.
+
+    Raises
+    ------
+    InputError
+        No strokes.
+    """
+    if not drawing.strokes:
+        raise InputError("There is no stroke to restyle.")
+    tall = targets.letter_height(drawing) if height is None else height
+    lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
+    sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
+    made = drawn(_joined(sequences, style, tall), style, tall, rng)
+    about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
+    return Drawing(_on_page(made, drawing), drawing.page, about)
+
+
+def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.random.Generator) -> tuple[Stroke, ...]:
+    """Timed strokes of target sequences in a style."""
+    clock, before, strokes = 0.0, None, []
+    for one in sequences:
+        if before is not None:
+            way = float(np.linalg.norm(one.points[0] - before)) / height
+            clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
+        guide = _along(one.points) if style.breaking.directions and len(one.points) > 1 else None
+        motion = around if one.ring else move
+        t, xy = motion(one.points, one.corner, style, height, rng, guide)
+        width = brush.widths(t, xy, style, height, tapered=not one.ring)
+        nib = style.brush.kind == "nib"
+        strokes.append(
+            Stroke(
+                clock + t,
+                xy,
+                width=width,
+                rotation=np.full(len(t), -style.brush.angle) if nib else None,
+                nib=style.brush.width * height if nib else 0.0,
+                word=one.word,
+                layer=one.layer,
+                colour=one.colour,
+            )
+        )
+        clock += float(t[-1])
+        before = xy[-1]
+    return tuple(strokes)
+
+
+def _middles(strokes: Sequences[Stroke]) -> Array:
+    """(n, 2) mm: what each stroke is stretched and leant about.
+
+    The middle of the drawing across, and that of the stroke's word down, or of its row where there are no words; so
+    a page keeps its margin.
+    """
+    across = 0.5 * (min(s.xy[:, 0].min() for s in strokes) + max(s.xy[:, 0].max() for s in strokes))
+    top, foot = (np.array([side(s.xy[:, 1]) for s in strokes]) for side in (np.min, np.max))
+    group = np.array([s.word for s in strokes])
+    loose = np.flatnonzero(group < 0)
+    order = loose[np.argsort(top[loose])]
+    # strokes without a word are in one row with those above whose heights they share
+    row, lowest = -1, -np.inf
+    for at in order.tolist():
+        row, lowest = (row - 1, foot[at]) if top[at] > lowest else (row, max(lowest, foot[at]))
+        group[at] = row
+    middles = {one: 0.5 * (top[group == one].min() + foot[group == one].max()) for one in np.unique(group).tolist()}
+    return np.array([(across, middles[one]) for one in group.tolist()])
+
+
+def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
+    """The strokes, drawn smaller about the middle of the page where they leave it and those before did not."""
+    page = np.array([before.page.width, before.page.height])
+    was = np.concatenate([stroke.xy for stroke in before.strokes])
+    now = np.concatenate([stroke.xy + side for stroke in strokes for side in _sides(stroke)])
+    if (was < 0).any() or (was > page).any() or not ((now < 0).any() or (now > page).any()):
+        return strokes
+    share = float((0.5 * page / np.maximum(np.abs(now - 0.5 * page).max(axis=0), 1e-9)).min())
+    return scaled(strokes, share, 0.5 * (1 - share) * page)
+
+
+def scaled(strokes: Sequences[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
+    """The strokes, widths and nibs included, times `scale` and then moved by `away` (2,), mm."""
+    return tuple(
+        replace(
+            stroke,
+            xy=scale * stroke.xy + away,
+            width=None if stroke.width is None else scale * stroke.width,
+            nib=scale * stroke.nib,
+        )
+        for stroke in strokes
+    )
+
+
+def _sides(stroke: Stroke) -> tuple[float, float]:
+    reach = max(stroke.nib, 0.0 if stroke.width is None else float(stroke.width.max())) / 2
+    return -reach, reach
+
+
+def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Sequence:
+    """A stroke's targets in the form that the style gives it."""
+    motif = targets.find(stroke.xy, height)
+    form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
+    # found upright, since the extremes of a leaning curve are not where its strokes turn
+    motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
+    one = Sequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
+    if len(motif.points) == 1:
+        return one
+    if style.breaking.directions:
+        path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
+        points, corner = broken(path, bends, style, height, footed=not motif.ring)
+        return replace(one, points=points, corner=corner, ring=False)
+    if motif.ring:
+        return one
+    arm = min(_ARM, len(motif.path) - 1)
+    tips = motif.path[0] - motif.path[arm], motif.path[-1] - motif.path[-1 - arm]
+    return replace(one, points=flicked(motif.points, tips, style, height))
+
+
+def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:
+    """Targets, the first and the last moved outwards in the directions of a stroke's tips, as far as the style says."""
+    moved = points.copy()
+    longest = _FLICKED * float(np.linalg.norm(points[-1] - points[0]))
+    for at, way, reach in ((0, tips[0], style.flick.entry), (-1, tips[1], style.flick.exit)):
+        size = float(np.linalg.norm(way))
+        if size > 0:
+            moved[at] += min(reach * height, longest) / size * way
+    return moved
+
+
+def broken(
+    path: Array, bends: Indices, style: Style, height: float, *, footed: bool = True
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Points and corners of a path (n, 2), mm, with its own corners at the samples `bends`, broken as the style does.
+
+    footed : whether uprights at its ends get feet.
+    """
+    rule = style.breaking
+    directions = np.array([vector(angle) for angle in rule.directions])
+    corners = breaking.broken(path, bends, directions, rule.least * height)
+    if rule.foot > 0 and footed:
+        corners = breaking.footed(corners, rule.foot * height, vector(rule.step))
+    return corners, np.ones(len(corners), dtype=bool)
+
+
+def _begun_at_top(ring: targets.Motif) -> tuple[Array, Indices]:
+    """The path of a ring from its top, where the broken scripts have a corner, and its corners."""
+    top = int(ring.path[:, 1].argmin())
+    path = np.concatenate([ring.path[top:-1], ring.path[: top + 1]])
+    return path, np.sort((ring.bends - top) % (len(path) - 1))
+
+
+def _along(points: Array) -> Guide:
+    """A guide along the straight ways from each target to the next."""
+    step = np.diff(points, axis=0)
+    size = np.linalg.norm(step, axis=1, keepdims=True)
+    direction = np.where(size > 0, step / np.maximum(size, 1e-300), [1.0, 0.0])
+    return Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
+
+
+def _joined(sequences: Sequences[Sequence], style: Style, height: float) -> Iterator[Sequence]:
+    """Neighbours near each other as one sequence, where the style joins."""
+    reach = style.ligature.reach * height
+    group: list[Sequence] = []
+    for one in sequences:
+        if group and not _joins(group[-1], one, reach):
+            yield _as_one(group, style.ligature.turn)
+            group = []
+        group.append(one)
+    if group:
+        yield _as_one(group, style.ligature.turn)
+
+
+def _as_one(group: Sequences[Sequence], turn: float) -> Sequence:
+    if len(group) == 1:
+        return group[0]
+    opened = [_opened(one) for one in group]
+    points, kept = ligatures.joined([one.points for one in opened], turn)
+    return replace(opened[0], points=points, corner=np.concatenate([one.corner for one in opened])[kept])
+
+
+def _opened(one: Sequence) -> Sequence:
+    """A ring as a sequence that ends with the target it begins with."""
+    if not one.ring:
+        return one
+    points, corner = np.concatenate([one.points, one.points[:1]]), np.concatenate([one.corner, one.corner[:1]])
+    return replace(one, points=points, corner=corner, ring=False)
+
+
+def _joins(a: Sequence, b: Sequence, reach: float) -> bool:
+    if not reach > 0 or (a.word, a.layer, a.colour) != (b.word, b.layer, b.colour):
+        return False
+    if min(len(a.points), len(b.points)) < 2:
+        return False
+    return float(np.linalg.norm(b.points[0] - a.points[0 if a.ring else -1])) <= reach

@@ -1,0 +1,216 @@
+"""Handstyles as TOML files: `styles/*.toml` read into frozen, validated structs.
+
+The fields are documented for people who do not program in `docs/styles.md`.  Lengths are shares of the height of a
+letter, so that a style looks the same at every size; angles are as seen, anticlockwise from the line of writing.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from handout import shipped, tables
+from handout.errors import InputError
+from handout.tables import Angle, Table, Time
+
+
+class Form(Table, frozen=True):
+    """What is done to the letter before it is moved through.
+
+    shear: of the upright; stretch: widths times this; overshoot: how far targets lie beyond the curve's own, 1 for a
+    movement through its extremes, 0 for one that cuts them, more for one that swings past them.
+    """
+
+    shear: Angle = Angle(0.0)
+    stretch: float = 1.0
+    overshoot: float = 1.0
+
+
+class Movement(Table, frozen=True):
+    """How the pen moves.
+
+    smooth: smoothing time over the interval; drawn_at: the smoothing at which targets are sought that lead through
+    the wanted points; order: the derivative that is the effort; interval: from one target to the next; end: the pen
+    comes to "rest" or flies off ("free").
+    """
+
+    smooth: float = 0.3
+    drawn_at: float = 0.3
+    order: Literal[2, 3, 4, 5] = 4
+    interval: Time = Time(0.09)
+    end: Literal["rest", "free"] = "rest"
+
+
+class Covariance(Table, frozen=True):
+    """The shape that all targets share: an oblique pair of axes, and how sizes differ.
+
+    axes: lengths of the two axes, relative to each other; angles: their directions; spread: standard deviation of
+    the logarithm of the targets' sizes; corners: size at a corner of the letter, against 1 elsewhere.
+    """
+
+    axes: tuple[float, float] = (1.0, 1.0)
+    angles: tuple[Angle, Angle] = (Angle(0.0), Angle(math.pi / 2))
+    spread: float = 0.0
+    corners: float = 1.0
+
+
+class Guides(Table, frozen=True):
+    """What the velocity is led along, or avoids: see `handout.motion.guides`."""
+
+    mode: Literal["none", "along", "avoid"] = "none"
+    direction: Angle = Angle(0.0)
+    strength: float = 0.0
+
+
+class Breaking(Table, frozen=True):
+    """Curves broken into straight strokes.
+
+    directions: those that strokes may have, none for curves as they are; least: length of the shortest stroke; foot:
+    length of the slanting step that begins and ends an upright; step: its direction.
+    """
+
+    directions: tuple[Angle, ...] = ()
+    least: float = 0.1
+    foot: float = 0.0
+    step: Angle = Angle(-0.7)
+
+
+class Flick(Table, frozen=True):
+    """How far beyond its ends a stroke reaches, along its direction there: entry and exit."""
+
+    entry: float = 0.0
+    exit: float = 0.0
+
+
+class Ligature(Table, frozen=True):
+    """Strokes that are joined.
+
+    reach: greatest distance from the end of one to the start of the next that is joined, 0 for none; turn: a target
+    near the join is left out where the angle that it forms with its neighbours is larger than this.
+    """
+
+    reach: float = 0.0
+    turn: Angle = Angle(math.radians(100))
+
+
+class Brush(Table, frozen=True):
+    """The pen's mark.
+
+    kind: "round", an even line; "speed", wider where it is slower; "nib", the edge of a flat nib at `angle`;
+    "pointed", which swells in strokes downwards; width: of the widest mark; thin: share of it of the thinnest, for
+    "speed" and "pointed"; pace: for "speed", how gently it follows, in usual speeds of a stroke: 0.3 a lot, 3 hardly;
+    taper: length over which the ends thin out.
+    """
+
+    kind: Literal["round", "speed", "nib", "pointed"] = "round"
+    width: float = 0.08
+    thin: float = 0.25
+    angle: Angle = Angle(0.7)
+    pace: float = 4.0
+    taper: float = 0.0
+
+
+class Jitter(Table, frozen=True):
+    """Motor noise: its standard deviation at the targets, in heights of a letter."""
+
+    size: float = 0.0
+
+
+class Style(Table, frozen=True):
+    """A handstyle; `name` is that of its file without ``.toml``."""
+
+    title: str
+    form: Form = Form()
+    movement: Movement = Movement()
+    covariance: Covariance = Covariance()
+    guide: Guides = Guides()
+    breaking: Breaking = Breaking()
+    flick: Flick = Flick()
+    ligature: Ligature = Ligature()
+    brush: Brush = Brush()
+    jitter: Jitter = Jitter()
+    notes: str = ""
+    name: str = ""
+
+
+_STEEPEST = math.radians(75)  # of shear
+_APART = math.radians(4.5)  # between directions that are not the same
+# key path → (least, greatest)
+BOUNDS: dict[str, tuple[float, float]] = {
+    "form.shear": (-_STEEPEST, _STEEPEST), "form.stretch": (0.2, 5), "form.overshoot": (-1, 3),
+    "movement.smooth": (0.05, 1), "movement.drawn_at": (0.05, 0.5), "movement.interval": (0.005, 2),
+    "covariance.spread": (0, 2), "covariance.corners": (0.05, 5), "guide.strength": (0, 10),
+    "breaking.least": (0.02, 1), "breaking.foot": (0, 1), "flick.entry": (0, 3), "flick.exit": (0, 3),
+    "ligature.reach": (0, 5), "ligature.turn": (0, 3.15), "brush.width": (0.002, 1), "brush.thin": (0.02, 1),
+    "brush.pace": (0.01, 100), "brush.taper": (0, 3), "jitter.size": (0, 1),
+}  # fmt: skip
+
+
+def read(path: Path) -> Style:
+    """Read and check a style's TOML file.
+
+    Raises
+    ------
+    InputError
+        Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{path}: cannot be read as a style: {reason}.") from error
+    if "name" in values:
+        raise InputError(f"{path}: name cannot be set; a style is called as its file is.")
+    try:
+        return checked(msgspec.structs.replace(tables.converted(values, Style), name=path.stem))
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def checked(style: Style) -> Style:
+    """The style, if all its numbers are within their bounds.
+
+    Raises
+    ------
+    ValueError
+        One is not.
+    """
+    tables.check_bounds(style, BOUNDS)
+    first, second = style.covariance.axes
+    if not (min(first, second) > 0 and max(first, second) <= 100 * min(first, second)):
+        raise ValueError(f"covariance.axes = {[first, second]} must be above 0, and within a hundredfold.")
+    a, b = style.covariance.angles
+    if abs((b - a + math.pi / 2) % math.pi - math.pi / 2) < _APART:
+        raise ValueError("covariance.angles are nearly the same: two axes need different directions.")
+    lines = sorted(angle % math.pi for angle in style.breaking.directions)
+    if lines and (len(lines) == 1 or min(b - a for a, b in pairwise([*lines, lines[0] + math.pi])) < _APART):
+        raise ValueError("breaking.directions needs two directions or more that differ, or none.")
+    return style
+
+
+def names() -> list[str]:
+    """Names of all known styles, the user's own included."""
+    return sorted(shipped.files("styles", "*.toml"))
+
+
+def find(name: str) -> Style:
+    """The style of that name, or of that TOML file.
+
+    Raises
+    ------
+    InputError
+        Unknown (the message lists the nearest), or not valid.
+    """
+    if name.endswith(".toml"):
+        return read(Path(name))
+    known = shipped.files("styles", "*.toml")
+    if name in known:
+        return read(known[name])
+    near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+    raise InputError(f"style: {name!r} is neither a style nor a .toml file; the nearest: {', '.join(near)}.")

@@ -1,0 +1,208 @@
+"""Targets of a path that is only drawn: the extremes of its curves, its corners and its ends.
+
+A circle has no extreme of curvature, which is why it is the hard case where targets are placed there; it has a top, a
+left, a bottom and a right, as every curve has.
+
+Source: seed 003, §4 (targets at curvature extrema); specification D13 (extremes of the curves, evenly spaced).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from handout.values import Array, Drawing, Indices
+
+_STEPS = 60  # samples in the height of a letter
+_MOST = 40_000  # samples of a path
+_SMOOTHED = 1.2  # samples over which a path's own noise is smoothed away
+_ARM = 4  # samples on either side of a corner
+_CORNER = np.radians(60)  # turning within the arms that makes one
+_SOON = 0.09  # heights between targets that are one
+_LONG = 0.62  # heights between targets that have another between them
+_ROUND = 1.6  # times as far apart are the targets of a ring, whose curve needs no others
+_FLATTEST = 0.1  # of its longer side: the least height of a letter that a stroke is taken for
+_SMALL = 0.4  # of the height: the smallest letter that is told from a part of one
+_DOT = 0.06  # heights: a path of no more extent is a dot
+_NEAR = 0.2  # heights between the end of a ring and its beginning
+_TIP = 0.4  # heights at either end of a ring that may stick out
+
+
+@dataclass(frozen=True, eq=False)
+class Motif:
+    """What a stroke is made of, whatever its style.
+
+    path : (n, 2) float, mm: evenly sampled.
+    points : (m, 2) float, mm: on the path, in order.
+    corner : (m,) bool: where the path has one.
+    bends : (k,) int: samples of the path that are its corners.
+    ring : whether it comes back to where it begins without a corner there; the first point then follows the last.
+    """
+
+    path: Array
+    points: Array
+    corner: NDArray[np.bool_]
+    bends: Indices
+    ring: bool = False
+
+
+def letter_height(drawing: Drawing) -> float:
+    """mm: the usual size of a letter, from the sizes of the strokes; of writing in one go, its height.
+
+    Raises
+    ------
+    ValueError
+        No strokes.
+    """
+    sizes = [_size(stroke.xy) for stroke in drawing.strokes]
+    weights = [stroke.length for stroke in drawing.strokes]
+    if not sizes:
+        raise ValueError("a drawing without strokes has no letters")
+    if not max(weights) > 0:
+        return max(max(drawing.page.width, drawing.page.height) / 10, 1.0)
+    order = np.argsort(sizes)
+    share = np.cumsum(np.array(weights)[order])
+    return max(float(np.array(sizes)[order][np.searchsorted(share, 0.5 * share[-1])]), 1e-3)
+
+
+def _size(xy: Array) -> float:
+    """mm: the larger side of a stroke; of one that turns to and fro its height, as a word's."""
+    wide, high = (float(side) for side in np.ptp(xy, axis=0))
+    size = max(wide, high)
+    if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) > 1.8 * size:
+        return max(min(high, 2 * wide), _FLATTEST * size)
+    return size
+
+
+def find(xy: Array, height: float) -> Motif:
+    """The targets of a path (n, 2), in a drawing whose letters have that height (mm)."""
+    away = np.linalg.norm(np.diff(xy, axis=0), axis=1)
+    if float(np.ptp(xy, axis=0).max()) <= _DOT * height:
+        middle = 0.5 * (xy.min(axis=0) + xy.max(axis=0))
+        return Motif(middle[None], middle[None], np.array([True]), np.zeros(0, dtype=np.intp))
+    path = _resampled(xy, away, height)
+    path, closed = _closed(path, height)
+    ring = closed and not _cornered(path)
+    corners = _corners(path)
+    ends = np.array([0, len(path) - 1])
+    found = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
+    # a small letter among large ones has its targets as near to each other as it is small
+    unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
+    if ring:
+        kept = _around(_apart(found, corners, found[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+    else:
+        kept = _filled(_apart(found, corners, ends, _SOON * unit), _LONG * unit)
+    return Motif(path, path[kept], np.isin(kept, corners), corners, ring)
+
+
+def _resampled(xy: Array, away: Array, height: float) -> Array:
+    """Evenly sampled, and smoothed a little."""
+    along = np.concatenate([[0.0], np.cumsum(away)])
+    count = int(np.clip(along[-1] / height * _STEPS, 8, _MOST)) + 1
+    keep = np.concatenate([[True], away > 0])
+    where = np.linspace(0.0, along[-1], count)
+    even = np.column_stack([np.interp(where, along[keep], xy[keep, axis]) for axis in (0, 1)])
+    smooth = gaussian_filter1d(even, _SMOOTHED, axis=0, mode="nearest")
+    smooth[0], smooth[-1] = even[0], even[-1]
+    return np.asarray(smooth)
+
+
+def _step(path: Array) -> float:
+    """mm from one sample to the next."""
+    return float(np.median(np.linalg.norm(np.diff(path, axis=0), axis=1))) or 1.0
+
+
+def _closed(path: Array, height: float) -> tuple[Array, bool]:
+    """A path that comes back to its beginning, closed, and whether it does.
+
+    What sticks out before and after the place where it closes is left out, if it is short.
+    """
+    step = _step(path)
+    reach = min(int(_TIP * height / step), len(path) // 4)
+    if len(path) * step < 4 * _NEAR * height or reach < 1:
+        return path, False
+    gap = np.linalg.norm(path[:reach, None] - path[None, -reach:], axis=2)
+    first, last = np.unravel_index(int(gap.argmin()), gap.shape)
+    if gap[first, last] > _NEAR * height:
+        return path, False
+    ring = path[first : len(path) - reach + last + 1]
+    return ring - np.linspace(0.0, 1.0, len(ring))[:, None] ** 2 * (ring[-1] - ring[0]), True
+
+
+def _cornered(ring: Array) -> bool:
+    """Whether a ring has a corner where it closes."""
+    chord = np.stack([ring[-1] - ring[-1 - _ARM], ring[_ARM] - ring[0]]) @ np.array([1.0, 1j])
+    return bool(np.abs(np.angle(chord[1] * np.conj(chord[0]))) > _CORNER)
+
+
+def _corners(path: Array) -> Indices:
+    """Samples where the path turns by more than `_CORNER` at once."""
+    if len(path) < 2 * _ARM + 1:
+        return np.zeros(0, dtype=np.intp)
+    chord = (path[_ARM:] - path[:-_ARM]) @ np.array([1.0, 1j])
+    turn = np.abs(np.angle(chord[_ARM:] * np.conj(chord[:-_ARM])))
+    peak = np.flatnonzero(turn > _CORNER)
+    groups = np.split(peak, np.flatnonzero(np.diff(peak) > 1) + 1) if len(peak) else []
+    return np.array([int(group[turn[group].argmax()]) + _ARM for group in groups], dtype=np.intp)
+
+
+def _extremes(path: Array) -> Indices:
+    """Samples where the direction crosses the upright or the level, between corners."""
+    found: list[int] = []
+    bounds = [0, *_corners(path).tolist(), len(path) - 1]
+    for low, high in pairwise(bounds):
+        piece = path[low : high + 1]
+        if len(piece) < 5:
+            continue
+        step = gaussian_filter1d(np.diff(piece, axis=0), 2.0, axis=0, mode="nearest")
+        quarter = np.unwrap(np.arctan2(step[:, 1], step[:, 0])) / (np.pi / 2)
+        found += [low + at for at in _crossings(quarter)]
+    return np.array(found, dtype=np.intp)
+
+
+def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
+    """Where a value passes a whole number, not counting returns of less than `slack` beyond it."""
+    found, side = [], None
+    for at, value in enumerate(quarter.tolist()):
+        near = round(value)
+        if abs(value - near) < slack:
+            continue
+        now = int(np.floor(value))
+        if side is not None and now != side:
+            crossed = max(now, side) if abs(now - side) == 1 else near
+            back = at
+            while back > 0 and (quarter[back - 1] >= crossed) == (value >= crossed):
+                back -= 1
+            found.append(back)
+        side = now
+    return found
+
+
+def _apart(found: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
+    """Targets that keep their distance; ends win over corners, and corners over extremes."""
+    rank = np.where(np.isin(found, ends), 2, np.where(np.isin(found, corners), 1, 0))
+    kept: list[int] = sorted(ends.tolist())
+    for at in found[np.lexsort((found, -rank))].tolist():
+        place = bisect(kept, at)
+        if all(abs(at - other) >= least for other in kept[max(place - 1, 0) : place + 1]):
+            kept.insert(place, at)
+    return np.array(kept, dtype=np.intp)
+
+
+def _filled(kept: Indices, most: float) -> Indices:
+    """Long ways between targets get further ones, evenly."""
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(kept.tolist())]
+    return np.unique(np.rint(np.concatenate([*parts, kept[-1:]])).astype(np.intp))
+
+
+def _around(kept: Indices, samples: int, most: float) -> Indices:
+    """Targets of a ring, its long ways filled; at least three."""
+    first = kept[:1] if len(kept) else np.zeros(1, dtype=np.intp)
+    turn = np.concatenate([kept if len(kept) else first, first + samples])
+    longest = min(_ROUND * most, samples / 3)
+    return np.unique(_filled(turn, longest)[:-1] % samples)

@@ -1,0 +1,112 @@
+"""TOML files read into frozen, validated structs: quantities with units, and errors that name the key.
+
+A struct's fields are plain numbers and words, or one of the quantities below, which a file gives with their unit.
+"""
+
+from __future__ import annotations
+
+import difflib
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+import msgspec
+
+from handout import units
+from handout.errors import InputError
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+class Length(float):
+    """mm, written in the file as ``"297mm"``."""
+
+
+class Time(float):
+    """s, written as ``"150ms"``."""
+
+
+class Speed(float):
+    """mm/s, written as ``"60mm/s"``."""
+
+
+class Acceleration(float):
+    """mm/s², written as ``"800mm/s2"``."""
+
+
+class Angle(float):
+    """rad, written as ``"40deg"``."""
+
+
+# kind of quantity, and a unit to show in an error message
+_KINDS: dict[type, tuple[str, str]] = {
+    Length: ("length", "mm"),
+    Time: ("time", "ms"),
+    Speed: ("speed", "mm/s"),
+    Acceleration: ("acceleration", "mm/s2"),
+    Angle: ("angle", "deg"),
+}
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of a file; an unknown key is an error."""
+
+
+def converted(values: Mapping[str, Any], kind: type[T]) -> T:
+    """The values of a file as a struct.
+
+    Raises
+    ------
+    ValueError
+        An unknown key (with the nearest known one), a missing one, a wrong type or unit; the message names the key.
+    """
+    try:
+        return msgspec.convert(values, kind, dec_hook=_quantity)
+    except msgspec.ValidationError as error:
+        raise ValueError(_hint(str(error), kind)) from error
+
+
+def check_bounds(table: msgspec.Struct, bounds: Mapping[str, tuple[float, float]]) -> None:
+    """Raise ValueError for the first number outside its bounds; keys are paths such as ``bed.width``."""
+    for key, (least, greatest) in bounds.items():
+        value: Any = table
+        for name in key.split("."):
+            value = getattr(value, name, None)
+        if value is not None and not least <= value <= greatest:
+            raise ValueError(f"{key} = {value:g} is outside {least:g} to {greatest:g}.")
+
+
+def _quantity(kind: type, value: Any) -> Any:
+    name, unit = _KINDS[kind]
+    if not isinstance(value, str):
+        raise ValueError(f'needs a {name} with its unit in quotes, such as "12{unit}"')
+    try:
+        return kind(units.parse(value, name))
+    except InputError as error:  # msgspec adds the path of the key to a ValueError only
+        raise ValueError(str(error).removeprefix("value: ").rstrip(".")) from error
+
+
+def _hint(message: str, kind: type[msgspec.Struct]) -> str:
+    """The validation message in plain words: which key, what is wrong with it, and the nearest known key to a slip."""
+    said, _, place = message.partition(" - at `$")
+    table = place.strip(".`")
+    quoted = said.split("`")[1] if "`" in said else ""
+    key = f"{table}.{quoted}" if table else quoted
+    if "unknown field" in said:
+        known = {name for one in _tables(kind) for name in one.__struct_fields__}
+        near = difflib.get_close_matches(quoted, known, 1)
+        return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
+    if "missing required field" in said:
+        return f"{key} is missing."
+    return f"{table}: {said[0].lower()}{said[1:]}." if table else f"{said}."
+
+
+def _tables(kind: type[msgspec.Struct]) -> Iterator[type[msgspec.Struct]]:
+    """A struct and all that its fields hold."""
+    yield kind
+    for hint in typing.get_type_hints(kind).values():
+        parts = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+        for part in parts:
+            if isinstance(part, type) and issubclass(part, msgspec.Struct):
+                yield from _tables(part)

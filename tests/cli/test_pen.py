@@ -1,0 +1,69 @@
+"""`handout pen test` and `handout pen heights` as they are called."""
+
+import io
+import json
+
+import pytest
+
+from handout import profiles
+
+
+def test_the_sheet_is_written(call, tmp_path):
+    out, err = call("pen", "test", "--device", "axidraw-minikit", "--dry-run", "a.svg", "--dry-run", "a.ebb", "--json")
+    told = json.loads(out)
+    assert told["device"] == "plotter-axidraw-minikit" and told["planned_s"] > 60
+    assert (tmp_path / "a.svg").stat().st_size > 10_000 and (tmp_path / "a.ebb").read_bytes().startswith(
+        b"SC,4,20641\r"
+    )
+    assert "pen.down_time" in err and "limits.draw_speed" in err
+
+
+def test_the_sheet_is_plotted_and_kept_as_a_job(call):
+    told = json.loads(call("pen", "test", "--device", "hp-7475a", "--port", "sim:", "--json", "--quiet")[0])
+    assert told["executed_s"] == pytest.approx(told["planned_s"], rel=0.05)
+    assert json.loads(call("plot", "show", told["job"], "--json")[0])["finished"]
+    _, err = call("pen", "test", "--port", "sim:?fault=alarm&after=60", "--page", "105x100mm", code=3)
+    assert "handout plot --resume" in err
+
+
+def test_heights_are_found_and_saved(call, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("d\nf\nd\nu\nd\nt\no\n0\n2\n"))
+    out, err = call("pen", "heights", "--port", "sim:", "--save", "mine")
+    assert out.startswith("[pen]\nup = ") and "steps of 2" in err and "--device mine" in err
+    pen = profiles.find("mine", "plotter").pen
+    assert out == f"[pen]\nup = {pen.up:g}\ndown = {pen.down:g}\n"
+    assert "is there already" in call("pen", "heights", "--port", "sim:", "--save", "mine", code=2)[1]
+    again = ("--save", "mine", "--again", "--up", 35, "--down", 95)
+    assert json.loads(call("pen", "heights", "--port", "sim:", *again, "--json")[0])["down"] == 95
+    assert profiles.find("mine", "plotter").pen.up == 35
+
+
+@pytest.fixture(autouse=True)
+def quick_disk(monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda _: None)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["test"], "Where to? Give --port"),
+        (["test", "--port", "sim:", "--device", "hp-envy"], "hp-envy is a printer, not a plotter"),
+        (["test", "--port", "sim:", "--page", "50x50mm"], "use a larger --page"),
+        (["test", "--dry-run", "a.gcode", "--device", "axidraw-v3"], "speaks ebb, whose files end in .ebb"),
+        (["heights"], "Where is the plotter?"),
+        (["heights", "--port", "sim:", "--device", "hp-7475a"], "lifts and lowers its pen by itself"),
+        (["heights", "--port", "sim:", "--up", "3"], "give both"),
+        (["heights", "--port", "sim:", "--up", "3", "--down", "3"], "the pen would never leave the paper"),
+        (["heights", "--port", "sim:", "--again"], "give it with --save"),
+        (["heights", "--port", "sim:", "--save", "a/b"], "cannot name a profile"),
+    ],
+)
+def test_bad_input_is_one_sentence(call, words, said):
+    _, err = call("pen", *words, code=2)
+    assert said in err and len(err.strip().splitlines()) == 1
+
+
+def test_leaving_the_questions_is_an_interrupt(call, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("d\n"))
+    _, err = call("pen", "heights", "--port", "sim:", code=130)
+    assert "Interrupted." in err
