@@ -262,7 +262,7 @@ def _xy(trace: _Trace) -> Array:
     return np.column_stack([trace.channels["X"], trace.channels["Y"]])
 
 
-def _pen(trace: _Trace) -> dict[str, Array]:
+def _pen(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
     tilt, azimuth = _pose(c)
