@@ -347,6 +347,23 @@ class Manuscript:
     about: Mapping[str, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """What a recorded pen says of the vertices of a LineGraph, which are numbered in the order of writing.
+
+    times : (n,) float, s, on the clock of the recording; None where it had none.
+    pressure : (n,) float, 0–1; None where it was not measured.
+    """
+
+    times: Array | None = None
+    pressure: Array | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("times", "pressure"):
+            if (values := getattr(self, name)) is not None:
+                object.__setattr__(self, name, readonly(values, None))
+
+
 @dataclass(frozen=True)
 class Tag:
     """What is known of one place of a LineGraph.

@@ -39,7 +39,7 @@ MAY = {
     "plotting": {"hand", "writing", "motion", "sinks"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
-    "tagging": {"hand", "writing", "motion", "scanning", "prompting"},
+    "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "cli": {
         "hand",
         "writing",

@@ -1,4 +1,4 @@
-"""`handout hand read`: a hand from scanned pages and their texts."""
+"""`handout hand read`: a hand from scanned pages or recorded pens, and their texts."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from handout.errors import InputError
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
     from handout.tagging.making import MadePage
+    from handout.tagging.recording import Recording
+    from handout.tagging.sources import Say, Source
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
 _PENS = ("ballpoint", "fineliner", "fountain", "pencil")
@@ -26,8 +28,13 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
     "--scan",
     "scans",
     multiple=True,
-    required=True,
     help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
+)
+@click.option(
+    "--ink",
+    "inks",
+    multiple=True,
+    help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
 )
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
@@ -37,17 +44,18 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-def read(name: str, scans: tuple[str, ...], output: str, as_json: bool, quiet: bool, **given: Any) -> None:
-    """Read a hand from scanned pages and their texts, and call it NAME.
+def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> None:
+    """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
 
     A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
-    photographed. Words that were struck out are ~~marked so~~ in the text. Look at what was found with `handout hand
-    check`.
+    photographed. A recording with labels of texts or words, as UNIPEN has, needs none either, nor does a
+    font. Words that were struck out are ~~marked so~~ in the text. Look at what was found with `handout hand check`.
 
     \b
     handout hand read mine --scan page1.png --text page1.txt --scan page2.png --text page2.txt -o mine.hand
     handout hand read mine --scan both.pdf --text page1.txt --text page2.txt -o mine.hand
     handout hand read mine --scan sheet1.png --scan sheet2.png -o mine.hand
+    handout hand read mine --ink page.inkml --text page.txt -o mine.hand
     """
     from handout import atomic
     from handout.hand import file, report
@@ -58,11 +66,40 @@ def read(name: str, scans: tuple[str, ...], output: str, as_json: bool, quiet: b
     atomic.check_writable(path)
     say = results.talk(quiet)
     written = [(text, _text(Path(text))) for text in given["texts"]]
-    made = list(lettered(gather(scans, written, given["dpi"], say), given["seed"], given["pen"], say))
+    scans, inks = given["scans"], given["inks"]
+    if bool(scans) == bool(inks):
+        raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
+    pages = _recorded(inks, written, say) if inks else gather(scans, written, given["dpi"], say)
+    made = list(lettered(pages, given["seed"], given["pen"], say))
     hand = read_hand(name, made, given["title"] or "")
     file.save(hand, path)
     result = {**report.facts(hand), "files": [str(path)], "seed": given["seed"], "found": [_found(m) for m in made]}
     results.report(result, _said(hand, path, made), as_json=as_json, quiet=quiet)
+
+
+def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -> list[Source]:
+    """The pages of recorded pens."""
+    from handout.tagging.recordings import recordings, source
+
+    if texts and len(texts) != len(inks):
+        raise InputError(
+            f"{len(texts)} --text for {len(inks)} --ink: give one for each, in the same order, or none where the "
+            "recordings have labels."
+        )
+    words = [text for _, text in texts] or [""] * len(inks)
+    given = [one for ink, text in zip(inks, words, strict=True) for one in _recordings(ink, text)]
+    return [source(one) for one in recordings(given, say)]
+
+
+def _recordings(ink: str, text: str) -> list[Recording]:
+    from handout.hand import svg_font
+    from handout.sources import read_drawing
+    from handout.tagging.fonts import specimen
+    from handout.tagging.recording import Recording
+
+    if svg_font.holds_font(Path(ink)):
+        return specimen(ink, svg_font.read(Path(ink)))
+    return [Recording(ink, read_drawing(ink), text)]
 
 
 def _text(path: Path) -> str:

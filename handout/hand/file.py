@@ -25,11 +25,12 @@ from handout.hand.archive import Archive, Content, pack
 from handout.hand.corrections import AnyCorrection, Corrections, apply, read_corrections
 from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.values import Indices, LineGraph
+from handout.values import Indices, LineGraph, Moments
 
 FORMAT = 2
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
+_TIME, _PRESSURE = 1e5, 1e3  # steps a second, 1
 _OVER = 4.0  # pixels beyond the picture: smoothing moves lines that run out of it
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
@@ -91,6 +92,8 @@ def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = (), *, pa
         parts[folder + "density.npy"] = np.clip(np.rint(graph.density * _DENSITY), 0, 255).astype(np.uint8)
         first, second = graph.edges.T
         parts[folder + "edges.npy"] = np.column_stack([_steps(first), (second - first).astype(np.int32)])
+        if page.moments is not None:
+            parts |= _moment_arrays(page.moments, folder)
         parts[folder + "paper.png"] = _picture(page.paper)
         parts[folder + ("ink.webp" if packed else "ink.png")] = _picture(page.texture.rgba, packed)
     return pack(parts)
@@ -187,7 +190,26 @@ def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPag
         pen=facts.pen,
         texture=texture,
         paper=archive.picture(folder + "paper.png", "RGB"),
+        moments=_moments(archive, folder, count),
     )
+
+
+def _moment_arrays(moments: Moments, folder: str) -> dict[str, Content]:
+    """Of a page that was recorded, what is known of its vertices; that it was is said by an array of none."""
+    known = {"times": (moments.times, _TIME), "pressure": (moments.pressure, _PRESSURE)}
+    rows = {name: _steps(np.rint(values * step)) for name, (values, step) in known.items() if values is not None}
+    return {f"{folder}{name}.npy": values for name, values in rows.items()} or {f"{folder}order.npy": _flat([])}
+
+
+def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
+    names = [f"{folder}{name}.npy" for name in ("times", "pressure", "order")]
+    if not any(name in archive for name in names):
+        return None
+    found = [
+        _sums(archive.array(name, "int32", count)) / step if name in archive else None
+        for name, step in zip(names, (_TIME, _PRESSURE), strict=False)
+    ]
+    return Moments(*found)
 
 
 def _ink(path: Path, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:

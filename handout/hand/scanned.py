@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.hand.places import Place
-from handout.values import Array, Indices, LineGraph, readonly, readonly_indices
+from handout.values import Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
@@ -118,6 +118,7 @@ class ScannedPage:
     pen : what the ink was taken for.
     texture : the ink.
     paper : (h, w, 3) uint8: the page without ink, much reduced.
+    moments : of a page that was recorded: the vertices of its graph are in the order of writing.
     """
 
     source: str
@@ -132,6 +133,7 @@ class ScannedPage:
     pen: str
     texture: Texture
     paper: NDArray[np.uint8]
+    moments: Moments | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "baselines", readonly(self.baselines, None, 5))
@@ -147,6 +149,9 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
+        for known in (self.moments.times, self.moments.pressure) if self.moments else ():
+            if known is not None and len(known) != len(self.graph):
+                raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")
 
     @property
     def pixel(self) -> float:

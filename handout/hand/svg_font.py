@@ -55,6 +55,14 @@ def read(path: Path) -> Hand:
         raise InputError(f"{path}: {error}") from error
 
 
+def holds_font(path: Path) -> bool:
+    """Whether a file looks like an SVG font rather than a drawing."""
+    if path.suffix.lower() != ".svg" or not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return b"<font-face" in (data := stream.read(_LARGEST)) or b"<font " in data
+
+
 def _hand(root: Element, name: str) -> Hand:
     font = next(root.iter("font"), None)
     if font is None:

@@ -45,12 +45,12 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     xy, half_width = fitted(evened(xy, edges), edges, weight, ink.astype(np.float32), half)
     xy, edges = lengthened(xy, edges, inside, half_width)
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
-    thick = _mean_within(density.values, xy, radius)
+    thick = mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner
     place = (xy + 0.5) * scan.pixel
     return LineGraph(place, radius * scan.pixel, np.clip(thick, 0, 2), xy, edges)
 
 
-def _mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
-    """Mean over the circle of each vertex."""
+def mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
+    """(n,) float: mean of `values` over the circle of each vertex, of places and radii in pixels."""
     return np.asarray(sampled(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))

@@ -23,7 +23,7 @@ from handout.scanning.matting import Matte, find_matte
 from handout.scanning.page import Scan, read_scan
 from handout.scanning.paper import Paper, crop, find_paper, flatten
 from handout.scanning.rules import Rules, find_rules
-from handout.values import LineGraph
+from handout.values import LineGraph, Moments
 
 _PITCHES = (3.0, 28.0)  # mm
 _X_HEIGHTS, _USUAL_X_HEIGHT = (0.8, 9.0), 2.6  # mm
@@ -45,6 +45,7 @@ class WrittenPage:
     rules : the written lines, mm on the page.
     notes : sentences to show the user.
     seconds : processor time of every step.
+    moments : what a recorded pen says of the vertices of `graph`.
     """
 
     scan: Scan
@@ -57,6 +58,7 @@ class WrittenPage:
     rules: Rules
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
+    moments: Moments | None = None
 
 
 @dataclass(frozen=True, eq=False)

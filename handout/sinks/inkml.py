@@ -17,10 +17,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from handout.sinks import about
-from handout.sinks.inkml_reading import from_inkml
 from handout.values import Array, Drawing, Stroke
-
-__all__ = ["from_inkml", "to_inkml"]
 
 # name in the file, its attributes, and how a stroke's samples become its values
 _CHANNELS: tuple[tuple[str, str, Callable[[Stroke], Array | None]], ...] = (

@@ -29,7 +29,7 @@ def _json(data: bytes) -> Drawing:
 
 
 def _inkml(data: bytes) -> Drawing:
-    from handout.sinks.inkml_reading import from_inkml
+    from handout.sources.inkml import from_inkml
 
     return from_inkml(data)
 

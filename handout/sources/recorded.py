@@ -25,20 +25,25 @@ class Raw:
     xy : (n, 2) float, mm, y down.
     t : (n,) float, s, on the clock of the file, or None.
     channels : further ones of `Stroke`, each (n,) float.
-    word : index of the word; −1 if unknown.
+    word, layer, colour : as those of `Stroke`.
+    start : s, when it began, if the file says that, as some do that know no more.
     """
 
     xy: Array
     t: Array | None
     channels: Mapping[str, Array]
     word: int = -1
+    layer: str = ""
+    colour: str = ""
+    start: float | None = None
 
 
 def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
 
     Samples at which the clock stands still are left out (devices report a resting pen again and again); where no clock
-    runs, there are 100 samples a second, and `about["timing"]` says so.
+    runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began the
+    drawing is not `timed`.
 
     Parameters
     ----------
@@ -53,9 +58,7 @@ def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: boo
     """
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
-    samples = sum(len(one.xy) for one in raw)
-    if samples > MOST:
-        raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
+    refuse_many(sum(len(one.xy) for one in raw), what)
     for number, one in enumerate(raw, 1):
         if not all(np.isfinite(v).all() for v in (one.xy, one.t if one.t is not None else 0.0, *one.channels.values())):
             raise InputError(f"Stroke {number} of this {what} has a value that is not a finite number.")
@@ -65,16 +68,30 @@ def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: boo
         about["timing"] = f"assumed: {RATE:g} samples a second"
     shift, page = _sheet(np.concatenate([one.xy for one in raw]), fit)
     strokes: list[Stroke] = []
-    origin = float(raw[0].t[0]) if raw[0].t is not None and clocked else 0.0
+    origin = float(raw[0].t[0]) if raw[0].t is not None and clocked else raw[0].start or 0.0
     for one in raw:
-        t = one.t - origin if clocked and one.t is not None else np.arange(len(one.xy)) / RATE
         end = float(strokes[-1].t[-1]) if strokes else None
-        if end is not None and t[0] <= end:
+        t = one.t - origin if clocked and one.t is not None else _assumed(one, origin, end)
+        if end is not None and t[0] <= end:  # each stroke has a clock of its own
             t = t - t[0] + end + _LIFT
         going = _going(t)
         channels: dict[str, Any] = {name: values[going] for name, values in one.channels.items()}
-        strokes.append(Stroke(t[going], one.xy[going] + shift, word=one.word, **channels))
-    return Drawing(tuple(strokes), page, about)
+        strokes.append(
+            Stroke(t[going], one.xy[going] + shift, **channels, word=one.word, layer=one.layer, colour=one.colour)
+        )
+    return Drawing(tuple(strokes), page, about, timed=clocked or raw[0].start is not None)
+
+
+def _assumed(one: Raw, origin: float, end: float | None) -> Array:
+    """Times of a stroke that has none, after the end of the one before."""
+    begin = one.start - origin if one.start is not None else 0.0 if end is None else end + _LIFT
+    return begin + np.arange(len(one.xy)) / RATE
+
+
+def refuse_many(samples: int, what: str) -> None:
+    """Raise InputError for more samples than are read."""
+    if samples > MOST:
+        raise InputError(f"This {what} has {samples} samples; at most {MOST} are read: split it.")
 
 
 def _clocked(raw: Sequence[Raw]) -> bool:

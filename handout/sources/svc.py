@@ -1,7 +1,8 @@
 """Reads SVC files: recorded pens with pose, as tablets' test programs write them.
 
-The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines), time (ms),
-whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure (raw).
+The first line is the number of samples; each further line is one sample: y, x (both in the tablet's lines, y upwards),
+time (ms), whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure
+(raw).
 
 Source: the format as it is described with the public samples of handwriting signal libraries.
 """
@@ -20,13 +21,14 @@ _COLUMNS = 7
 
 
 def from_svc(data: bytes) -> Drawing:
-    """Read an SVC file; strokes of the pen on paper, y down, with pressure, tilt from the vertical and azimuth.
+    """Read an SVC file; strokes of the pen on paper, y turned down, with pressure, tilt from the vertical and azimuth.
 
     Raises
     ------
     InputError
         Not SVC: a first line that is no number, lines that are not seven numbers, or fewer than it says.
     """
+    recorded.refuse_many(data.count(b"\n") - 1, "SVC file")  # before millions of lines are taken apart
     lines = data.decode("latin-1").split("\n")
     if not lines[0].strip().isdecimal():
         raise InputError("This is not SVC: its first line is not the number of samples.")
@@ -59,4 +61,4 @@ def _raw(piece: Array, full: float) -> Raw:
         "azimuth": np.radians(piece[:, 4] / 10),
         "tilt": np.pi / 2 - np.radians(piece[:, 5] / 10),
     }
-    return Raw(np.column_stack([piece[:, 1], piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels)
+    return Raw(np.column_stack([piece[:, 1], -piece[:, 0]]) * _LINE, piece[:, 2] * 1e-3, channels)

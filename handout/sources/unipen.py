@@ -2,6 +2,7 @@
 
 Statements begin with a dot in the first column.  What is read: ``.INCLUDE``, ``.COORD``, ``.X_POINTS_PER_INCH`` (or
 ``_MM``) and the same of Y, ``.POINTS_PER_SECOND``, ``.PEN_DOWN``, ``.PEN_UP``, ``.SEGMENT``; the rest is passed over.
+Where pressure is recorded and falls to nothing, the pen is lifted.
 
 Source: I. Guyon, L. Schomaker, R. Plamondon, M. Liberman, S. Janet: UNIPEN project of on-line data exchange and
 recognizer benchmarks, 1994.
@@ -23,6 +24,7 @@ from handout.values import Array, Drawing
 
 _STATEMENT = re.compile(r"^\.([A-Z_0-9]+)[ \t]*", re.MULTILINE)
 _SEGMENT = re.compile(r'(\S+)\s+([0-9:,\-\s]+?)(?:\s+(\S+))?\s+"((?:[^"\\]|\\.)*)"\s*$')
+_SAMPLE = re.compile(rb"^[ \t]*-?\d", re.MULTILINE)
 _DEEPEST = 8  # files that include files
 _POINTS = 10.0  # a mm, where the file says nothing
 Include = Callable[[str], bytes | None]
@@ -69,7 +71,7 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    down = [index for index, (is_down, values) in enumerate(state.components) if is_down and len(values)]
+    down = [index for index, (is_down, values) in enumerate(state.components) if is_down]
     named = {component for segment in state.segments for component in segment.components}
     if named:  # a file of labels uses part of the files it includes
         down = [index for index in down if index in named]
@@ -97,6 +99,7 @@ def _of_words(segments: list[_Segment]) -> list[_Segment]:
 def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
     if depth > _DEEPEST:
         raise InputError(f"This UNIPEN file includes files more than {_DEEPEST} deep.")
+    recorded.refuse_many(len(_SAMPLE.findall(data)), "UNIPEN file")  # before millions of lines are taken apart
     text = data.decode("latin-1")
     for name, body in _statements(text):
         if name == "INCLUDE":
@@ -106,7 +109,9 @@ def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
                 raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
             _read(more, state, include, depth + 1)
         elif name in ("PEN_DOWN", "PEN_UP"):
-            state.components.append((name == "PEN_DOWN", _samples(body, state, len(state.components))))
+            values = _samples(body, state, len(state.components))
+            if len(values):  # segments do not count a lift of which nothing was recorded
+                state.components.append((name == "PEN_DOWN", values))
         elif name == "SEGMENT":
             _segment(body, state)
         else:

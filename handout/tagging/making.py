@@ -117,6 +117,39 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
     return MadePage(page, glyphs, notes, alignment.poor, missing, fits)
 
 
+def labelled_page(written: WrittenPage, transcript: str, letters: Indices) -> MadePage:
+    """A page of which it is known what every vertex of its graph writes.
+
+    Parameters
+    ----------
+    written : WrittenPage
+    transcript : str
+    letters : (n,) int: index of the grapheme of the transcript that each vertex belongs to.
+
+    Raises
+    ------
+    InputError
+        The page has no lines.
+    """
+    if not written.rules.lines:
+        raise InputError("no line of writing was found, so its letters stand nowhere.")
+    units, graph = graphemes(transcript), written.graph
+    known, owner = np.unique(letters, return_inverse=True)
+    near = written.rules.nearest(graph.xy)
+    found: dict[int, list[Letter]] = {}
+    for number, at in enumerate(known.tolist()):
+        own = owner == number
+        x, line = graph.uv[own, 0], int(np.bincount(near[own]).argmax())
+        found.setdefault(line, []).append(Letter(at, units[at], float(x.min()), float(x.max()), 1.0))
+    frame = frames(written)
+    lines = tuple(AlignedLine(line, frame[line], tuple(row), 1.0) for line, row in sorted(found.items()))
+    order = {letter.at: number for number, letter in enumerate(letter for line in lines for letter in line.letters)}
+    page = page_of(written, transcript)
+    numbers = np.array([order[at] for at in known.tolist()], dtype=np.intp)
+    glyphs, missing = _glyphs(page, Alignment(lines, method="labels"), numbers[owner])
+    return MadePage(page, glyphs, (*written.notes, *_notes(page, Alignment(lines), missing)), (), missing)
+
+
 def read_hand(name: str, pages: Sequence[MadePage], title: str = "") -> ScannedHand:
     """The hand that some pages show.
 
@@ -177,6 +210,7 @@ def page_of(written: WrittenPage, transcript: str) -> ScannedPage:
         pen=written.mask.pen,
         texture=_texture(written.matte.rgba, (dx, dy)),
         paper=_reduced(written.matte.paper),
+        moments=written.moments,
     )
 
 

@@ -16,9 +16,11 @@ from handout.scanning.outline import refuse_oblique
 from handout.scanning.page import check_dpi, scan_of
 from handout.scanning.picture import Picture, count_pages, read_picture, source_of
 from handout.scanning.reading import Prepared, find_ink, finish, prepare
-from handout.tagging.making import MadePage, make_page
+from handout.scanning.recorded import followed
+from handout.tagging.making import MadePage, labelled_page, make_page
 from handout.tagging.sheets import filled_sheet, refuse_mirrored
 from handout.tagging.upright import find_turn, said_of
+from handout.values import Indices, Stroke
 
 _CHOSEN = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
@@ -33,10 +35,18 @@ class Source:
 
     prepared : its scan, upright or not.
     transcript : what is written on it.
+    movements : of a recording, the way of its pen; see `scanning.recorded.followed`. Such a page lies upright.
+    timed : whether their times mean anything.
+    letters : (n,) int, for every sample of them the grapheme of the transcript that it writes, where that is known.
+    lines : how many lines of writing there are, where that is known.
     """
 
     prepared: Prepared
     transcript: str
+    movements: tuple[Stroke, ...] = ()
+    timed: bool = False
+    letters: Indices | None = None
+    lines: int | None = None
 
 
 def chosen(names: Sequence[str]) -> list[tuple[Path, int | None]]:
@@ -187,15 +197,20 @@ def lettered(
 def _lettered(
     source: Source, scale: Scale | None, rng: np.random.Generator, pen: str | None, say: Say, method: str
 ) -> MadePage:
-    inked = find_ink(source.prepared, pen, scale=scale)
-    turn = find_turn(inked, source.transcript, rng.spawn(1)[0])
+    inked = find_ink(source.prepared, pen, lines=source.lines, scale=scale)
+    turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {said_of(turn)}: turned upright")
         inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
     written = finish(inked)
+    if source.movements:
+        written = followed(written, source.movements, timed=source.timed)
     say(f"  ink and {_counted(len(written.rules.lines), 'line')} found; looking for the letters …")
     try:
-        made = make_page(written, source.transcript, rng=rng, method=method)
+        if source.letters is not None:
+            made = labelled_page(written, source.transcript, source.letters)
+        else:
+            made = make_page(written, source.transcript, rng=rng, method=method)
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
     _refuse_lost(made, len(written.rules.lines))

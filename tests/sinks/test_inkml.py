@@ -9,9 +9,11 @@ from hypothesis import given, settings
 from sample_drawings import CARD, drawings, loops, same
 
 from handout.errors import InputError
-from handout.sinks.inkml import from_inkml, to_inkml
+from handout.sinks.inkml import to_inkml
+from handout.sources.inkml import from_inkml
 from handout.values import Drawing, Stroke
 
+PAGE = '<traceGroup><annotation type="page">{}</annotation><trace>1 2, 3 4</trace></traceGroup>'
 INK = "{http://www.w3.org/2003/InkML}"
 
 
@@ -138,7 +140,9 @@ def test_of_others_writing_left_of_the_page_is_moved_onto_it() -> None:
         (b"", "not InkML"),
         (b"<ink><trace>1 2</ink>", "not InkML"),
         (b"<svg/>", "<svg>"),
-        (b"<ink/>", "no trace"),
+        (b"<ink/>", "no movement of a pen"),
+        (ink("<trace type='penUp'>1 2, 3 4</trace>"), "no movement of a pen"),
+        (ink(PAGE.format(1) + PAGE.format(2)), "2 pages"),
         (ink("<trace>1 2, 3</trace>"), "Trace 1, sample 2"),
         (ink("<trace>1 2</trace><trace>1 zwei</trace>"), "Trace 2, sample 1"),
         (ink("<trace>1 nan</trace>"), "finite"),

@@ -101,7 +101,7 @@ def test_svc():
     one, two = drawing.strokes
     assert one.t == pytest.approx([0, 0.008]) and two.t[0] == pytest.approx(0.023)
     assert one.xy[1] - one.xy[0] == pytest.approx([0.5, 0])
-    assert two.xy[0] - one.xy[0] == pytest.approx([1.5, 0.5])
+    assert two.xy[0] - one.xy[0] == pytest.approx([1.5, -0.5])  # y is counted upwards
     assert np.degrees(two.tilt) == pytest.approx([45, 45]) and np.degrees(one.azimuth) == pytest.approx([90, 90])
     assert one.pressure == pytest.approx(np.array([500, 900]) / 2047)  # the range that holds the whole file's
 
@@ -153,5 +153,5 @@ def test_what_cannot_be_read_is_named(read, data, said):
 
 def test_too_many_samples_are_refused(monkeypatch):
     monkeypatch.setattr(recorded, "MOST", 4)
-    with pytest.raises(InputError, match="8 samples; at most 4"):
+    with pytest.raises(InputError, match="9 samples; at most 4"):
         from_unipen(UNIPEN)

@@ -26,6 +26,8 @@ class Path:
     width : (n,) float, mm; density : (n,) float: of the ink there.
     word : index of its word on the page; of : (n,) int, index in the text of the letter it belongs to.
     late : whether it is a dot or bar that is written after the letters it belongs to.
+    steps : (n − 1,) float, s: how long a recorded pen took from each place to the next, nan where that is not known.
+    pressure : (n,) float, 0–1: how it pressed, nan where that is not known.
     """
 
     xy: Array
@@ -34,6 +36,8 @@ class Path:
     word: int
     of: Indices
     late: bool = False
+    steps: Array | None = None
+    pressure: Array | None = None
 
 
 def paths(
@@ -71,6 +75,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
     glyphs = [place(one, scribe) for one in placed]
     joins: list[dict[int, int]] = [{}, *(shared(a, b) for a, b in pairwise(glyphs))]
     current, late = _Movement([], None), list[_Movement]()
+    patient = patient or any(glyph.clocks is not None for glyph in glyphs)
     for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
         if not joined and not patient:
             yield from _ended([current, *late])
@@ -129,7 +134,9 @@ def _goes_on(
         return False
     if stroke.begin is not None and stroke.begin in joined:
         return joined[stroke.begin] == current.leaving
-    return current.leaving is None and fails(current.parts[-1], part, gap)
+    # where the pen was recorded it is known that it was lifted
+    known = any(glyph.clocks is not None for glyph, _ in (current.parts[-1], part))
+    return current.leaving is None and not known and fails(current.parts[-1], part, gap)
 
 
 def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:
@@ -138,4 +145,19 @@ def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:
     radius = np.concatenate([glyph.graph.radius[own] for glyph, own in parts])
     density = np.concatenate([glyph.graph.density[own] for glyph, own in parts])
     of = np.concatenate([np.full(len(own), glyph.placed.at, dtype=np.intp) for glyph, own in parts])
-    return Path(xy, 2 * radius, density, parts[0][0].placed.word, of, late)
+    return Path(xy, 2 * radius, density, parts[0][0].placed.word, of, late, *_recorded(parts))
+
+
+def _recorded(parts: Sequence[tuple[PlacedGlyph, Indices]]) -> tuple[Array | None, Array | None]:
+    """How long a recorded pen took for the steps of a path, and how it pressed; None where no pen was recorded."""
+    if all(glyph.clocks is None for glyph, _ in parts):
+        return None, None
+    steps, pressure = list[Array](), list[Array]()
+    for glyph, own in parts:
+        known, pressed = np.full((2, len(glyph.graph)), np.nan)
+        if glyph.clocks is not None:
+            known[: len(glyph.clocks[0])], pressed[: len(glyph.clocks[1])] = glyph.clocks
+        following = np.abs(np.diff(own)) == 1
+        steps += [np.where(following, np.abs(np.diff(known[own])), np.nan), np.array([np.nan])]
+        pressure.append(pressed[own])
+    return np.concatenate(steps)[:-1], np.concatenate(pressure)

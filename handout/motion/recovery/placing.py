@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from handout.motion.recovery.scribe import TIP, Scribe, bridged, outwards
-from handout.values import Indices, LineGraph, Placed
+from handout.values import Array, Indices, LineGraph, Placed
 from handout.writing.scanned.forms import Form
 
 _SAME = 1e-6  # mm between two places that are one
@@ -35,12 +35,14 @@ class PlacedGlyph:
     """A placed glyph with its strokes.
 
     chains : for each way its vertices in the placed graph, anchor first, outwards; None where it is not there.
+    clocks : see `recorded.clocks`.
     """
 
     placed: Placed
     graph: LineGraph
     entries: int
     chains: list[Indices | None]
+    clocks: tuple[Array, Array] | None = None
     strokes: list[PlacedStroke] = field(default_factory=list)
 
 
@@ -50,7 +52,7 @@ def place(placed: Placed, scribe: Scribe) -> PlacedGlyph:
     form = scribe.forms[number]
     written, sections = scribe.written(number)
     chains = _chains(graph, form)
-    made = PlacedGlyph(placed, graph, len(form.entries), chains)
+    made = PlacedGlyph(placed, graph, len(form.entries), chains, scribe.clocks(number))
     section = np.full(len(form.xy) + sum(map(len, sections)), -1, dtype=np.intp)
     for k, own in enumerate(sections):
         section[own] = k

@@ -10,6 +10,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.letters import Line, Written, write
+from handout.motion.recovery.recorded import clocks, recorded
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms, Way
 
@@ -49,9 +50,18 @@ class Scribe:
         if found is None:
             line, sections = _line(self.forms[number], self._small)
             line = self._beside(number, line)
-            letter = self._hand.glyphs[number].letter
-            found = self._known[number] = (write(line, letter, hands=self._hands), sections)
+            found = self._known[number] = (self._write(number, line), sections)
         return found
+
+    def _write(self, number: int, line: Line) -> Written:
+        glyph = self._hand.glyphs[number]
+        if self._hand.pages[glyph.page].moments is not None:
+            return recorded(self._hand, self.forms, number, line)
+        return write(line, glyph.letter, hands=self._hands)
+
+    def clocks(self, number: int) -> tuple[Array, Array] | None:
+        """See `recorded.clocks`."""
+        return clocks(self._hand, self.forms, number)
 
     def _beside(self, number: int, line: Line) -> Line:
         """A line with what is known from the letters beside it: bars that come in, and tips where ink has failed."""

@@ -43,31 +43,40 @@ def strokes(
     hesitation = jitter * rng.standard_normal(len(paths))
     haste = np.exp(USUAL.pace * min(jitter, 2.0) * rng.standard_normal(len(paths)))
     clock, before = 0.0, np.zeros(2)
-    for number, (t, xy, width) in enumerate(_moved(shapes, x_height)):
+    for number, (t, xy, width, pressure) in enumerate(_moved(paths, shapes, x_height)):
         path, t = paths[number], t * haste[number]
         if number:
             way = float(np.hypot(*(xy[0] - before))) / x_height
             line, word = lines[number] != lines[number - 1], path.word != paths[number - 1].word
             clock += in_the_air(way, line=line, word=word, chance=float(hesitation[number]))
-        yield Stroke((clock + t) / speed, xy, width=width, word=path.word)
+        yield Stroke((clock + t) / speed, xy, pressure, width=width, word=path.word)
         clock, before = clock + float(t[-1]), xy[-1]
 
 
-def _moved(shapes: Sequence[tuple[Array, Array]], x_height: float) -> Iterator[tuple[Array, Array, Array]]:
-    """t, from 0, xy and width of every movement along a shape, evenly sampled in time."""
+def _moved(
+    paths: Sequence[Path], shapes: Sequence[tuple[Array, Array]], x_height: float
+) -> Iterator[tuple[Array, Array, Array, Array | None]]:
+    """t, from 0, xy, width and pressure of every movement along a shape, evenly sampled in time."""
     long = [number for number, (xy, _) in enumerate(shapes) if len(xy) > 1]
     timed = pace(course([shapes[number][0] / x_height for number in long])) if long else None
     place = dict(zip(long, range(len(long)), strict=True))
-    for number, (xy, width) in enumerate(shapes):
+    for number, (path, (xy, width)) in enumerate(zip(paths, shapes, strict=True)):
+        pressed = None if path.pressure is None else _filled(path.pressure)
         if timed is None or number not in place:
-            yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2)
+            dwelt = None if pressed is None else np.repeat(pressed[:1], 2)
+            yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2), dwelt
             continue
         own = slice(*timed.first[place[number] : place[number] + 2].tolist())
-        t, along = timed.t[own], timed.along[own] * x_height
-        run = run_of(xy)
+        run, along = run_of(xy), timed.along[own] * x_height
+        t = np.interp(run, along * (run[-1] / along[-1]), timed.t[own])
+        raw = run_of(path.xy)
+        at = np.linspace(0.0, raw[-1], len(xy))  # where on the path as it was found the places of the shape lie
+        if path.steps is not None:
+            t = _measured(t, at, raw, path.steps)
         times = np.linspace(0.0, t[-1], max(3, round(float(t[-1]) * RATE) + 1))
-        at = np.interp(times, t, along * (run[-1] / along[-1]))
-        yield times, np.column_stack([np.interp(at, run, xy[:, k]) for k in (0, 1)]), np.interp(at, run, width)
+        channels = [np.interp(times, t, values) for values in (*xy.T, width)]
+        pressure = None if pressed is None else np.interp(np.interp(times, t, at), raw, pressed)
+        yield times, np.column_stack(channels[:2]), channels[2], pressure
 
 
 def run_of(xy: Array) -> Array:
@@ -84,6 +93,25 @@ def _shape(path: Path) -> tuple[Array, Array]:
     even = np.column_stack([np.interp(at, run, values) for values in (*path.xy.T, path.width)])
     smooth = smoothed(even, _SMOOTH / at[1])
     return smooth[:, :2], smooth[:, 2]
+
+
+def _filled(values: Array) -> Array | None:
+    """Values with what is not known between those that are; None if none is."""
+    known = np.isfinite(values)
+    return np.interp(np.arange(len(values)), np.flatnonzero(known), values[known]) if known.any() else None
+
+
+def _measured(t: Array, at: Array, run: Array, steps: Array) -> Array:
+    """(n,) s at places `at` along a path: what a recorded pen took, and where that is not known what `t` says.
+
+    Parameters
+    ----------
+    run, steps : (m,), (m − 1,): the path's own places, mm, and how long the pen took from each to the next.
+    """
+    known = np.isfinite(steps)
+    model = np.diff(np.interp(run, at, t))
+    whole = np.concatenate([[0.0], np.cumsum(np.where(known, steps, model))])
+    return np.asarray(np.maximum.accumulate(np.interp(at, run, whole)) + 1e-9 * np.arange(len(at)))
 
 
 def smoothed(values: Array, sigma: float) -> Array:

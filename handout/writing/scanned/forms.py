@@ -132,6 +132,10 @@ class Forms:
         anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
         return Way(place, radius, density, uv, anchor, own, int(loose[way]), height)
 
+    def vertices(self, number: int) -> Indices:
+        """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
+        return self._taken.vertices(number)
+
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""

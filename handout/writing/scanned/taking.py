@@ -103,6 +103,11 @@ class Taken:
         self.exits = self._strokes(*self._ways[0], leaving=True)
         self.entries = self._strokes(*self._ways[1], leaving=False)
 
+    def vertices(self, number: int) -> Indices:
+        """(n,) int, rising: of a glyph's body, by their numbers on its page."""
+        own = self._codes[self.bodies.first[number] : self.bodies.first[number + 1]]
+        return np.asarray(own % self._count - self._before[self._hand.glyphs[number].page])
+
     def edges(self) -> list[Indices]:
         """n of (m, 2) int: the edges between vertices of each body, by their place in it, without those of the ways."""
         owner = np.full(self._count, NOBODY)

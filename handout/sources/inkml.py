@@ -18,15 +18,14 @@ import numpy as np
 
 from handout import markup
 from handout.errors import InputError
+from handout.sources import recorded
+from handout.sources.recorded import Raw
 from handout.values import Array, Drawing, Page, Stroke
 
 _LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "himetric": 0.01}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _TOKEN = re.compile(r"""\s*([!'"]?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|\*|\?|[TF]|[-+]?\#[0-9A-Fa-f]+)""")
 _COLOUR = re.compile("#[0-9a-f]{6}")
-_RATE = 100.0  # Hz, of samples without times
-_LIFT = 0.1  # s between strokes without times
-_MARGIN = 5.0  # mm, around writing that would otherwise lie beyond its page
 
 
 @dataclass(frozen=True)
@@ -74,11 +73,15 @@ def from_inkml(data: bytes, *, unit: float = 1.0) -> Drawing:
     Raises
     ------
     InputError
-        Not well-formed, not InkML, or a trace that cannot be read (the message says which).
+        Not well-formed, not InkML, several pages, or a trace that cannot be read (the message says which).
     """
     root = markup.parse(data, "InkML")
     if root.tag != "ink":
         raise InputError(f"This is not InkML: its root element is <{root.tag}>, not <ink>.")
+    groups = [note for group in root.iter("traceGroup") for note in group.findall("annotation")]
+    pages = {note.text for note in groups if note.get("type") == "page"}
+    if len(pages) > 1:
+        raise InputError(f"This InkML holds {len(pages)} pages, which would lie over one another: make a file of each.")
     notes = {note.get("type", ""): (note.text or "").strip() for note in root.findall("annotation")}
     traces = list(_traces(root, _Formats(root, unit)))
     if notes.get("program") == "handout":
@@ -246,63 +249,33 @@ def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
             raise ValueError
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError("This InkML says it is by handout, but its annotations page and about are damaged.") from error
-    strokes = [_stroke(trace, number, trace.channels.get("T")) for number, trace in enumerate(traces, 1)]
+    strokes = [_stroke(trace, number) for number, trace in enumerate(traces, 1)]
     return Drawing(tuple(strokes), sheet, about)
 
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
-    if not traces:
-        raise InputError("This InkML has no trace of a pen on paper.")
-    shift, page = _sheet(traces)
-    about: dict[str, Any] = {kind: text for kind, text in notes.items() if kind}
-    clocked = _clocked(traces)
-    if not clocked:
-        about["timing"] = f"assumed: {_RATE:g} samples a second"
-    origin = traces[0].channels["T"][0] if clocked else traces[0].start or 0.0
-    strokes: list[Stroke] = []
-    for number, trace in enumerate(traces, 1):
-        end = strokes[-1].t[-1] if strokes else None
-        t = trace.channels["T"] - origin if clocked else _assumed(trace, origin, end)
-        if end is not None and t[0] <= end:  # each trace has a clock of its own
-            t = t - t[0] + end + _LIFT
-        going = np.r_[True, t[1:] > np.maximum.accumulate(t)[:-1]]
-        moved = {name: values[going] for name, values in trace.channels.items()}
-        moved["X"], moved["Y"] = moved["X"] + shift[0], moved["Y"] + shift[1]
-        strokes.append(_stroke(_Trace(moved, None, trace.notes), number, t[going]))
-    return Drawing(tuple(strokes), page, about, timed=clocked or traces[0].start is not None)
+    raw = [Raw(_xy(one), one.channels.get("T"), _pen(one), *one.notes, start=one.start) for one in traces]
+    return recorded.drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
-def _clocked(traces: list[_Trace]) -> bool:
-    """Whether the samples have times that mean something: some devices know only when a trace began."""
-    steps = [np.diff(trace.channels["T"]) > 0 for trace in traces if "T" in trace.channels]
-    running = sum(int(step.sum()) for step in steps)
-    return len(steps) == len(traces) and 2 * running >= sum(len(step) for step in steps)
+def _xy(trace: _Trace) -> Array:
+    return np.column_stack([trace.channels["X"], trace.channels["Y"]])
 
 
-def _assumed(trace: _Trace, origin: float, end: float | None) -> Array:
-    """Times of a trace that has none, after the end of the one before."""
-    begin = trace.start - origin if trace.start is not None else 0.0 if end is None else end + _LIFT
-    return begin + np.arange(len(trace.channels["X"])) / _RATE
-
-
-def _sheet(traces: list[_Trace]) -> tuple[Array, Page]:
-    """By how much the writing is moved, and the page: what lies left of it or above it is moved onto it."""
-    points = np.concatenate([np.column_stack([trace.channels["X"], trace.channels["Y"]]) for trace in traces])
-    low, high = points.min(axis=0), points.max(axis=0)
-    shift = np.where(low < 0, _MARGIN - low, 0.0)
-    width, height = (high + shift + np.minimum(low + shift, _MARGIN)).tolist()
-    return shift, Page(max(width, 1.0), max(height, 1.0))
-
-
-def _stroke(trace: _Trace, number: int, t: Array | None) -> Stroke:
+def _pen(trace: _Trace) -> dict[str, Any]:
+    """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
+    tilt, azimuth = _pose(c)
+    found = {"pressure": c.get("F"), "tilt": tilt, "azimuth": azimuth, "rotation": c.get("OR"), "width": c.get("W")}
+    return {name: values for name, values in found.items() if values is not None}
+
+
+def _stroke(trace: _Trace, number: int) -> Stroke:
+    word, layer, colour = trace.notes
     try:
-        if t is None:
+        if "T" not in trace.channels:
             raise ValueError("it has no times")
-        xy = np.column_stack([c["X"], c["Y"]])
-        tilt, azimuth = _pose(c)
-        rotation, width = c.get("OR"), c.get("W")
-        return Stroke(t, xy, c.get("F"), tilt, azimuth, rotation, width, *trace.notes)
+        return Stroke(trace.channels["T"], _xy(trace), **_pen(trace), word=word, layer=layer, colour=colour)
     except ValueError as error:
         raise InputError(f"Trace {number} cannot be used: {error}.") from error
 

@@ -1,0 +1,129 @@
+"""Recorded pens as pages that a hand can be read from: their lines laid out, inked, and with their texts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.inking import curves, plain
+from handout.scanning.page import Scan
+from handout.scanning.reading import prepare
+from handout.tagging.labelled import Piece, labelled, laid, small_letters
+from handout.tagging.recording import Recording, x_height
+from handout.tagging.sources import Say, Source
+from handout.values import Drawing, Page, Stroke
+
+_DPI = 300.0
+_PEN = 0.16  # of a small letter: width of the line
+_SIZES, _SIZE = (1.2, 5.5), 2.6  # mm: small letters as people write them, and as they are made where they are not so
+_MARGIN = 12.0  # mm of paper around the writing
+_ROW, _COLUMN, _PITCH = 170.0, 250.0, 26.0  # mm, at most: pieces laid out on a page, from a line to the next
+_LARGEST = 600.0  # mm, of a page
+
+
+def recordings(given: Sequence[Recording], say: Say) -> list[Recording]:
+    """The pages of some recordings: each one that has a text; labelled pieces of the others, laid out line by line.
+
+    Parameters
+    ----------
+    given : as `sources.read_drawing` gives their drawings; without a text, a recording's own labels are taken.
+    say : takes sentences to show the user.
+
+    Raises
+    ------
+    InputError
+        Nothing written, no text and no labels, or writing of which the size cannot be told.
+    """
+    found, pieces = list[Recording](), list[Piece]()
+    for one in given:
+        _refuse_empty(one)
+        if not _clocked(one.drawing):
+            say(f"  {one.name} does not say when the pen was where: the order is known, the pace is not.")
+        if one.text:
+            known = replace(one, small=one.small or x_height(one.drawing.strokes))
+            found.append(_sheet(known, _factor(one.name, known.small, say), _clocked(one.drawing)))
+        else:
+            pieces += labelled(one.name, one.drawing)
+    if pieces:
+        name = next(one.name for one in given if not one.text)
+        timed = all(_clocked(one.drawing) for one in given if not one.text)
+        small = small_letters(pieces)
+        factor = _factor(name, small, say)
+        found += [
+            _sheet(page, factor, timed)
+            for page in laid(name, pieces, small, _COLUMN / factor, _ROW / factor, _PITCH / factor)
+        ]
+    return found
+
+
+def source(recording: Recording) -> Source:
+    """A recorded page as one to be read: its ink, as a pen of even width leaves it, and the way of the pen."""
+    drawing = recording.drawing
+    width = _PEN * recording.small
+    rgb = plain.image(drawing, _DPI, width=width, variation=0.0)
+    ways = tuple(_even(stroke, curve, width) for stroke, curve in _curved(drawing))
+    named = [
+        of[np.searchsorted((stroke.t[1:] + stroke.t[:-1]) / 2, way.t)]
+        for of, stroke, way in zip(recording.letters, drawing.strokes, ways, strict=False)
+    ]
+    scan = prepare(Scan(rgb, _DPI, recording.name))
+    return Source(scan, recording.text, ways, drawing.timed, np.concatenate(named) if named else None, recording.lines)
+
+
+def _curved(drawing: Drawing) -> Iterator[tuple[Stroke, curves.Curve]]:
+    return zip(drawing.strokes, curves.fit(drawing.strokes), strict=True)
+
+
+def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
+    """A stroke with a sample about every pixel of its page."""
+    fine = np.concatenate([np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(stroke.t)] + [stroke.t[-1:]])
+    xy = curve.at(fine)
+    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    count = round(run[-1] * _DPI / 25.4) + 1
+    # where the pen rests, it is left at the last moment
+    moving = np.concatenate([[True], np.diff(run) > 1e-6])
+    at, run = np.linspace(0.0, run[-1], count), run[moving]
+    t = np.interp(at, run, fine[moving]) if count > 1 else stroke.t[:1]
+    place = np.column_stack([np.interp(at, run, xy[moving, k]) for k in (0, 1)])
+    pressure = None if stroke.pressure is None else np.interp(t, stroke.t, stroke.pressure)
+    return Stroke(t, place, pressure, width=np.full(count, width), word=stroke.word)
+
+
+def _refuse_empty(one: Recording) -> None:
+    """Raise InputError if there is no writing in it."""
+    bounds = one.drawing.bounds
+    if bounds is None or max(bounds[2] - bounds[0], bounds[3] - bounds[1]) <= 0:
+        raise InputError(f"{one.name}: the pen never moves on the paper, so there is nothing to read.")
+
+
+def _factor(name: str, small: float, say: Say) -> float:
+    """What writing is to be enlarged by to be of a size at which people write."""
+    if not small:
+        raise InputError(f"{name}: there is too little writing in it to make a hand of; record at least a line.")
+    if _SIZES[0] <= small <= _SIZES[1]:
+        return 1.0
+    say(f"  {name}: small letters would be {small:.2g} mm tall, which nobody writes; they are taken as {_SIZE:g} mm.")
+    return _SIZE / small
+
+
+def _clocked(drawing: Drawing) -> bool:
+    """Whether its times were measured."""
+    return drawing.timed and "timing" not in drawing.about
+
+
+def _sheet(one: Recording, factor: float, timed: bool) -> Recording:
+    """A recording on a sheet of its own, `factor` times as large."""
+    xy = np.concatenate([stroke.xy for stroke in one.drawing.strokes]) * factor
+    low, high = xy.min(axis=0), xy.max(axis=0)
+    width, height = (high - low + 2 * _MARGIN).tolist()
+    if max(width, height) > _LARGEST:
+        raise InputError(
+            f"{one.name}: the writing is {width:.0f} × {height:.0f} mm large, and a page has at most {_LARGEST:g}: "
+            "record a page a file."
+        )
+    moved = tuple(replace(s, xy=s.xy * factor - low + _MARGIN, width=None) for s in one.drawing.strokes)
+    return replace(one, drawing=Drawing(moved, Page(width, height), timed=timed), small=one.small * factor)
