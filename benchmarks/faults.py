@@ -1,4 +1,11 @@
-"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper in the end."""
+"""Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper in the end.
+
+720 random runs (15 machines, 16 faults, overlap 10 mm).  Of the 603 in which no damaged byte can pass for a command,
+602 are right and one is 0.102 mm off (an EBB of firmware 2.4.5 that hits a limit switch); none misses ink, none has
+more than 7.7 mm twice.  Of 117 runs with damaged commands and no check sums: EBB 28 right, 8 spoilt and noticed; GRBL
+43 right, 2 spoilt and noticed; HP-GL 18 right, 7 spoilt and noticed, 11 spoilt and not noticed.  Power cut at every
+byte of a job of one letter: GRBL 893, Marlin 1533, EBB 3237, HP-GL 629 runs, all right.
+"""
 
 from __future__ import annotations
 
