@@ -39,6 +39,8 @@ class Scribe:
         self.gap = _GAPS[int(self.patient)]
         self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
+        wide = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
+        self.small_in_halves = self._small / float(np.median(wide))
         self._slant = float(np.median([page.slant for page in hand.pages]))
         self._known: dict[int, tuple[Written, tuple[Indices, ...]]] = {}
 
