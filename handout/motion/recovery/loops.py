@@ -28,28 +28,19 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
     """
     if base is None and letter not in TAILED and letter not in BOWLED:
         return 0
-    measured: dict[int, tuple[float, float, float]] = {}
     wrong = 0
     for stroke in strokes:
         seen: dict[int, int] = {}
         for step, end in enumerate(stroke):
-            if end not in measured:
-                measured[end] = _measured(net, end)
             knot = int(net.knot[end])
             first = seen.get(knot)
             if first is not None:
-                wrong += _wrong([measured[e] for e in stroke[first:step]], net.half, letter, base, small)
+                wrong += _wrong([net.extent(e) for e in stroke[first:step]], net.half, letter, base, small)
             seen[knot] = step
         last = int(net.knot[stroke[-1] ^ 1])
         if last in seen:
-            wrong += _wrong([measured[e] for e in stroke[seen[last] :]], net.half, letter, base, small)
+            wrong += _wrong([net.extent(e) for e in stroke[seen[last] :]], net.half, letter, base, small)
     return wrong
-
-
-def _measured(net: Network, end: int) -> tuple[float, float, float]:
-    """Of a branch that the pen leaves a knot by: lowest and highest place, and twice the area seen from (0, 0)."""
-    x, y = net.xy[net.way(end)].T
-    return float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
 
 
 def _wrong(

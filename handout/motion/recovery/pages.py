@@ -16,7 +16,7 @@ from handout.motion.recovery.scribe import Scribe, scribe_of
 from handout.motion.recovery.stitching import Ink
 from handout.values import ActionPlan, Array, Indices, Placed
 
-_BACK = 2.0  # of a small letter that a joined hand goes back over its ink rather than lift the pen
+_BACK = 3.0  # of a small letter that a joined hand goes back over its ink rather than lift the pen
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 

@@ -82,7 +82,7 @@ class Scribe:
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
-        form, beside = self.forms[number], self.forms[other]
+        form = self.forms[number]
         shift = self.forms.centre[other] - self.forms.centre[number]
         ours, theirs = self._tips(number), self._tips(other)
         anchors = {way.anchor for way in (*form.entries, *form.exits)}

@@ -18,7 +18,7 @@ from handout.motion.recovery.placing import PlacedGlyph
 from handout.values import Array, Indices
 
 _GRAIN = 1e-5  # mm: places nearer to one another are one
-_GAP = 6.0  # half widths that ink may fail
+_GAP = 10.0  # half widths that ink may fail
 _FAILED = 2.0  # so much longer a way without ink counts
 Part: TypeAlias = "tuple[PlacedGlyph, Indices]"
 
@@ -46,7 +46,7 @@ class Ink:
         self._lengths = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
 
     def way(self, before: Part, after: Part, most: float) -> list[Part] | None:
-        """The shortest way over ink from the end of one part to the beginning of another, if it is not too long (mm)."""
+        """The shortest way over ink from the end of one part to the start of another; None if longer than `most` mm."""
         here, there = self._at(before, -1), self._at(after, 0)
         if here == there:
             return []
