@@ -117,7 +117,10 @@ def _stitched(
     half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
     found = written[:1]
     for movement in written[1:]:
-        way = ink.way(found[-1].parts[-1], movement.parts[0], _BACK * half * scribe.small_in_halves)
+        before, after = found[-1].parts[-1], movement.parts[0]
+        # capitals and marks are lifted for by nearly everybody
+        small = all(glyph.placed.glyph.letter.islower() for glyph, _ in (before, after))
+        way = ink.way(before, after, _BACK * half * scribe.small_in_halves) if small else None
         if way is None:
             found.append(movement)
         else:
