@@ -83,7 +83,8 @@ def as_written(hand: ScannedHand) -> Manuscript:
     """The first page of a hand, every glyph where it was written."""
     known, scan, lines, word = manner(hand), hand.pages[0], dict[int, list[int]](), -1
     for number, glyph in enumerate(hand.glyphs):
-        lines.setdefault(glyph.line, []).append(number)
+        if glyph.page == 0:
+            lines.setdefault(glyph.line, []).append(number)
     found = []
     for line, numbers in sorted(lines.items()):
         centres, own = hand.centres[numbers], [hand.glyphs[n].word for n in numbers]

@@ -5,7 +5,6 @@ Recordings are read from the folder in HANDOUT_DATA (`pen/unipen`); nothing of t
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from handout.inking.pen import usual
 from handout.scanning.linegraph import find_lines_of_ink
 from handout.scanning.page import Scan
 from handout.scanning.reading import find_ink, prepare
+from handout.sources import read_drawing
 from handout.values import Array, Drawing, Indices, LineGraph, Page, Stroke
 
 DPI = 300.0
@@ -53,7 +53,7 @@ class Cell:
 
 def words(folder: Path) -> list[Recording]:
     """Sentences and words, German, joined, at 200 samples a second."""
-    return [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, folder, "TEXT")]
+    return [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, "TEXT")]
 
 
 def letters(folder: Path) -> list[Recording]:
@@ -63,7 +63,7 @@ def letters(folder: Path) -> list[Recording]:
     paths = [
         p for part in ("1c/sie", "1a/art", "1b/art", "1c/art") for p in sorted((folder / "data" / part).rglob("*.dat"))
     ]
-    every = [r for path in paths for r in _segments(path, folder, "CHARACTER")]
+    every = [r for path in paths for r in _segments(path, "CHARACTER")]
     for i in np.random.default_rng(0).permutation(len(every)):
         recording = every[i]
         key = (recording.text, recording.source[:4])
@@ -73,56 +73,22 @@ def letters(folder: Path) -> list[Recording]:
     return found
 
 
-def _segments(path: Path, folder: Path, kind: str) -> Iterator[Recording]:
-    text = path.read_text(encoding="utf-8", errors="replace")
-    included = re.search(r"^\.INCLUDE\s+(\S+)", text, re.MULTILINE)
-    if included is None:
-        return
-    movements = _movements(folder / "include" / included[1])
-    for numbers, label in re.findall(rf'^\.SEGMENT\s+{kind}\s+(\S+)\s+\S+\s+"(.*)"', text, re.MULTILINE):
-        strokes = [
-            stroke for number in _numbers(numbers) for stroke in movements[number : number + 1] for stroke in stroke
-        ]
-        if strokes:
-            yield Recording(label, path.stem, tuple(strokes))
+def _segments(path: Path, kind: str) -> Iterator[Recording]:
+    """What one file has of a kind."""
+    drawing = read_drawing(path)
+    for segment in drawing.about.get("segments", ()):
+        strokes = [xy for i in segment["strokes"] for xy in _down(drawing.strokes[i])]
+        if segment["level"] == kind and strokes:
+            yield Recording(segment["label"], path.stem, tuple(strokes))
 
 
-def _numbers(text: str) -> Iterator[int]:
-    for part in text.split(","):
-        first, _, last = part.partition("-")
-        yield from range(int(first), int(last or first) + 1)
-
-
-def _movements(path: Path) -> list[list[Array]]:
-    """The components of a file, each the strokes in it, mm, y down; where pressure is known, its zeros part them."""
-    unit, pressure, rows = 25.4 / 1270.0, None, list[list[float]]()
-    found: list[list[list[float]]] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        words_ = line.split()
-        if line.startswith("."):
-            rows = []
-            if line.startswith(".X_POINTS_PER_INCH"):
-                unit = 25.4 / float(words_[1])
-            elif line.startswith(".X_POINTS_PER_MM"):
-                unit = 1 / float(words_[1])
-            elif line.startswith(".COORD"):
-                pressure = words_.index("P") - 1 if "P" in words_ else None
-            elif line.startswith(".PEN_DOWN"):
-                found.append(rows)
-        elif words_ and re.fullmatch(r"-?\d+(\.\d+)?", words_[0]):
-            rows.append([float(word) for word in words_])
-    return [list(_down(np.array(one), unit, pressure)) for one in found]
-
-
-def _down(rows: Array, unit: float, pressure: int | None) -> Iterator[Array]:
-    if not len(rows):
-        return
-    cuts = np.flatnonzero(np.diff((rows[:, pressure] > 0).astype(int))) + 1 if pressure is not None else []
-    for part in np.split(rows, cuts):
-        if pressure is None or part[0, pressure] > 0:
-            xy = part[:, :2] * (unit, -unit)
-            moved = np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 0).any(axis=1)])
-            yield xy[moved]
+def _down(stroke: Stroke) -> Iterator[Array]:
+    """The movements in a component: where pressure is known, its zeros part them."""
+    down = stroke.pressure > 0 if stroke.pressure is not None else np.ones(len(stroke.xy), dtype=bool)
+    for some in np.split(np.arange(len(down)), np.flatnonzero(np.diff(down.astype(int))) + 1):
+        if down[some[0]]:
+            xy = stroke.xy[some]
+            yield xy[np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 0).any(axis=1)])]
 
 
 def inked(strokes: Sequence[Array], seed: int = 5) -> Scan:

@@ -109,9 +109,10 @@ def _read(data: bytes, state: _State, include: Include, depth: int) -> None:
                 raise InputError(f"The included file {wanted} is missing: put it beside this file, or into include/.")
             _read(more, state, include, depth + 1)
         elif name in ("PEN_DOWN", "PEN_UP"):
-            values = _samples(body, state, len(state.components))
-            if len(values):  # segments do not count a lift of which nothing was recorded
-                state.components.append((name == "PEN_DOWN", values))
+            samples = _samples(body, state, len(state.components))
+            # an empty .PEN_UP only ends a movement; segments do not count it
+            if name == "PEN_DOWN" or len(samples):
+                state.components.append((name == "PEN_DOWN", samples))
         elif name == "SEGMENT":
             _segment(body, state)
         else:

@@ -58,6 +58,15 @@ def test_unipen_samples_without_pressure_are_above_the_paper():
     assert drawing.strokes[1].t == pytest.approx([0.02])
 
 
+def test_an_empty_pen_up_of_unipen_is_not_counted():
+    data = b'.COORD X Y\n.SEGMENT CHARACTER 1-2 OK "i"\n' + b"".join(
+        b".PEN_DOWN\n%d 0\n%d 9\n.PEN_UP\n\n" % (x, x) for x in (0, 10, 20)
+    )
+    drawing = from_unipen(data)
+    assert drawing.about["segments"] == [{"level": "CHARACTER", "label": "i", "strokes": [0, 1]}]
+    assert drawing.strokes[1].xy[0, 0] - drawing.strokes[0].xy[0, 0] == pytest.approx(1.0)
+
+
 def test_unipen_times_may_be_microseconds_or_absent():
     micro = UNIPEN.replace(b" 10 400", b" 10000 400").replace(b" 20 500", b" 20000 500")
     assert from_unipen(micro).strokes[0].t == pytest.approx([0, 0.01, 0.02])

@@ -9,10 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from handout.motion.recovery.network import Network
-from handout.values import Array
 
 TAILED = frozenset("gjyz")  # letters whose tails are looped backwards
 BOWLED = frozenset("acdegoqCGOQ06")  # letters all of whose other loops go anticlockwise
@@ -29,6 +26,8 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
     base : height of the line that the letter stands on, None where that is not known.
     small : height of a small letter, in the unit of the network.
     """
+    if base is None and letter not in TAILED and letter not in BOWLED:
+        return 0
     wrong = 0
     for stroke in strokes:
         seen: dict[int, int] = {}
@@ -36,23 +35,24 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
             knot = int(net.knot[end])
             first = seen.get(knot)
             if first is not None:
-                wrong += _wrong(net, stroke[first:step], letter, base, small)
+                wrong += _wrong([net.extent(e) for e in stroke[first:step]], net.half, letter, base, small)
             seen[knot] = step
         last = int(net.knot[stroke[-1] ^ 1])
         if last in seen:
-            wrong += _wrong(net, stroke[seen[last] :], letter, base, small)
+            wrong += _wrong([net.extent(e) for e in stroke[seen[last] :]], net.half, letter, base, small)
     return wrong
 
 
-def _wrong(net: Network, ends: Sequence[int], letter: str, base: float | None, small: float) -> bool:
-    way: Array = np.concatenate([net.xy[net.way(end)] for end in ends])
-    middle = (float(way[:, 1].min()) + float(way[:, 1].max())) / 2
+def _wrong(
+    branches: Sequence[tuple[float, float, float]], half: float, letter: str, base: float | None, small: float
+) -> bool:
+    """Whether a loop over some branches, measured, is the wrong way round."""
+    middle = (min(low for low, _, _ in branches) + max(high for _, high, _ in branches)) / 2
     tail = letter in TAILED and (base is None or middle < base + _BELOW * small)
     stem = base is not None and middle > base + _ABOVE * small
     if (base is None and tail) or not (tail or stem or letter in BOWLED):
         return False
-    x, y = way.T
-    area = 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    if abs(area) < _LEAST * net.half**2:
+    area = sum(twice for _, _, twice in branches) / 2
+    if abs(area) < _LEAST * half**2:
         return False
     return area > 0 if tail else area < 0

@@ -57,6 +57,19 @@ class Network:
         vertices = self.branches[end >> 1]
         return vertices[::-1] if end & 1 else vertices
 
+    @cached_property
+    def _extents(self) -> list[tuple[float, float, float]]:
+        found = []
+        for path in self.branches:
+            x, y = self.xy[path].T
+            found.append((float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])))
+        return found
+
+    def extent(self, end: int) -> tuple[float, float, float]:
+        """Lowest and highest place of a branch, and twice the area that it sweeps seen from (0, 0), left by an end."""
+        low, high, twice = self._extents[end >> 1]
+        return low, high, -twice if end & 1 else twice
+
     def place(self, end: int) -> Array:
         """(2,): where an end is."""
         return np.asarray(self.xy[self.branches[end >> 1][-1 if end & 1 else 0]])

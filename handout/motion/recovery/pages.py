@@ -13,8 +13,10 @@ from handout.motion.optimal_control import follow
 from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, place, shared, trimmed
 from handout.motion.recovery.scribe import Scribe, scribe_of
+from handout.motion.recovery.stitching import Ink
 from handout.values import ActionPlan, Array, Indices, Placed
 
+_BACK = 3.0  # of a small letter that a joined hand goes back over its ink rather than lift the pen
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 
@@ -74,12 +76,12 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
     """The paths of one word."""
     glyphs = [place(one, scribe) for one in placed]
     joins: list[dict[int, int]] = [{}, *(shared(a, b) for a, b in pairwise(glyphs))]
-    current, late = _Movement([], None), list[_Movement]()
+    current, late, done = _Movement([], None), list[_Movement](), list[_Movement]()
     patient = patient or any(glyph.clocks is not None for glyph in glyphs)
     for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
         if not joined and not patient:
-            yield from _ended([current, *late])
-            current, late = _Movement([], None), []
+            yield from _ended(_stitched([*done, current], glyphs, scribe, patient), late)
+            current, late, done = _Movement([], None), [], []
         main, after = _parted(glyph, onward)
         entered = False
         for stroke in main:
@@ -87,7 +89,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
             if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
                 current, entered = _Movement([*current.parts, part], stroke.end), True
             else:
-                yield from _ended([current])
+                done.append(current)
                 current = _Movement([part], stroke.end)
         before = [movement for movement in late if movement.leaving is not None]
         late = [movement for movement in late if movement.leaving is None]
@@ -98,8 +100,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
             before = [m for m in before if m not in whole]
             late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
         late = [*(_Movement(m.parts, None) for m in before), *late]
-    yield from _ended([current])
-    yield from (_path(movement.parts, True) for movement in late)
+    yield from _ended(_stitched([*done, current], glyphs, scribe, patient), late)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +111,31 @@ class _Movement:
     leaving: int | None
 
 
-def _ended(movements: Sequence[_Movement]) -> Iterator[Path]:
-    yield from (_path(movement.parts, number > 0) for number, movement in enumerate(movements) if movement.parts)
+def _stitched(
+    movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], scribe: Scribe, patient: bool
+) -> list[_Movement]:
+    """The movements of a word; those of a joined hand go on in one another over a little of their own ink."""
+    written = [movement for movement in movements if movement.parts]
+    if len(written) < 2 or not patient:
+        return written
+    ink = Ink(glyphs)
+    half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
+    found = written[:1]
+    for movement in written[1:]:
+        before, after = found[-1].parts[-1], movement.parts[0]
+        # capitals and marks are lifted for by nearly everybody; of a recorded pen it is known when it was lifted
+        free = all(g.placed.glyph.letter.islower() and g.clocks is None for g, _ in (before, after))
+        way = ink.way(before, after, _BACK * half * scribe.small_in_halves) if free else None
+        if way is None:
+            found.append(movement)
+        else:
+            found[-1] = _Movement([*found[-1].parts, *way, *movement.parts], movement.leaving)
+    return found
+
+
+def _ended(movements: Sequence[_Movement], late: Sequence[_Movement]) -> Iterator[Path]:
+    yield from (_path(movement.parts, False) for movement in movements if movement.parts)
+    yield from (_path(movement.parts, True) for movement in late if movement.parts)
 
 
 def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:

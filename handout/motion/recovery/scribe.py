@@ -40,7 +40,10 @@ class Scribe:
         self.gap = _GAPS[int(self.patient)]
         self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
+        wide = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
+        self.small_in_halves = self._small / float(np.median(wide))
         self._slant = float(np.median([page.slant for page in hand.pages]))
+        self._loose: dict[int, list[tuple[int, Array, Array]]] = {}
         self._known: dict[int, tuple[Written, tuple[Indices, ...]]] = {}
 
     def written(self, number: int) -> tuple[Written, tuple[Indices, ...]]:
@@ -89,29 +92,38 @@ class Scribe:
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
-        form, beside = self.forms[number], self.forms[other]
+        form = self.forms[number]
         shift = self.forms.centre[other] - self.forms.centre[number]
-        ours, theirs = tips(form.xy, form.edges), tips(beside.xy + shift, beside.edges)
+        ours, theirs = self._tips(number), self._tips(other)
         anchors = {way.anchor for way in (*form.entries, *form.exits)}
         best, found = 0.0, []
         half = float(np.median(form.radius))
         for vertex, place, aim in ours:
             for _, there, away in theirs:
-                good = bridged(place, aim, there, away, half, self.gap)
-                if good > best and vertex not in anchors and (there[0] < place[0] + half) == entering:
+                good = bridged(place, aim, there + shift, away, half, self.gap)
+                if good > best and vertex not in anchors and ((there + shift)[0] < place[0] + half) == entering:
                     best, found = good, [vertex]
+        return found
+
+    def _tips(self, number: int) -> list[tuple[int, Array, Array]]:
+        found = self._loose.get(number)
+        if found is None:
+            form = self.forms[number]
+            found = self._loose[number] = tips(form.xy, form.edges)
         return found
 
 
 def tips(xy: Array, edges: Indices) -> list[tuple[int, Array, Array]]:
     """Loose ends of a line: vertex, place, and direction outwards."""
-    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    beside: dict[int, list[int]] = {}
+    for a, b in edges.tolist():
+        beside.setdefault(a, []).append(b)
+        beside.setdefault(b, []).append(a)
     found = []
-    for end in np.flatnonzero(degree == 1).tolist():
+    for end in sorted(vertex for vertex, others in beside.items() if len(others) == 1):
         chain, before = [end], -1
         for _ in range(TIP):
-            rows = edges[(edges == chain[-1]).any(axis=1)]
-            following = [v for v in rows.ravel().tolist() if v not in (chain[-1], before)]
+            following = [v for v in beside[chain[-1]] if v != before]
             if len(following) != 1:
                 break
             before = chain[-1]

@@ -1,0 +1,87 @@
+"""Movements of a joined hand that go on in one another over ink that is there already.
+
+Where a stem is gone over twice, or a letter is closed by retracing, the line shows one way only, and it is easily taken
+for the end of a movement.  Who joins letters does not lift the pen there: it goes back over its own ink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from handout.motion.recovery.placing import PlacedGlyph
+from handout.values import Array, Indices
+
+_GRAIN = 1e-5  # mm: places nearer to one another are one
+_GAP = 10.0  # half widths that ink may fail
+_FAILED = 2.0  # so much longer a way without ink counts
+Part: TypeAlias = "tuple[PlacedGlyph, Indices]"
+
+
+class Ink:
+    """The line of a whole word, letters and ligatures in one."""
+
+    def __init__(self, glyphs: Sequence[PlacedGlyph]) -> None:
+        self._glyphs = glyphs
+        self._first = np.cumsum([0, *(len(glyph.graph) for glyph in glyphs)])
+        self._number = {id(glyph): k for k, glyph in enumerate(glyphs)}
+        xy = np.concatenate([glyph.graph.xy for glyph in glyphs])
+        _, self._one, self._of = np.unique(
+            np.rint(xy / _GRAIN).astype(np.int64), axis=0, return_index=True, return_inverse=True
+        )
+        self._of = self._of.ravel()
+        edges = self._of[np.concatenate([g.graph.edges + f for g, f in zip(glyphs, self._first[:-1], strict=True)])]
+        place = xy[self._one]
+        length = np.hypot(*(place[edges[:, 0]] - place[edges[:, 1]]).T) + 1e-9
+        count = len(place)
+        # an edge that two letters share is there once
+        pairs, kept = np.unique(np.sort(edges, axis=1), axis=0, return_index=True)
+        half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
+        pairs, length = _bridged(place, pairs, length[kept], _GAP * half)
+        self._lengths = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+
+    def way(self, before: Part, after: Part, most: float) -> list[Part] | None:
+        """The shortest way over ink from the end of one part to the start of another; None if longer than `most` mm."""
+        here, there = self._at(before, -1), self._at(after, 0)
+        if here == there:
+            return []
+        far, back = dijkstra(self._lengths, directed=False, indices=there, limit=most, return_predecessors=True)
+        if not np.isfinite(far[here]):
+            return None
+        nodes = []
+        node = int(back[here])
+        while node != there:
+            nodes.append(node)
+            node = int(back[node])
+        return self._parts(nodes)
+
+    def _at(self, part: Part, index: int) -> int:
+        glyph, vertices = part
+        return int(self._of[self._first[self._number[id(glyph)]] + vertices[index]])
+
+    def _parts(self, nodes: Sequence[int]) -> list[Part]:
+        owned = self._one[nodes]
+        whose = np.searchsorted(self._first, owned, side="right") - 1
+        return [
+            (self._glyphs[k], np.array([v - self._first[k] for v, _ in some], dtype=np.intp))
+            for k, some in groupby(zip(owned.tolist(), whose.tolist(), strict=True), key=lambda one: one[1])
+        ]
+
+
+def _bridged(place: Array, edges: Indices, length: Array, gap: float) -> tuple[Indices, Array]:
+    """Edges and their lengths, with those from loose ends over failed ink to the nearest of what lies beyond."""
+    count = len(place)
+    _, piece = connected_components(csr_array((length, (edges[:, 0], edges[:, 1])), shape=(count, count)), False)
+    tips = np.flatnonzero(np.bincount(edges.ravel(), minlength=count) <= 1)
+    away = np.hypot(*(place[tips, None] - place[None]).transpose(2, 0, 1))
+    away[piece[tips, None] == piece[None]] = np.inf
+    nearest = away.argmin(axis=1)
+    far = away[np.arange(len(tips)), nearest]
+    over = far < gap
+    added = np.column_stack([tips[over], nearest[over]])
+    return np.concatenate([edges, added]), np.concatenate([length, _FAILED * far[over]])
