@@ -82,6 +82,6 @@ def said(facts: Mapping[str, Any]) -> str:
     from handout import units
 
     return (
-        f"Wrote {', '.join(facts['files'])}: {facts['strokes']} strokes in the style {facts['style']}; "
+        f"Wrote {', '.join(facts['files'])}: {facts['strokes']} stroke{'' if facts['strokes'] == 1 else 's'} in the style {facts['style']}; "
         f"{units.duration(facts['duration_s'])} of writing; seed {facts['seed']}."
     )
