@@ -81,7 +81,8 @@ def said(facts: Mapping[str, Any]) -> str:
     """One sentence about what was made."""
     from handout import units
 
+    strokes = "1 stroke" if facts["strokes"] == 1 else f"{facts['strokes']} strokes"
     return (
-        f"Wrote {', '.join(facts['files'])}: {facts['strokes']} stroke{'' if facts['strokes'] == 1 else 's'} in the style {facts['style']}; "
+        f"Wrote {', '.join(facts['files'])}: {strokes} in the style {facts['style']}; "
         f"{units.duration(facts['duration_s'])} of writing; seed {facts['seed']}."
     )
