@@ -24,12 +24,12 @@ ASYMMETRY, DURATION = 0.1, 0.3
 LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
 _BOUNDS_DT = (0.1, 1.5)
 _SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
-_COMPARED = 120  # places at which path and trace are compared
-_DENSE = 360  # samples of the path among which they are looked for
+_COMPARED = 110  # places at which path and trace are compared
+_DENSE = 240  # samples of the path among which they are looked for
 _RIDGE = 1e-3
 _ROUNDS = 25
 ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: no stroke is added beyond the first, nothing refined beyond the second
-_MORE, _CLOSEST = 3, 8  # strokes that are added where too little is explained; samples between key points at least
+_MORE, _CLOSEST = 2, 8  # strokes that are added where too little is explained; samples between key points at least
 _HELD = 1e-5  # weight of how far durations and asymmetries are from where they began
 _TINY = 1e-4
 _ENOUGH = 4e-3  # of the extent: an improvement that no longer counts
@@ -140,7 +140,7 @@ def _overlaps(turning: Array, corners: Index) -> Array:
     x, weight = np.arange(len(turning), dtype=np.float64), (turning + 1e-9) / (turning + 1e-9).sum()
     mean, spread = corners.astype(np.float64), np.full(len(corners), 6.0)
     share = np.full(len(corners), 1 / len(corners))
-    for _ in range(20):
+    for _ in range(10):
         near = share[:, None] * np.exp(-((x - mean[:, None]) ** 2) / (2 * spread[:, None] ** 2)) / spread[:, None]
         near *= weight / (near.sum(axis=0) + 1e-300)
         total = near.sum(axis=1) + 1e-12
