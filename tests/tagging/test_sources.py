@@ -100,7 +100,12 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
     assert common_scale(two[:1]) is None
     assert scale.counts.sum() == pytest.approx(2)
     real = sources.find_ink
-    monkeypatch.setattr(sources, "find_ink", lambda *given, scale, **more: used.append(scale) or real(*given, scale=scale, **more))
+
+    def noted(*given, scale, **more):
+        used.append(scale)
+        return real(*given, scale=scale, **more)
+
+    monkeypatch.setattr(sources, "find_ink", noted)
     said = []
     made = list(lettered(two, 0, None, said.append, method="segments-once"))
     assert [np.array_equal(one.counts, scale.counts) for one in used] == [True, True]
