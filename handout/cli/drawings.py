@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from handout.cli import results
+from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.values import Drawing, Manuscript
 
-_SUFFIXES = (".svg", ".json", ".inkml")  # those of `sources`, which is imported only where there is something to read
+# those of `sources`, which is imported only where there is something to read
+_SUFFIXES = (".svg", ".json", ".inkml", ".svc", ".gml")
 
 
 def given(text: Sequence[str], file: str | None, *, quiet: bool) -> Drawing | None:
@@ -38,10 +40,18 @@ def given(text: Sequence[str], file: str | None, *, quiet: bool) -> Drawing | No
 
 
 def named_file(text: tuple[str, ...], file: str | None, quiet: bool) -> tuple[tuple[str, ...], str | None]:
-    """A single argument that names a file is that file."""
+    """A single argument that names a file is that file.
+
+    Raises
+    ------
+    InputError
+        It looks like the name of a drawing or a text, and there is no such file: it would be written out.
+    """
     if file is None and len(text) == 1 and text[0] != "-" and len(text[0]) < 256 and Path(text[0]).is_file():
         results.talk(quiet)(f"Reading the file {text[0]}.")
         return (), text[0]
+    if file is None and len(text) == 1 and Path(text[0]).suffix.lower() in (*_SUFFIXES, ".txt") and " " not in text[0]:
+        raise InputError(f"There is no file {text[0]}; to write these very words, give them through --file -.")
     return text, file
 
 

@@ -50,9 +50,12 @@ def test_a_drawing_is_exported(folder):
     assert "G1" in (folder / "job.gcode").read_text(encoding="ascii")
 
 
-def test_a_text_that_only_looks_like_a_drawing_is_written(folder):
-    facts = json.loads(run("plot", "none.svg", "--dry-run", "p.json", "--json", "--seed", "1").stdout)
-    assert facts["characters"] == 8
+def test_a_name_of_no_file_is_refused_and_not_written_out(folder):
+    for verb in (("plot", "nosuch.svg", "--dry-run", "a.svg"), ("export", "nosuch.txt", "-o", "a.gcode")):
+        with pytest.raises(InputError, match="There is no file nosuch"):
+            run(*verb)
+    run("plot", "see nosuch.svg", "--dry-run", "a.svg")
+    assert (folder / "a.svg").exists() and not (folder / "a.gcode").exists()
 
 
 def test_a_drawing_that_cannot_be_read_is_refused_and_nothing_is_written(folder):
