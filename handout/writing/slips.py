@@ -130,8 +130,8 @@ def _too_soon(word: _Word, rng: np.random.Generator) -> list[Letter]:
 
 
 def _instead(word: _Word, other: _Word, most: int) -> list[Letter]:
-    """Another word, whole."""
-    return list(other) if len(other) <= most and _spelt(other) != _spelt(word) else []
+    """Another word, whole; not one with which the word begins, since it would just be finished."""
+    return list(other) if len(other) <= most and not _spelt(word).startswith(_spelt(other)) else []
 
 
 def _first(word: _Word) -> int:
