@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import re
-import tomllib
 from pathlib import Path
 from typing import Literal
 
@@ -219,11 +218,7 @@ def read(path: Path) -> Profile:
     ProfileError
         Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ProfileError(f"{path}: cannot be read as a device file: {reason}.") from error
+    table = tables.loaded(path, "a device file", ProfileError)
     kinds: dict[str, type[Profile]] = {"plotter": Plotter, "printer": Printer}
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in kinds:

@@ -6,9 +6,11 @@ A struct's fields are plain numbers and words, or one of the quantities below, w
 from __future__ import annotations
 
 import difflib
+import tomllib
 import types
 import typing
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -51,6 +53,18 @@ _KINDS: dict[type, tuple[str, str]] = {
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A table of a file; an unknown key is an error."""
+
+
+def loaded(path: Path, what: str, error: type[InputError] = InputError) -> dict[str, Any]:
+    """The values of a TOML file.
+
+    what : what the file should be, for the message, such as "a style"; error : raised where it cannot be read as that.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as reason:
+        said = getattr(reason, "strerror", None) or str(reason)
+        raise error(f"{path}: cannot be read as {what}: {said}.") from reason
 
 
 def converted(values: Mapping[str, Any], kind: type[T]) -> T:

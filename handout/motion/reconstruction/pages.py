@@ -11,7 +11,7 @@ import numpy as np
 from handout.motion import lognormal
 from handout.motion.reconstruction import geometry, timing
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.trace import arc_length, extent, resampled, snr
+from handout.motion.reconstruction.trace import extent, resampled, snr
 from handout.values import Array, Drawing, Page, Stroke
 
 _DOT = 0.2  # mm: a stroke of no more extent is a dot
@@ -116,8 +116,3 @@ def drawing(page: PlannedPage) -> Drawing:
         t = sampled(one.plan)
         strokes.append(Stroke(t, one.plan.at(t), word=one.word))
     return Drawing(tuple(strokes), page.page, page.about)
-
-
-def length(page: PlannedPage) -> float:
-    """Length of what the plans draw, mm."""
-    return float(sum(arc_length(one.plan.at(sampled(one.plan)))[-1] for one in page.fits))

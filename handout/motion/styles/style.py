@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -160,11 +159,7 @@ def read(path: Path) -> Style:
     InputError
         Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
     """
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{path}: cannot be read as a style: {reason}.") from error
+    values = tables.loaded(path, "a style")
     if "name" in values:
         raise InputError(f"{path}: name cannot be set; a style is called as its file is.")
     try:
