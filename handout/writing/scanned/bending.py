@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
+from scipy.special import ndtr, ndtri
 
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
@@ -103,7 +104,8 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
     """
     normal = rng.standard_normal(3)
     directions = rng.uniform(0, 2 * np.pi, (3, _WAVES))
-    missed = np.clip(rng.standard_normal(form.targets.shape), -_WORST, _WORST)
+    # a normal cut off at its worst, so that no two targets are missed alike
+    missed = ndtri(rng.uniform(ndtr(-_WORST), ndtr(_WORST), form.targets.shape))
     if variation == 0:
         return unbent()
     reach = min(variation * _MISSED * spread.warp, _FARTHEST * spread.x_height)

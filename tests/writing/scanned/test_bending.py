@@ -35,7 +35,9 @@ def test_a_bend_is_smooth_and_never_folds(small_manner, number, seed, variation)
     u, v = np.meshgrid(np.linspace(-0.8, 0.8, 25), np.linspace(-0.8, 0.8, 25))
     xy, step = np.column_stack([u.ravel(), v.ravel()]), 1e-5
     right, up = ((made(xy + d) - made(xy - d)) / (2 * step) for d in ([step, 0.0], [0.0, step]))
-    assert (right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]).min() > 0.25
+    # nothing is squeezed to less than half at usual variation, and nothing turned over at any
+    least = 0.45 if variation <= 1 else 0.1
+    assert (right[:, 0] * up[:, 1] - right[:, 1] * up[:, 0]).min() > least
     # directions change no faster than a wave longer than two small letters lets them
     ahead = (made(xy + np.array([0.01 + step, 0.0])) - made(xy + np.array([0.01 - step, 0.0]))) / (2 * step)
     assert np.abs(ahead - right).max() < 0.06
