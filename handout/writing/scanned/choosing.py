@@ -26,7 +26,7 @@ NOISE = 0.3  # λ: scale of the perturbation at variation 1
 AGAIN = 5.0  # cost of a glyph that was the last one written
 FORGOTTEN = 400.0  # letters after which a glyph is as good as new
 OFTEN = 0.3  # cost for each time that a glyph was written more often than the least written that would do
-_TRIES = 4  # times that a word is solved for having a glyph twice
+_TRIES = 16  # times that a word is solved for having a glyph twice; real words are done after one or two
 
 
 class Used:
