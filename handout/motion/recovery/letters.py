@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
 _LOOP = 4.0  # cost of a loop that is the wrong way round
+_SHARED = 0.8  # of a branch that lies in a bar
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
 
 
@@ -38,6 +39,7 @@ class Line:
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
     either : vertices at loose ends where the pen comes from the letter before, or a bar does.
+    bars, others : vertices along the bars that are known from the whole word: the letter's own, and those of others.
     """
 
     xy: Array
@@ -50,11 +52,14 @@ class Line:
     through: tuple[int, ...] = ()
     either: tuple[int, ...] = ()
     base: float | None = None
+    bars: tuple[Indices, ...] = ()
+    others: tuple[Indices, ...] = ()
 
     @property
     def joints(self) -> set[int]:
         """Where it is cut off from what else the pen wrote."""
-        return {*self.begin, *self.finish, *self.through, *self.either}
+        over = {int(bar[end]) for bar in self.others for end in (0, -1)}
+        return {*self.begin, *self.finish, *self.through, *self.either, *over}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,15 +92,26 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     net = network(line.xy, line.radius, line.density, line.edges)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
+    foreign = {int(v) for bar in line.others for v in bar}
+    ends = [int(bar[end]) for bar in (*line.bars, *line.others) for end in (0, -1)]
     known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()
     if known is not None:
-        body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
+        body = [
+            b
+            for b in rest
+            if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints
+            and not _within(net.branches[b], foreign)
+        ]
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
         known, laid = fitting(known, net.xy[own], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
-    net = part(net, rest, marks)
+        barred = {int(v) for bar in line.bars for v in bar}
+        marks = [v for v in marks if v not in barred]
+    net = part(net, rest, [*marks, *ends])
     begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))
-    found = _walks(net, line, letter, begin, finish, through, costs)
+    others = [chain for bar in line.others for chain in _spans(net, bar, line.begin)]
+    others += [tuple(onward(net, end)) for end in through if not any(end in chain for chain in others)]
+    found = _walks(net, line, letter, begin, finish, through, others, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
     ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
@@ -104,7 +120,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     late: tuple[bool, ...] | None = None
     if known is not None:
         parts = [
-            [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through]
+            [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke not in others]
             or [net.xy[v] for v in way]
             for way, walk in zip(ways, found, strict=True)
         ]
@@ -119,7 +135,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     barred = found[best].barred
     # a bar waits only where the pen must first go on to the next letter
     flags = tuple(
-        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
+        stroke in others or (bool(line.joints) and (flag or stroke in barred))
         for flag, stroke in zip(flags, found[best].strokes, strict=True)
     )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
@@ -127,21 +143,52 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
 
 
 def _walks(
-    net: Network, line: Line, letter: str, begin: list[int], finish: list[int], through: list[int], costs: Costs
+    net: Network,
+    line: Line,
+    letter: str,
+    begin: list[int],
+    finish: list[int],
+    through: list[int],
+    others: Sequence[tuple[int, ...]],
+    costs: Costs,
 ) -> list[Walk]:
     """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
-    chains = [tuple(onward(net, end)) for end in through]
+    own = [chain for bar in line.bars for chain in _spans(net, bar, line.begin)]
     found: list[Walk] = []
-    if letter in BARRED or letter in CROSSED:
-        passed = {e >> 1 for chain in chains for e in chain}
+    if not own and not line.bars and (letter in BARRED or letter in CROSSED):
+        passed = {e >> 1 for chain in others for e in chain}
         loose = [e for e, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1]
         tips = [e for e in loose if e >> 1 not in passed and e not in begin]
-        own = own_bar(net, tips, line.small, aslant=letter in CROSSED)
-        if own:
-            found += _beside(net, line, [*chains, own], begin, finish, costs)
+        bar = own_bar(net, tips, line.small, aslant=letter in CROSSED)
+        if bar:
+            found += _beside(net, line, [*others, bar], begin, finish, costs)
     if not found:
-        found += _beside(net, line, chains, begin, finish, costs)
+        found += _beside(net, line, [*others, *own], begin, finish, costs)
     return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+
+
+def _within(path: Indices, vertices: Container[int]) -> bool:
+    """Whether a branch lies in a line, its ends, where others meet it, left out."""
+    inner = path[1:-1] if len(path) > 2 else path
+    return sum(v in vertices for v in inner.tolist()) >= _SHARED * len(inner)
+
+
+def _spans(net: Network, bar: Indices, begin: Sequence[int]) -> list[tuple[int, ...]]:
+    """The ends along a known bar, from left to right; what the pen comes in by is no part of it."""
+    place = {int(v): i for i, v in enumerate(bar)}
+    along: list[tuple[float, int]] = []
+    for b, path in enumerate(net.branches):
+        if not _within(path, place) or {int(path[0]), int(path[-1])} & {*begin}:
+            continue
+        at = [place[v] for v in path.tolist() if v in place]
+        along.append((sum(at) / len(at), 2 * b if at[0] <= at[-1] else 2 * b + 1))
+    found: list[tuple[int, ...]] = []
+    for _, end in sorted(along):
+        if found and int(net.knot[found[-1][-1] ^ 1]) == int(net.knot[end]):
+            found[-1] = (*found[-1], end)
+        else:
+            found.append((end,))
+    return found
 
 
 def _beside(

@@ -11,6 +11,7 @@ import numpy as np
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.letters import Line, Written, write
 from handout.motion.recovery.recorded import clocks, recorded
+from handout.motion.recovery.spanning import Spanning
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms, Way
 
@@ -19,6 +20,8 @@ _BAR = 0.7  # of a small letter: no bar is lower
 TIP = 10  # vertices from a tip that tell its direction
 _GAPS = (5.7, 11.0)  # half widths that ink may fail, in hands that lift the pen between letters, and that join them
 _AHEAD = 0.15  # cosine
+_ALONG = 0.6  # of a way that lies in a bar
+_TOUCHED = 8  # vertices of a body that a bar may share where it only ends there
 _JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
 
 
@@ -43,6 +46,7 @@ class Scribe:
         wide = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
         self.small_in_halves = self._small / float(np.median(wide))
         self._slant = float(np.median([page.slant for page in hand.pages]))
+        self._spanning = Spanning(hand, self.forms.paths)
         self._loose: dict[int, list[tuple[int, Array, Array]]] = {}
         self._known: dict[int, tuple[Written, tuple[Indices, ...]]] = {}
 
@@ -52,7 +56,7 @@ class Scribe:
         found = self._known.get(number)
         if found is None:
             line, sections = _line(self.forms[number], self._small)
-            line = self._beside(number, line)
+            line = self._beside(number, line, sections)
             found = self._known[number] = (self._write(number, line), sections)
         return found
 
@@ -66,17 +70,20 @@ class Scribe:
         """See `recorded.clocks`."""
         return clocks(self._hand, self.forms, number)
 
-    def _beside(self, number: int, line: Line) -> Line:
+    def _beside(self, number: int, line: Line, sections: tuple[Indices, ...]) -> Line:
         """A line with what is known from the letters beside it: bars that come in, and tips where ink has failed."""
         glyph, form = self._hand.glyphs[number], self.forms[number]
-        begin, through, either = list(line.begin), list[int](), list[int]()
+        line = self._crossed(number, line, sections)
+        begin, through, either = list(line.begin), list(line.through), list(line.either)
         finish = list(line.finish)
         facing = self._facing(glyph.before, number, line, entering=True) if glyph.before != NOBODY else []
-        high = [tip for tip, way in zip(line.begin, form.entries, strict=True) if way.height > _BAR * self._small]
+        tips = [int(section[-1]) for section in sections[: len(form.entries)]]
+        high = [t for t, way in zip(tips, form.entries, strict=True) if way.height > _BAR * self._small and t in begin]
         barred = glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
         if barred and high:
             begin = [tip for tip in begin if tip not in high]
-            through, either = (high, []) if begin or facing else ([], high)
+            sure = bool(begin or facing)
+            through, either = (through + high, either) if sure else (through, either + high)
         if not begin and not either:
             begin += facing
         if glyph.after != NOBODY and not finish:
@@ -88,6 +95,43 @@ class Scribe:
             through=tuple(through),
             either=tuple(either),
             base=-float(self.forms.centre[number, 1]),
+        )
+
+    def _crossed(self, number: int, line: Line, sections: tuple[Indices, ...]) -> Line:
+        """A line with the bars that its word has there."""
+        bars = self._spanning[number] if self._hand.pages[self._hand.glyphs[number].page].moments is None else ()
+        if not bars:
+            return line
+        glyph, form = self._hand.glyphs[number], self.forms[number]
+        paths = (*self.forms.paths.get(glyph.before, ()), *self.forms.paths.get(number, ()))
+        place = {int(v): i for i, v in enumerate(self.forms.vertices(number))}
+        for (_, step), path, section in zip(outwards(form), paths, sections, strict=True):
+            place |= dict(zip(path[::step][1:].tolist(), section.tolist(), strict=True))
+        own, others, through, either, gone = list[Indices](), list[Indices](), set[int](), set[int](), set[int]()
+        count = len(form.xy)
+        for bar in bars:
+            here = np.array([place[v] for v in bar.vertices.tolist() if v in place], dtype=np.intp)
+            if not len(here):
+                continue
+            (own if bar.letter == number else others).append(here)
+            over = int((here < count).sum()) > _TOUCHED  # whether it runs over the body, too
+            for k, section in enumerate(sections):
+                if np.isin(section, here).mean() < _ALONG:
+                    continue
+                tip = int(section[-1])
+                if k < len(form.entries):
+                    sure = over and (bar.letter != number or bar.loose[0])
+                    (through if sure else either).add(tip)
+                elif bar.loose[0] or over:
+                    gone.add(tip)
+        return replace(
+            line,
+            begin=tuple(v for v in line.begin if v not in through | either),
+            finish=tuple(v for v in line.finish if v not in gone),
+            through=tuple(sorted(through)),
+            either=tuple(sorted(either - through)),
+            bars=tuple(own),
+            others=tuple(others),
         )
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:

@@ -90,14 +90,15 @@ class Forms:
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
     marks : (n,) bool: what is neither a letter nor a digit.
     bodies : Lines, one a form: what all forms have of xy, radius, density and uv.
+    paths : glyph → its ways to the glyph after, as vertices of the graph of its page.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        found = ways(hand)
-        self._taken = Taken(hand, found, self.centre)
+        self.paths = ways(hand)
+        self._taken = Taken(hand, self.paths, self.centre)
         self.bodies = self._taken.bodies
         self._edges = self._taken.edges()
         self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
