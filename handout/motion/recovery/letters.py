@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
+from handout.motion.recovery.bars import BARRED, CROSSED, WAITING, beside, onward, own_bar
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
@@ -39,6 +39,8 @@ class Line:
     begin, finish : vertices at loose ends where the pen comes from the letter before, and goes to the next.
     through : vertices at loose ends where a bar comes in from the letter before.
     either : vertices at loose ends where the pen comes from the letter before, or a bar does.
+    across : vertices at loose ends where a bar goes over to the next letter.
+    joining : whether it is of a hand that joins letters, if not all.
     bars, others : vertices along the bars that are known from the whole word: the letter's own, and those of others.
     """
 
@@ -51,6 +53,8 @@ class Line:
     finish: tuple[int, ...] = ()
     through: tuple[int, ...] = ()
     either: tuple[int, ...] = ()
+    across: tuple[int, ...] = ()
+    joining: bool = False
     base: float | None = None
     bars: tuple[Indices, ...] = ()
     others: tuple[Indices, ...] = ()
@@ -58,8 +62,7 @@ class Line:
     @property
     def joints(self) -> set[int]:
         """Where it is cut off from what else the pen wrote."""
-        over = {int(bar[end]) for bar in self.others for end in (0, -1)}
-        return {*self.begin, *self.finish, *self.through, *self.either, *over}
+        return {*self.begin, *self.finish, *self.through, *self.either, *self.across}
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +137,9 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
     # a bar waits only where the pen must first go on to the next letter
+    waits = bool(line.joints) or (line.joining and letter in WAITING)
     flags = tuple(
-        stroke in others or (bool(line.joints) and (flag or stroke in barred))
+        stroke in others or (waits and stroke in barred) or (flag and bool(line.joints))
         for flag, stroke in zip(flags, found[best].strokes, strict=True)
     )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))

@@ -78,7 +78,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
     joins: list[dict[int, int]] = [{}, *(shared(a, b) for a, b in pairwise(glyphs))]
     current, late, done = _Movement([], None), list[_Movement](), list[_Movement]()
     patient = patient or any(glyph.clocks is not None for glyph in glyphs)
-    for glyph, joined, onward in zip(glyphs, joins, [*joins[1:], {}], strict=True):
+    for glyph, joined, onward in zip(glyphs, joins, [*map(_led, glyphs[1:], joins[1:]), {}], strict=True):
         if not joined and not patient:
             yield from _ended(_stitched([*done, current], glyphs, scribe, patient), late)
             current, late, done = _Movement([], None), [], []
@@ -136,6 +136,11 @@ def _stitched(
 def _ended(movements: Sequence[_Movement], late: Sequence[_Movement]) -> Iterator[Path]:
     yield from (_path(movement.parts, False) for movement in movements if movement.parts)
     yield from (_path(movement.parts, True) for movement in late if movement.parts)
+
+
+def _led(glyph: PlacedGlyph, joined: dict[int, int]) -> dict[int, int]:
+    """Of the ways into a glyph those by which the pen comes in that writes it, not a bar."""
+    return {into: out for into, out in joined.items() if any(s.begin == into and not s.late for s in glyph.strokes)}
 
 
 def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:

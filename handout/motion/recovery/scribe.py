@@ -23,6 +23,7 @@ _AHEAD = 0.15  # cosine
 _ALONG = 0.6  # of a way that lies in a bar
 _TOUCHED = 8  # vertices of a body that a bar may share where it only ends there
 _JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
+_JOINING = 0.2  # from which bars do
 
 
 class Scribe:
@@ -40,6 +41,7 @@ class Scribe:
         beside = [glyph for glyph in hand.glyphs if glyph.before != NOBODY]
         joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
         self.patient = joined >= _JOINED * max(len(beside), 1)
+        self._joining = joined >= _JOINING * max(len(beside), 1)
         self.gap = _GAPS[int(self.patient)]
         self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
@@ -94,6 +96,7 @@ class Scribe:
             finish=tuple(finish),
             through=tuple(through),
             either=tuple(either),
+            joining=self._joining,
             base=-float(self.forms.centre[number, 1]),
         )
 
@@ -130,6 +133,7 @@ class Scribe:
             finish=tuple(v for v in line.finish if v not in gone),
             through=tuple(sorted(through)),
             either=tuple(sorted(either - through)),
+            across=tuple(sorted(gone)),
             bars=tuple(own),
             others=tuple(others),
         )
