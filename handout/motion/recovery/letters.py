@@ -42,6 +42,7 @@ class Line:
     across : vertices at loose ends where a bar goes over to the next letter.
     joining : whether it is of a hand that joins letters, if not all.
     bars, others : vertices along the bars that are known from the whole word: the letter's own, and those of others.
+    shared : for each of both vertices before and after it that it shares with other strokes.
     """
 
     xy: Array
@@ -58,6 +59,7 @@ class Line:
     base: float | None = None
     bars: tuple[Indices, ...] = ()
     others: tuple[Indices, ...] = ()
+    shared: tuple[tuple[Indices, Indices], ...] = ()
 
     @property
     def joints(self) -> set[int]:
@@ -133,7 +135,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
         form = int(unlike[best].argmin())
         late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
     best = int(total.argmin())
-    strokes = ways[best]
+    strokes = [_whole(way, line) for way in ways[best]]
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
     # a bar waits only where the pen must first go on to the next letter
@@ -169,6 +171,15 @@ def _walks(
     if not found:
         found += _beside(net, line, [*others, *own], begin, finish, costs)
     return found or walks(net, line.small, begin=begin, finish=finish, through=through, costs=costs, most=_WAYS)
+
+
+def _whole(way: Indices, line: Line) -> Indices:
+    """A stroke with what it shares at its ends with others, if it is a known bar."""
+    for bar, (before, after) in zip((*line.bars, *line.others), line.shared, strict=False):
+        if len(way) > 1 and np.isin(way, bar).mean() >= _SHARED:
+            first = before if way[0] == bar[0] else before[:0]
+            return np.concatenate([first, way, after if way[-1] == bar[-1] else after[:0]])
+    return way
 
 
 def _within(path: Indices, vertices: Container[int]) -> bool:

@@ -94,9 +94,9 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         before = [movement for movement in late if movement.leaving is not None]
         late = [movement for movement in late if movement.leaving is None]
         for stroke in after:
-            part = (glyph, trimmed(glyph, stroke, joined))
             # a bar that comes over from the letter before
             whole = [m for m in before if stroke.begin in joined and joined[stroke.begin] == m.leaving]
+            part = (glyph, trimmed(glyph, stroke, joined if whole else {}))
             before = [m for m in before if m not in whole]
             late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
         late = [*(_Movement(m.parts, None) for m in before), *late]

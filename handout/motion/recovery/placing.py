@@ -80,6 +80,9 @@ def _laid(
         if chain is None:
             continue
         outer = int(sections[way][-1])
+        if b - a < len(sections[way]):
+            parts.append(_some(vertices[a:b], sections[way], chain))
+            continue
         if vertices[a] == outer and a == 0:
             begin = way
         if vertices[b - 1] == outer and b == len(of):
@@ -88,6 +91,14 @@ def _laid(
         parts.append(chain[:0:-1] if inward else chain[1:])
     whole = np.concatenate([np.zeros(0, dtype=np.intp), *parts])
     return PlacedStroke(whole, late, begin, end) if len(whole) else None
+
+
+def _some(vertices: Indices, section: Indices, chain: Indices) -> Indices:
+    """What of a placed way is like some vertices, in order, of the way as it was."""
+    share = len(chain[1:]) / len(section)
+    at = np.floor((vertices[[0, -1]] - section[0]) * share).astype(np.intp)
+    run = chain[1 + at.min() : 2 + at.max()]
+    return run if at[0] <= at[1] else run[::-1]
 
 
 def _chains(graph: LineGraph, form: Form) -> list[Indices | None]:

@@ -81,7 +81,8 @@ class Scribe:
         facing = self._facing(glyph.before, number, line, entering=True) if glyph.before != NOBODY else []
         tips = [int(section[-1]) for section in sections[: len(form.entries)]]
         high = [t for t, way in zip(tips, form.entries, strict=True) if way.height > _BAR * self._small and t in begin]
-        barred = glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
+        known = any(bar.letter == glyph.before for bar in self._spanning[number])
+        barred = not known and glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
         if barred and high:
             begin = [tip for tip in begin if tip not in high]
             sure = bool(begin or facing)
@@ -111,12 +112,16 @@ class Scribe:
         for (_, step), path, section in zip(outwards(form), paths, sections, strict=True):
             place |= dict(zip(path[::step][1:].tolist(), section.tolist(), strict=True))
         own, others, through, either, gone = list[Indices](), list[Indices](), set[int](), set[int](), set[int]()
-        count = len(form.xy)
+        count, shared = len(form.xy), list[list[tuple[Indices, Indices]]]([[], []])
         for bar in bars:
-            here = np.array([place[v] for v in bar.vertices.tolist() if v in place], dtype=np.intp)
+            before, here, after = (
+                np.array([place[v] for v in some.tolist() if v in place], dtype=np.intp)
+                for some in (bar.before, bar.vertices, bar.after)
+            )
             if not len(here):
                 continue
             (own if bar.letter == number else others).append(here)
+            shared[bar.letter != number].append((before, after))
             over = int((here < count).sum()) > _TOUCHED  # whether it runs over the body, too
             for k, section in enumerate(sections):
                 if np.isin(section, here).mean() < _ALONG:
@@ -136,6 +141,7 @@ class Scribe:
             across=tuple(sorted(gone)),
             bars=tuple(own),
             others=tuple(others),
+            shared=(*shared[0], *shared[1]),
         )
 
     def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:

@@ -24,6 +24,7 @@ _JOG, _BOW = 1.5, 0.035  # half widths, and of its length, that a bar leaves the
 _WINDOW, _TURNED = 8.0, 0.8  # half widths over which its direction is seen, and its cosine to the whole, at least
 _DRAWN = 4.0  # half widths from where it meets another line
 _MOST = 9  # branches
+_HIDDEN, _SEEN = 0.4, 2.0  # of its length, at most, and half widths, at least, that other strokes hide of it
 _OPEN = 0.4  # of a small letter: worth of a loose end
 _STRAIGHT = 10.0  # worth of a length, for one that it leaves the straight line on average
 _SHARED = 0.8  # of a branch of a letter that lies in a bar
@@ -34,11 +35,14 @@ class Bar:
     """A bar on its page.
 
     vertices : of the page's graph, from left to right.
+    before, after : of what it shares at either end with other strokes, from left to right.
     loose : whether its left and its right end are loose.
     letter : the glyph that it belongs to.
     """
 
     vertices: Indices
+    before: Indices
+    after: Indices
     loose: tuple[bool, bool]
     letter: int
 
@@ -88,7 +92,8 @@ class Spanning:
                 way = _places(net, bar)
                 loose = (_loose(net, bar[0]), _loose(net, bar[-1] ^ 1))
                 if not any(np.isin(every[way], other.vertices).mean() > 0.5 for other in found):
-                    found.append(Bar(every[way], loose, number))
+                    before, after = _beyond(net, bar, right=False), _beyond(net, bar, right=True)
+                    found.append(Bar(every[way], every[before[::-1]], every[after], loose, number))
         return tuple(found)
 
 
@@ -165,6 +170,32 @@ def _best(
         # what leads from the letter before to the stem is a ligature
         if _loose(net, chain[0]) or _loose(net, chain[-1] ^ 1) or int(net.knot[chain[-1] ^ 1]) in later - own:
             best = worth, chain
+    return best[1]
+
+
+def _beyond(net: Network, chain: Sequence[int], *, right: bool) -> Indices:
+    """Vertices that a bar shares with other strokes where it runs on straight over theirs, outwards, knot left out."""
+    last = chain[-1] ^ 1 if right else chain[0]
+    nothing = np.zeros(0, dtype=np.intp)
+    if _loose(net, last):
+        return nothing
+    way = net.xy[_places(net, chain)]
+    middle, size = way.mean(axis=0), float(np.hypot(*(way[-1] - way[0])))
+    aim = np.linalg.svd(way - middle, full_matrices=False)[2][0]
+    aim = aim if (aim[0] > 0) == right else -aim
+    passed = {e >> 1 for e in chain}
+    best: tuple[float, Indices] = (_SEEN * net.half, nothing)
+    firsts = [(e,) for e in net.at[int(net.knot[last])] if e >> 1 not in passed]
+    ways = firsts + [(*f, e) for f in firsts if _tiny(net, f[0]) for e in net.at[int(net.knot[f[0] ^ 1])] if e != f[0] ^ 1]
+    for ends in ways:
+        vertices = _places(net, ends)[1:]
+        away = net.xy[vertices] - net.place(last)
+        ahead, aside = away @ aim, np.abs((net.xy[vertices] - middle) @ np.array([-aim[1], aim[0]]))
+        fits = (aside <= _JOG * net.half + _BOW * size) & (ahead >= np.maximum.accumulate(ahead) - net.half)
+        fits &= ahead <= _HIDDEN * size
+        count = len(fits) if fits.all() else int(fits.argmin())
+        if count and ahead[count - 1] > best[0]:
+            best = float(ahead[count - 1]), vertices[:count]
     return best[1]
 
 
