@@ -14,6 +14,7 @@ from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, place, shared, trimmed
 from handout.motion.recovery.scribe import Scribe, scribe_of
 from handout.motion.recovery.stitching import Ink
+from handout.motion.recovery.weaving import unwound, weave
 from handout.values import ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # of a small letter that a joined hand goes back over its ink rather than lift the pen
@@ -76,6 +77,8 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
     """The paths of one word."""
     glyphs = [place(one, scribe) for one in placed]
     joins: list[dict[int, int]] = [{}, *(shared(a, b) for a, b in pairwise(glyphs))]
+    for (a, b), joined in zip(pairwise(glyphs), joins[1:], strict=True):
+        weave(a, b, joined)
     current, late, done = _Movement([], None), list[_Movement](), list[_Movement]()
     patient = patient or any(glyph.clocks is not None for glyph in glyphs)
     for glyph, joined, onward in zip(glyphs, joins, [*map(_led, glyphs[1:], joins[1:]), {}], strict=True):
@@ -87,10 +90,11 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         for stroke in main:
             part = (glyph, trimmed(glyph, stroke, joined))
             if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
-                current, entered = _Movement([*current.parts, part], stroke.end), True
+                parts = [*current.parts, part, *stroke.then]
+                current, entered = _Movement(unwound(parts) if stroke.then else parts, stroke.end), True
             else:
                 done.append(current)
-                current = _Movement([part], stroke.end)
+                current = _Movement([part, *stroke.then], stroke.end)
         before = [movement for movement in late if movement.leaving is not None]
         late = [movement for movement in late if movement.leaving is None]
         for stroke in after:

@@ -22,12 +22,14 @@ class PlacedStroke:
     """A movement while its word is put together.
 
     vertices : of the glyph's graph; begin, end : the way at whose outer end it begins, ends, or None.
+    then : what follows without a lift in this glyph and the one before, up to its end.
     """
 
     vertices: Indices
     late: bool
     begin: int | None
     end: int | None
+    then: list[tuple[PlacedGlyph, Indices]] = field(default_factory=list)
 
 
 @dataclass(eq=False)
