@@ -69,21 +69,55 @@ class Written:
     late: tuple[bool, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way in which a letter may have been written.
+
+    cost : what it costs a hand, and how unlike the usual ways of writing the letter it is.
+    """
+
+    written: Written
+    cost: float
+
+
 def write(
     line: Line, letter: str, *, hands: tuple[str, ...] = HANDS, costs: Costs = USUAL, weight: float = _LIKENESS
 ) -> Written:
     """The strokes of a letter, in the order of writing."""
+    return ways(line, letter, hands=hands, costs=costs, weight=weight)[0].written
+
+
+def ways(
+    line: Line,
+    letter: str,
+    *,
+    hands: tuple[str, ...] = HANDS,
+    costs: Costs = USUAL,
+    weight: float = _LIKENESS,
+    most: int = 1,
+    margin: float = np.inf,
+) -> list[Way]:
+    """Ways in which a letter may have been written, the cheapest first.
+
+    Parameters
+    ----------
+    most : how many are given.
+    margin : none is given that costs so much more than the cheapest.
+    """
     if line.either:
         entered = replace(line, begin=(*line.begin, *line.either), either=())
         crossed = replace(line, through=(*line.through, *line.either), either=())
-        found = [_written(one, letter, hands, costs, weight) for one in (entered, crossed)]
+        found = _ways(entered, letter, hands, costs, weight, most)
         # the lift before the bar is that of the letter which it belongs to
-        return found[int(found[1][1] - costs.lift < found[0][1])][0]
-    return _written(line, letter, hands, costs, weight)[0]
+        barred = _ways(crossed, letter, hands, costs, weight, most)
+        found = sorted([*found, *(Way(way.written, way.cost - costs.lift) for way in barred)], key=lambda way: way.cost)
+    else:
+        found = _ways(line, letter, hands, costs, weight, most)
+    return [way for way in found[:most] if way.cost <= found[0].cost + margin]
 
 
-def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float) -> tuple[Written, float]:
-    """The strokes of a letter, and what they cost."""
+def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float, most: int) -> list[Way]:
+    """Ways to write a letter of which it is known what comes into it."""
     net = network(line.xy, line.radius, line.density, line.edges)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
@@ -98,32 +132,33 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = _walks(net, line, letter, begin, finish, through, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
-    ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
+    paths = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
-    late: tuple[bool, ...] | None = None
+    nearest = np.zeros(len(found), dtype=np.intp)
     if known is not None:
         parts = [
             [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke[0] not in through]
             or [net.xy[v] for v in way]
-            for way, walk in zip(ways, found, strict=True)
+            for way, walk in zip(paths, found, strict=True)
         ]
         unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
         total += weight * unlike.min(axis=1)
-        best = int(total.argmin())
-        form = int(unlike[best].argmin())
-        late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
-    best = int(total.argmin())
-    strokes = ways[best]
-    flags = late or (False,) * len(strokes)
-    barred = found[best].barred
-    # a bar waits only where the pen must first go on to the next letter
-    flags = tuple(
-        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
-        for flag, stroke in zip(flags, found[best].strokes, strict=True)
-    )
+        nearest = unlike.argmin(axis=1)
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
-    return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
+    made = []
+    for best in np.argsort(total, kind="stable")[:most].tolist():
+        strokes, form = paths[best], int(nearest[best])
+        flags: tuple[bool, ...] = (False,) * len(strokes)
+        if known is not None:
+            flags = _late([net.xy[v] for v in strokes], laid[form], known.late[form])
+        # a bar waits only where the pen must first go on to the next letter
+        flags = tuple(
+            stroke[0] in through or (bool(line.joints) and (flag or stroke in found[best].barred))
+            for flag, stroke in zip(flags, found[best].strokes, strict=True)
+        )
+        made.append(Way(Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])))
+    return made
 
 
 def _walks(
