@@ -108,7 +108,8 @@ def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, 
         return _traced(hand, hands, late)
 
     def only(line: LetterLine, letter: str, hands: tuple[str, ...], **_: float) -> list[Way]:
-        return [Way(recover(line, letter, hands), 0.0)]
+        found = recover(line, letter, hands)
+        return [Way(found.strokes, 0.0, lambda: found.late)]
 
     with patch.object(scribe, "ways", only):
         return _traced(hand, hands, late)

@@ -17,15 +17,15 @@ from handout.motion.recovery.likeness import unlikeness
 from handout.motion.recovery.models import SAMPLES, Models, along, frame
 from handout.values import Array, Indices
 
-POOL = 8  # instances of a letter that tell how its author writes it
-WAYS = 6  # of writing an instance that are weighed
-MARGIN = 6.0  # one that costs so much more than the cheapest is not made good by the author's habit
+POOL = 6  # instances of a letter that tell how its author writes it
+WAYS = 5  # of writing an instance that are weighed
+MARGIN = 4.5  # one that costs so much more than the cheapest is not made good by the author's habit
 _SHARP = 12.0  # of unlikeness 1: how much less likely it makes it that two instances were written the same way
 _WEIGHT = 2.0  # costs of a way for one unit less of log likelihood
 _STRAY = 0.003  # share of instances that are written in ways of their own
 _DOUBT = 1.0  # instances seen that follow no habit
 _WARM = 1.0  # costs that make a way less likely by e
-_ROUNDS = 4
+_ROUNDS = 3
 _EXACT = 0.03  # of the logarithm of a size, and of a slant: differences that do not matter
 _LEAST = 0.05  # a way less likely tells nothing of the others
 
@@ -48,7 +48,7 @@ def instance(ways: Sequence[Way], xy: Array, count: int) -> Instance:
     """An instance of a letter, of whose line (n, 2) the first `count` vertices are its body, the others its joins."""
     parts = []
     for way in ways:
-        own = [xy[stroke[stroke < count]] for stroke in way.written.strokes]
+        own = [xy[stroke[stroke < count]] for stroke in way.strokes]
         parts.append([stroke for stroke in own if len(stroke) > 1])
     return Instance(ways, parts, xy[:count])
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,11 +74,19 @@ class Written:
 class Way:
     """A way in which a letter may have been written.
 
+    strokes : as in `Written`.
     cost : what it costs a hand, and how unlike the usual ways of writing the letter it is.
+    later : tells which of the strokes are written after the word.
     """
 
-    written: Written
+    strokes: tuple[Indices, ...]
     cost: float
+    later: Callable[[], tuple[bool, ...]]
+
+    @cached_property
+    def written(self) -> Written:
+        """The letter written so."""
+        return Written(self.strokes, self.later())
 
 
 def write(
@@ -110,7 +119,8 @@ def ways(
         found = _ways(entered, letter, hands, costs, weight, most)
         # the lift before the bar is that of the letter which it belongs to
         barred = _ways(crossed, letter, hands, costs, weight, most)
-        found = sorted([*found, *(Way(way.written, way.cost - costs.lift) for way in barred)], key=lambda way: way.cost)
+        barred = [replace(way, cost=way.cost - costs.lift) for way in barred]
+        found = sorted([*found, *barred], key=lambda way: way.cost)
     else:
         found = _ways(line, letter, hands, costs, weight, most)
     return [way for way in found[:most] if way.cost <= found[0].cost + margin]
@@ -146,19 +156,22 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         total += weight * unlike.min(axis=1)
         nearest = unlike.argmin(axis=1)
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
-    made = []
-    for best in np.argsort(total, kind="stable")[:most].tolist():
-        strokes, form = paths[best], int(nearest[best])
-        flags: tuple[bool, ...] = (False,) * len(strokes)
+
+    def later(way: int) -> tuple[bool, ...]:
+        flags: tuple[bool, ...] = (False,) * len(paths[way])
         if known is not None:
-            flags = _late([net.xy[v] for v in strokes], laid[form], known.late[form])
+            flags = _late([net.xy[v] for v in paths[way]], laid[nearest[way]], known.late[nearest[way]])
         # a bar waits only where the pen must first go on to the next letter
-        flags = tuple(
-            stroke[0] in through or (bool(line.joints) and (flag or stroke in found[best].barred))
-            for flag, stroke in zip(flags, found[best].strokes, strict=True)
+        waiting = (
+            stroke[0] in through or (bool(line.joints) and (flag or stroke in found[way].barred))
+            for flag, stroke in zip(flags, found[way].strokes, strict=True)
         )
-        made.append(Way(Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])))
-    return made
+        return (*waiting, *(True,) * len(last))
+
+    return [
+        Way((*paths[way], *last), float(total[way]), partial(later, way))
+        for way in np.argsort(total, kind="stable")[:most].tolist()
+    ]
 
 
 def _walks(

@@ -98,7 +98,8 @@ class Scribe:
     def _ways(self, number: int, line: Line) -> list[Way]:
         glyph = self._hand.glyphs[number]
         if self._hand.pages[glyph.page].moments is not None:
-            return [Way(recorded(self._hand, self.forms, number, line), 0.0)]
+            known = recorded(self._hand, self.forms, number, line)
+            return [Way(known.strokes, 0.0, lambda: known.late)]
         return ways(line, glyph.letter, hands=self._hands, most=WAYS, margin=MARGIN)
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
