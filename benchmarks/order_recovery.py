@@ -117,9 +117,7 @@ def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, 
 
 def _traced(hand: ScannedHand, hands: tuple[str, ...], late: str) -> list[Array]:
     return [
-        path.xy
-        for line in as_written(hand).lines
-        for path in pages.paths(line.placed, hand, hands, late_after=late)
+        path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands, late_after=late)
     ]
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.motion.recovery.letters import Way
+from handout.motion.recovery.letters import Line, Way
 from handout.motion.recovery.likeness import unlikeness
 from handout.motion.recovery.models import SAMPLES, Models, along, frame
 from handout.values import Array, Indices
@@ -44,13 +44,15 @@ class Instance:
     body: Array
 
 
-def instance(ways: Sequence[Way], xy: Array, count: int) -> Instance:
-    """An instance of a letter, of whose line (n, 2) the first `count` vertices are its body, the others its joins."""
+def instance(ways: Sequence[Way], line: Line, count: int) -> Instance:
+    """An instance of a letter, the first `count` vertices of whose line are its body, the others its joins."""
     parts = []
     for way in ways:
-        own = [xy[stroke[stroke < count]] for stroke in way.strokes]
-        parts.append([stroke for stroke in own if len(stroke) > 1])
-    return Instance(ways, parts, xy[:count])
+        # a bar that comes in from the letter before is nothing of this one
+        within = [v for v in way.strokes if v[0] not in line.through] or way.strokes
+        own = [line.xy[stroke[stroke < count]] for stroke in within]
+        parts.append([xy for xy in own if len(xy) > 1])
+    return Instance(ways, parts, line.xy[:count])
 
 
 def usual(sizes: Array, most: int) -> Indices:

@@ -91,7 +91,7 @@ class Scribe:
         if found is None:
             line, sections = _line(self.forms[number], self._small)
             line = self._beside(number, line)
-            made = instance(self._ways(number, line), line.xy, len(self.forms[number].xy))
+            made = instance(self._ways(number, line), line, len(self.forms[number].xy))
             found = self._traced[number] = (made, sections)
         return found
 
