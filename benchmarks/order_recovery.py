@@ -33,7 +33,7 @@ from handout.hand import library
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import letters, pages, scribe
 from handout.motion.recovery.letters import Line as LetterLine
-from handout.motion.recovery.letters import Written, write
+from handout.motion.recovery.letters import Way, Written, write
 from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.network import network
 from handout.motion.recovery.walks import Costs, walks
@@ -104,12 +104,21 @@ def as_written(hand: ScannedHand) -> Manuscript:
 def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
     """The paths of a hand's own first page; `late` as in `paths`."""
     scribe.scribe_of.cache_clear()
-    with patch.object(scribe, "write", lambda line, letter, hands: recover(line, letter, hands)):
-        return [
-            path.xy
-            for line in as_written(hand).lines
-            for path in pages.paths(line.placed, hand, hands, late_after=late)
-        ]
+    if recover is ours:
+        return _traced(hand, hands, late)
+
+    def only(line: LetterLine, letter: str, hands: tuple[str, ...], **_: float) -> list[Way]:
+        found = recover(line, letter, hands)
+        return [Way(found.strokes, 0.0, lambda: found.late)]
+
+    with patch.object(scribe, "ways", only):
+        return _traced(hand, hands, late)
+
+
+def _traced(hand: ScannedHand, hands: tuple[str, ...], late: str) -> list[Array]:
+    return [
+        path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands, late_after=late)
+    ]
 
 
 def simulated(name: str) -> tuple[ScannedHand, list[Array], list[int]]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,21 +80,64 @@ class Written:
     late: tuple[bool, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way in which a letter may have been written.
+
+    strokes : as in `Written`.
+    cost : what it costs a hand, and how unlike the usual ways of writing the letter it is.
+    later : tells which of the strokes are written after the word.
+    """
+
+    strokes: tuple[Indices, ...]
+    cost: float
+    later: Callable[[], tuple[bool, ...]]
+
+    @cached_property
+    def written(self) -> Written:
+        """The letter written so."""
+        return Written(self.strokes, self.later())
+
+
 def write(
     line: Line, letter: str, *, hands: tuple[str, ...] = HANDS, costs: Costs = USUAL, weight: float = _LIKENESS
 ) -> Written:
     """The strokes of a letter, in the order of writing."""
+    return ways(line, letter, hands=hands, costs=costs, weight=weight)[0].written
+
+
+def ways(
+    line: Line,
+    letter: str,
+    *,
+    hands: tuple[str, ...] = HANDS,
+    costs: Costs = USUAL,
+    weight: float = _LIKENESS,
+    most: int = 1,
+    margin: float = np.inf,
+) -> list[Way]:
+    """Ways in which a letter may have been written, the cheapest first.
+
+    Parameters
+    ----------
+    most : how many are given.
+    margin : none is given that costs so much more than the cheapest.
+    """
     if line.either:
         entered = replace(line, begin=(*line.begin, *line.either), either=())
         crossed = replace(line, through=(*line.through, *line.either), either=())
-        found = [_written(one, letter, hands, costs, weight) for one in (entered, crossed)]
+        found = _ways(entered, letter, hands, costs, weight, most)
         # the lift before the bar is that of the letter which it belongs to
-        return found[int(found[1][1] - costs.lift < found[0][1])][0]
-    return _written(line, letter, hands, costs, weight)[0]
+        barred = _ways(crossed, letter, hands, costs, weight, most)
+        barred = [replace(way, cost=way.cost - costs.lift) for way in barred]
+        found = sorted([*found, *barred], key=lambda way: way.cost)
+    else:
+        found = _ways(line, letter, hands, costs, weight, most)
+    return [way for way in found[:most] if way.cost <= found[0].cost + margin]
 
 
-def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float) -> tuple[Written, float]:
-    """The strokes of a letter, and what they cost."""
+def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float, most: int) -> list[Way]:
+    """Ways to write a letter of which it is known what comes into it."""
     net = network(line.xy, line.radius, line.density, line.edges)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
@@ -119,33 +163,37 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = _walks(net, line, letter, begin, finish, through, others, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
-    ways = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
+    paths = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
-    late: tuple[bool, ...] | None = None
+    nearest = np.zeros(len(found), dtype=np.intp)
     if known is not None:
         parts = [
             [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke not in others]
             or [net.xy[v] for v in way]
-            for way, walk in zip(ways, found, strict=True)
+            for way, walk in zip(paths, found, strict=True)
         ]
         unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
         total += weight * unlike.min(axis=1)
-        best = int(total.argmin())
-        form = int(unlike[best].argmin())
-        late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
-    best = int(total.argmin())
-    strokes = [_whole(way, line) for way in ways[best]]
-    flags = late or (False,) * len(strokes)
-    barred = found[best].barred
-    # a bar waits only where the pen must first go on to the next letter
-    waits = bool(line.joints) or (line.joining and letter in WAITING)
-    flags = tuple(
-        stroke in others or (waits and stroke in barred) or (flag and bool(line.joints))
-        for flag, stroke in zip(flags, found[best].strokes, strict=True)
-    )
+        nearest = unlike.argmin(axis=1)
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
-    return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
+
+    def later(way: int) -> tuple[bool, ...]:
+        flags: tuple[bool, ...] = (False,) * len(paths[way])
+        if known is not None:
+            flags = _late([net.xy[v] for v in paths[way]], laid[nearest[way]], known.late[nearest[way]])
+        # a bar waits only where the pen must first go on to the next letter
+        waits = bool(line.joints) or (line.joining and letter in WAITING)
+        waiting = (
+            stroke in others or (waits and stroke in found[way].barred) or (flag and bool(line.joints))
+            for flag, stroke in zip(flags, found[way].strokes, strict=True)
+        )
+        return (*waiting, *(True,) * len(last))
+
+    return [
+        Way((*(_whole(path, line) for path in paths[way]), *last), float(total[way]), partial(later, way))
+        for way in np.argsort(total, kind="stable")[:most].tolist()
+    ]
 
 
 def _walks(

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.motion.recovery.letters import Line, Written, write
+from handout.motion.recovery.author import MARGIN, POOL, WAYS, Habit, Instance, habit, instance, usual
+from handout.motion.recovery.letters import Line, Way, Written, ways
 from handout.motion.recovery.recorded import clocks, recorded
 from handout.motion.recovery.spanning import Spanning
 from handout.values import Array, Indices
-from handout.writing.scanned.forms import Form, Forms, Way
+from handout.writing.scanned.bending import measures
+from handout.writing.scanned.forms import Form, Forms
+from handout.writing.scanned.forms import Way as Ligature
 
 _BARRED = "tfTFHAE"
 _BAR = 0.7  # of a small letter: no bar is lower
@@ -50,23 +53,60 @@ class Scribe:
         self._slant = float(np.median([page.slant for page in hand.pages]))
         self._spanning = Spanning(hand, self.forms.paths)
         self._loose: dict[int, list[tuple[int, Array, Array]]] = {}
-        self._known: dict[int, tuple[Written, tuple[Indices, ...]]] = {}
+        self._traced: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
+        self._habits: dict[str, tuple[tuple[int, ...], Habit | None]] = {}
+        self._known: dict[int, Written] = {}
 
     def written(self, number: int) -> tuple[Written, tuple[Indices, ...]]:
         """The strokes of a glyph, and which vertices of its line are those of each of its ways, anchor left out,
         outwards: entries, then exits."""
+        traced, sections = self._instance(number)
         found = self._known.get(number)
+        if found is None:
+            found = self._known[number] = self._chosen(number, traced).written
+        return found, sections
+
+    def _chosen(self, number: int, traced: Instance) -> Way:
+        """Of the ways in which a glyph may have been written that which its author has the habit of."""
+        if len(traced.ways) == 1 or self.forms.marks[number]:
+            return traced.ways[0]
+        letter = self._hand.glyphs[number].letter
+        if letter not in self._habits:
+            pool = self._pool(letter)
+            self._habits[letter] = pool, habit([self._instance(other)[0] for other in pool])
+        pool, known = self._habits[letter]
+        if known is None:
+            return traced.ways[0]
+        return known.choose(traced, pool.index(number) if number in pool else -1)
+
+    def _pool(self, letter: str) -> tuple[int, ...]:
+        """Instances of a letter, those that are most as its others are."""
+        own = self._hand.of(letter)
+        return tuple(own[usual(self._measured[own], POOL)].tolist())
+
+    @cached_property
+    def _measured(self) -> Array:
+        """(n, 4): of every glyph, see `measures`, and how much line it has."""
+        bodies = self.forms.bodies
+        size = measures(bodies.xy, bodies.radius, bodies.first, self._small)
+        return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
+
+    def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
+        """A glyph with the ways in which it may have been written, and the vertices of its ligatures."""
+        found = self._traced.get(number)
         if found is None:
             line, sections = _line(self.forms[number], self._small)
             line = self._beside(number, line, sections)
-            found = self._known[number] = (self._write(number, line), sections)
+            made = instance(self._ways(number, line), line, len(self.forms[number].xy))
+            found = self._traced[number] = (made, sections)
         return found
 
-    def _write(self, number: int, line: Line) -> Written:
+    def _ways(self, number: int, line: Line) -> list[Way]:
         glyph = self._hand.glyphs[number]
         if self._hand.pages[glyph.page].moments is not None:
-            return recorded(self._hand, self.forms, number, line)
-        return write(line, glyph.letter, hands=self._hands)
+            known = recorded(self._hand, self.forms, number, line)
+            return [Way(known.strokes, 0.0, lambda: known.late)]
+        return ways(line, glyph.letter, hands=self._hands, most=WAYS, margin=MARGIN)
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
         """See `recorded.clocks`."""
@@ -223,7 +263,7 @@ def _line(form: Form, small: float) -> tuple[Line, tuple[Indices, ...]]:
     return Line(xy, radius, density, np.concatenate(edges), small, tuple(begin), tuple(finish)), tuple(sections)
 
 
-def outwards(form: Form) -> Iterator[tuple[Way, int]]:
+def outwards(form: Form) -> Iterator[tuple[Ligature, int]]:
     """A form's ways, entries first, and the step with which their vertices go away from its body."""
     yield from ((way, -1) for way in form.entries)
     yield from ((way, 1) for way in form.exits)
