@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.motion.recovery.bars import BARRED, CROSSED, beside, onward, own_bar
+from handout.motion.recovery.failing import mended
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
@@ -84,7 +85,9 @@ def write(
 
 def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float) -> tuple[Written, float]:
     """The strokes of a letter, and what they cost."""
-    net = network(line.xy, line.radius, line.density, line.edges)
+    half = float(np.median(line.radius))
+    edges = mended(line.xy, line.radius, line.edges, half, line.joints, _DOT * line.small if dotted(letter) else 0.0)
+    net = network(line.xy, line.radius, line.density, edges, half)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
     known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()

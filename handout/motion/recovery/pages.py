@@ -86,7 +86,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         entered = False
         for stroke in main:
             part = (glyph, trimmed(glyph, stroke, joined))
-            if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
+            if not entered and _goes_on(current, stroke, part, joined, scribe.rate):
                 current, entered = _Movement([*current.parts, part], stroke.end), True
             else:
                 done.append(current)
@@ -118,7 +118,7 @@ def _stitched(
     written = [movement for movement in movements if movement.parts]
     if len(written) < 2 or not patient:
         return written
-    ink = Ink(glyphs)
+    ink = Ink(glyphs, scribe.rate)
     half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
     found = written[:1]
     for movement in written[1:]:
@@ -151,7 +151,7 @@ def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStro
 
 
 def _goes_on(
-    current: _Movement, stroke: PlacedStroke, part: tuple[PlacedGlyph, Indices], joined: dict[int, int], gap: float
+    current: _Movement, stroke: PlacedStroke, part: tuple[PlacedGlyph, Indices], joined: dict[int, int], rate: float
 ) -> bool:
     """Whether a stroke is written without a lift after what was written before it."""
     if not current.parts:
@@ -160,7 +160,7 @@ def _goes_on(
         return joined[stroke.begin] == current.leaving
     # where the pen was recorded it is known that it was lifted
     known = any(glyph.clocks is not None for glyph, _ in (current.parts[-1], part))
-    return current.leaving is None and not known and fails(current.parts[-1], part, gap)
+    return current.leaving is None and not known and fails(current.parts[-1], part, rate)
 
 
 def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:

@@ -10,7 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.motion.recovery.scribe import TIP, Scribe, bridged, outwards
+from handout.motion.recovery.failing import odds, prior, tip
+from handout.motion.recovery.scribe import Scribe, outwards
 from handout.values import Array, Indices, LineGraph, Placed
 from handout.writing.scanned.forms import Form
 
@@ -145,9 +146,9 @@ def trimmed(glyph: PlacedGlyph, stroke: PlacedStroke, joins: dict[int, int]) -> 
     return vertices
 
 
-def fails(first: tuple[PlacedGlyph, Indices], second: tuple[PlacedGlyph, Indices], gap: float) -> bool:
-    """Whether a movement goes on in another with a little ink missing."""
+def fails(first: tuple[PlacedGlyph, Indices], second: tuple[PlacedGlyph, Indices], rate: float) -> bool:
+    """Whether a movement goes on in another with a little ink missing, in a hand that joins such a share of letters."""
     (one, end), (other, begin) = first, second
-    a, b = one.graph.xy[end[-TIP:]], other.graph.xy[begin[:TIP]]
-    aims = [(xy[i] - xy[j]) / max(float(np.hypot(*(xy[i] - xy[j]))), 1e-9) for xy, i, j in ((a, -1, 0), (b, 0, -1))]
-    return bridged(a[-1], aims[0], b[0], aims[1], float(np.median(one.graph.radius)), gap) > 0
+    half = float(np.median(one.graph.radius))
+    ends = [tip(g.graph.xy, g.graph.radius, chain, half) for g, chain in ((one, end[::-1]), (other, begin))]
+    return odds(ends[0], ends[1], half) + prior(rate) > 0
