@@ -64,10 +64,12 @@ class Written:
 
     strokes : vertices of its line in order, for each pen-down movement.
     late : for each, whether it is written after the word.
+    bars : for each, whether it is a bar, or what else forms of the letter write late, whenever this one was written.
     """
 
     strokes: tuple[Indices, ...]
     late: tuple[bool, ...]
+    bars: tuple[bool, ...] = ()
 
 
 def write(
@@ -120,13 +122,15 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     strokes = ways[best]
     flags = late or (False,) * len(strokes)
     barred = found[best].barred
+    bars = tuple(flag or stroke in barred for flag, stroke in zip(flags, found[best].strokes, strict=True))
     # a bar waits only where the pen must first go on to the next letter
     flags = tuple(
-        stroke[0] in through or (bool(line.joints) and (flag or stroke in barred))
-        for flag, stroke in zip(flags, found[best].strokes, strict=True)
+        stroke[0] in through or (bool(line.joints) and bar)
+        for bar, stroke in zip(bars, found[best].strokes, strict=True)
     )
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
-    return Written((*strokes, *last), (*flags, *(True,) * len(last))), float(total[best])
+    more = (True,) * len(last)
+    return Written((*strokes, *last), (*flags, *more), (*bars, *more)), float(total[best])
 
 
 def _walks(

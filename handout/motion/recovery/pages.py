@@ -90,7 +90,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
                 current, entered = _Movement([*current.parts, part], stroke.end), True
             else:
                 done.append(current)
-                current = _Movement([part], stroke.end)
+                current = _Movement([part], stroke.end, stroke.bar)
         before = [movement for movement in late if movement.leaving is not None]
         late = [movement for movement in late if movement.leaving is None]
         for stroke in after:
@@ -105,10 +105,15 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
 
 @dataclass(frozen=True, eq=False)
 class _Movement:
-    """Parts of several glyphs that are written in one go, and the way by which it left the last of them."""
+    """Parts of several glyphs that are written in one go.
+
+    leaving : the way by which it left the last of them.
+    bar : whether it is nothing but a bar, which the pen is lifted for.
+    """
 
     parts: list[tuple[PlacedGlyph, Indices]]
     leaving: int | None
+    bar: bool = False
 
 
 def _stitched(
@@ -125,6 +130,7 @@ def _stitched(
         before, after = found[-1].parts[-1], movement.parts[0]
         # capitals and marks are lifted for by nearly everybody; of a recorded pen it is known when it was lifted
         free = all(g.placed.glyph.letter.islower() and g.clocks is None for g, _ in (before, after))
+        free = free and not (found[-1].bar or movement.bar)
         way = ink.way(before, after, _BACK * half * scribe.small_in_halves) if free else None
         if way is None:
             found.append(movement)

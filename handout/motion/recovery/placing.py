@@ -23,12 +23,14 @@ class PlacedStroke:
     """A movement while its word is put together.
 
     vertices : of the glyph's graph; begin, end : the way at whose outer end it begins, ends, or None.
+    bar : whether it is a bar, late or not.
     """
 
     vertices: Indices
     late: bool
     begin: int | None
     end: int | None
+    bar: bool
 
 
 @dataclass(eq=False)
@@ -57,15 +59,21 @@ def place(placed: Placed, scribe: Scribe) -> PlacedGlyph:
     section = np.full(len(form.xy) + sum(map(len, sections)), -1, dtype=np.intp)
     for k, own in enumerate(sections):
         section[own] = k
-    for vertices, late in zip(written.strokes, written.late, strict=True):
-        stroke = _laid(vertices, section, sections, chains, late)
+    bars = written.bars or written.late
+    for vertices, late, bar in zip(written.strokes, written.late, bars, strict=True):
+        stroke = _laid(vertices, section, sections, chains, late, bar)
         if stroke is not None:
             made.strokes.append(stroke)
     return made
 
 
 def _laid(
-    vertices: Indices, section: Indices, sections: tuple[Indices, ...], chains: list[Indices | None], late: bool
+    vertices: Indices,
+    section: Indices,
+    sections: tuple[Indices, ...],
+    chains: list[Indices | None],
+    late: bool,
+    bar: bool,
 ) -> PlacedStroke | None:
     """A stroke of a glyph's line on the graph of the placed glyph, whose ways are other than they were."""
     of = section[vertices]
@@ -88,7 +96,7 @@ def _laid(
         inward = vertices[a] == outer
         parts.append(chain[:0:-1] if inward else chain[1:])
     whole = np.concatenate([np.zeros(0, dtype=np.intp), *parts])
-    return PlacedStroke(whole, late, begin, end) if len(whole) else None
+    return PlacedStroke(whole, late, begin, end, bar) if len(whole) else None
 
 
 def _chains(graph: LineGraph, form: Form) -> list[Indices | None]:
