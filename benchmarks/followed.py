@@ -6,6 +6,10 @@ the two run the same way.  A recovered path may make detours of one x-height on 
 long is no other stroke.  Dots, shorter than half a millimetre, are found where a path is, and have no direction.  A
 word is *in order* where all its strokes are found and the recovered paths, and places on one path, come in the order
 of writing; *all right* where all directions are right, too.
+
+Detours over what is not there are not seen by that: so much of the length that is drawn lies off the ink, farther than
+`NEAR` from the line graph.  A lift, between two strokes of a word, is *kept* unless one recovered path has half of both
+of them, or is joined with others that have.
 """
 
 from __future__ import annotations
@@ -26,6 +30,8 @@ _DETOUR = 2.5  # mm
 _DOT, _MET = 0.5, 0.3  # mm; share of a dot that a path meets
 _STEP = 0.1  # mm
 _BACK = 0.02  # of a path: places so near one another are one
+_PASSED = 0.5  # of a stroke that a path has
+_CHANGE = 10.0  # places on no stroke at all that a path may pass rather than change over to another stroke
 
 
 @dataclass
@@ -38,10 +44,14 @@ class Tally:
     words: int = 0
     ordered: int = 0
     good: int = 0
+    drawn: float = 0.0
+    off: float = 0.0
+    lifts: int = 0
+    kept: int = 0
     wrong: list[int] = field(default_factory=list)
 
     def __iadd__(self, other: Tally) -> Tally:
-        for name in ("strokes", "found", "right", "words", "ordered", "good"):
+        for name in ("strokes", "found", "right", "words", "ordered", "good", "drawn", "off", "lifts", "kept"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.wrong += other.wrong
         return self
@@ -50,6 +60,10 @@ class Tally:
         """Strokes found; of these in the right direction; words in order; words all right."""
         strokes, found, words = max(self.strokes, 1), max(self.found, 1), max(self.words, 1)
         return self.found / strokes, self.right / found, self.ordered / words, self.good / words
+
+    def drawing(self) -> tuple[float, float]:
+        """Of the length that is drawn, how much lies off the ink; lifts kept."""
+        return self.off / max(self.drawn, 1e-9), self.kept / max(self.lifts, 1)
 
 
 def tally(true: Sequence[Array], words: Sequence[int], recovered: Sequence[Array], seen: Array) -> Tally:
@@ -64,13 +78,21 @@ def tally(true: Sequence[Array], words: Sequence[int], recovered: Sequence[Array
     paths = [evenly(xy) for xy in recovered]
     tree = cKDTree(seen)
     found: dict[int, list[tuple[bool, bool, float]]] = {}
+    followed: dict[int, list[Array]] = {}
     for stroke, word in zip(true, words, strict=True):
         places = evenly(stroke)
         places = places[tree.query(places)[0] <= NEAR]
         if len(places):
             dot = float(np.ptp(stroke, axis=0).max()) < _DOT
             found.setdefault(word, []).append(_judged(places, paths, dot))
+            followed.setdefault(word, []).append(places)
     result = Tally()
+    for path in paths:
+        result.drawn += _STEP * (len(path) - 1)
+        result.off += _STEP * float((tree.query(path)[0] > NEAR).sum())
+    for own in followed.values():
+        result.lifts += len(own) - 1
+        result.kept += _parts(own, paths) - 1
     for word, strokes in found.items():
         places_ = [place for _, _, place in strokes]
         ordered = all(ok for ok, _, _ in strokes) and bool((np.diff(places_) >= -_BACK).all())
@@ -111,6 +133,39 @@ def _judged(places: Array, paths: Sequence[Array], dot: bool) -> tuple[bool, boo
     ok = share >= FOUND or (dot and share >= _MET)
     same = forward[0] >= backward[0]
     return ok, ok and (dot or same), (forward if same else backward)[1]
+
+
+def _parts(strokes: Sequence[Array], paths: Sequence[Array]) -> int:
+    """How many of a word's strokes, given by their places, no recovered path joins to others of them."""
+    part = list(range(len(strokes)))
+    low, high = (pick([pick(xy, axis=0) for xy in strokes], axis=0) for pick in (np.min, np.max))
+    for path in paths:
+        if len(strokes) > 1 and not ((path.min(axis=0) > high).any() or (path.max(axis=0) < low).any()):
+            passed = _passed(strokes, path)
+            part = [min(part[k] for k in passed) if one in {part[k] for k in passed} else one for one in part]
+    return len(set(part))
+
+
+def _passed(strokes: Sequence[Array], path: Array) -> list[int]:
+    """The strokes of which a path has half, each of its places being on one stroke only."""
+    away = np.column_stack([cKDTree(xy).query(path, distance_upper_bound=2 * NEAR)[0] for xy in strokes])
+    price = np.minimum(away / (2 * NEAR), 1.0) ** 2
+    total, back = price[0], np.zeros(price.shape, dtype=np.intp)
+    for step in range(1, len(path)):
+        least = int(total.argmin())
+        change = total[least] + _CHANGE < total
+        back[step] = np.where(change, least, np.arange(len(strokes)))
+        total = np.where(change, total[least] + _CHANGE, total) + price[step]
+    on = np.zeros(len(path), dtype=np.intp)
+    on[-1] = total.argmin()
+    for step in range(len(path) - 1, 0, -1):
+        on[step - 1] = back[step, on[step]]
+    found = []
+    for k, xy in enumerate(strokes):
+        own = path[on == k]
+        if len(own) and (cKDTree(own).query(xy)[0] <= NEAR).mean() >= _PASSED:
+            found.append(k)
+    return found
 
 
 def _along(near: NDArray[np.bool_]) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.motion.recovery.bars import BARRED, CROSSED, WAITING, beside, onward, own_bar
+from handout.motion.recovery.failing import mended
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
@@ -74,10 +75,12 @@ class Written:
 
     strokes : vertices of its line in order, for each pen-down movement.
     late : for each, whether it is written after the word.
+    bars : for each, whether it is a bar, or what else forms of the letter write late, whenever this one was written.
     """
 
     strokes: tuple[Indices, ...]
     late: tuple[bool, ...]
+    bars: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +89,17 @@ class Way:
 
     strokes : as in `Written`.
     cost : what it costs a hand, and how unlike the usual ways of writing the letter it is.
-    later : tells which of the strokes are written after the word.
+    later : tells which of the strokes are written after the word, and which are bars.
     """
 
     strokes: tuple[Indices, ...]
     cost: float
-    later: Callable[[], tuple[bool, ...]]
+    later: Callable[[], tuple[tuple[bool, ...], tuple[bool, ...]]]
 
     @cached_property
     def written(self) -> Written:
         """The letter written so."""
-        return Written(self.strokes, self.later())
+        return Written(self.strokes, *self.later())
 
 
 def write(
@@ -138,7 +141,9 @@ def ways(
 
 def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight: float, most: int) -> list[Way]:
     """Ways to write a letter of which it is known what comes into it."""
-    net = network(line.xy, line.radius, line.density, line.edges)
+    half = float(np.median(line.radius))
+    edges = mended(line.xy, line.radius, line.edges, half, line.joints, _DOT * line.small if dotted(letter) else 0.0)
+    net = network(line.xy, line.radius, line.density, edges, half)
     dots = _dots(net, line) if dotted(letter) else {}
     rest = [b for b in range(len(net.branches)) if b not in dots]
     foreign = {int(v) for bar in line.others for v in bar}
@@ -177,18 +182,21 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         total += weight * unlike.min(axis=1)
         nearest = unlike.argmin(axis=1)
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
+    more = (True,) * len(last)
 
-    def later(way: int) -> tuple[bool, ...]:
+    def later(way: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
         flags: tuple[bool, ...] = (False,) * len(paths[way])
         if known is not None:
             flags = _late([net.xy[v] for v in paths[way]], laid[nearest[way]], known.late[nearest[way]])
+        strokes, barred = found[way].strokes, found[way].barred
+        bars = tuple(flag or stroke in barred for flag, stroke in zip(flags, strokes, strict=True))
         # a bar waits only where the pen must first go on to the next letter
         waits = bool(line.joints) or (line.joining and letter in WAITING)
         waiting = (
-            stroke in others or (waits and stroke in found[way].barred) or (flag and bool(line.joints))
-            for flag, stroke in zip(flags, found[way].strokes, strict=True)
+            stroke in others or (waits and stroke in barred) or (flag and bool(line.joints))
+            for flag, stroke in zip(flags, strokes, strict=True)
         )
-        return (*waiting, *(True,) * len(last))
+        return (*waiting, *more), (*bars, *more)
 
     return [
         Way((*(_whole(path, line) for path in paths[way]), *last), float(total[way]), partial(later, way))

@@ -89,12 +89,12 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         entered = False
         for stroke in main:
             part = (glyph, trimmed(glyph, stroke, joined))
-            if not entered and _goes_on(current, stroke, part, joined, scribe.gap):
+            if not entered and _goes_on(current, stroke, part, joined, scribe.rate):
                 parts = [*current.parts, part, *stroke.then]
                 current, entered = _Movement(unwound(parts) if stroke.then else parts, stroke.end), True
             else:
                 done.append(current)
-                current = _Movement([part, *stroke.then], stroke.end)
+                current = _Movement([part, *stroke.then], stroke.end, stroke.bar)
         before = [movement for movement in late if movement.leaving is not None]
         late = [movement for movement in late if movement.leaving is None]
         for stroke in after:
@@ -109,10 +109,15 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
 
 @dataclass(frozen=True, eq=False)
 class _Movement:
-    """Parts of several glyphs that are written in one go, and the way by which it left the last of them."""
+    """Parts of several glyphs that are written in one go.
+
+    leaving : the way by which it left the last of them.
+    bar : whether it is nothing but a bar, which the pen is lifted for.
+    """
 
     parts: list[tuple[PlacedGlyph, Indices]]
     leaving: int | None
+    bar: bool = False
 
 
 def _stitched(
@@ -122,13 +127,14 @@ def _stitched(
     written = [movement for movement in movements if movement.parts]
     if len(written) < 2 or not patient:
         return written
-    ink = Ink(glyphs)
+    ink = Ink(glyphs, scribe.rate)
     half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
     found = written[:1]
     for movement in written[1:]:
         before, after = found[-1].parts[-1], movement.parts[0]
         # capitals and marks are lifted for by nearly everybody; of a recorded pen it is known when it was lifted
         free = all(g.placed.glyph.letter.islower() and g.clocks is None for g, _ in (before, after))
+        free = free and not (found[-1].bar or movement.bar)
         way = ink.way(before, after, _BACK * half * scribe.small_in_halves) if free else None
         if way is None:
             found.append(movement)
@@ -160,7 +166,7 @@ def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStro
 
 
 def _goes_on(
-    current: _Movement, stroke: PlacedStroke, part: tuple[PlacedGlyph, Indices], joined: dict[int, int], gap: float
+    current: _Movement, stroke: PlacedStroke, part: tuple[PlacedGlyph, Indices], joined: dict[int, int], rate: float
 ) -> bool:
     """Whether a stroke is written without a lift after what was written before it."""
     if not current.parts:
@@ -169,7 +175,7 @@ def _goes_on(
         return joined[stroke.begin] == current.leaving
     # where the pen was recorded it is known that it was lifted
     known = any(glyph.clocks is not None for glyph, _ in (current.parts[-1], part))
-    return current.leaving is None and not known and fails(current.parts[-1], part, gap)
+    return current.leaving is None and not known and fails(current.parts[-1], part, rate)
 
 
 def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:

@@ -10,7 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.motion.recovery.scribe import TIP, Scribe, bridged, outwards
+from handout.motion.recovery.failing import odds, prior, tip
+from handout.motion.recovery.scribe import Scribe, outwards
 from handout.values import Array, Indices, LineGraph, Placed
 from handout.writing.scanned.forms import Form
 
@@ -23,12 +24,14 @@ class PlacedStroke:
 
     vertices : of the glyph's graph; begin, end : the way at whose outer end it begins, ends, or None.
     then : what follows without a lift in this glyph and the one before, up to its end.
+    bar : whether it is a bar, late or not.
     """
 
     vertices: Indices
     late: bool
     begin: int | None
     end: int | None
+    bar: bool = False
     then: list[tuple[PlacedGlyph, Indices]] = field(default_factory=list)
 
 
@@ -58,15 +61,21 @@ def place(placed: Placed, scribe: Scribe) -> PlacedGlyph:
     section = np.full(len(form.xy) + sum(map(len, sections)), -1, dtype=np.intp)
     for k, own in enumerate(sections):
         section[own] = k
-    for vertices, late in zip(written.strokes, written.late, strict=True):
-        stroke = _laid(vertices, section, sections, chains, late)
+    bars = written.bars or written.late
+    for vertices, late, bar in zip(written.strokes, written.late, bars, strict=True):
+        stroke = _laid(vertices, section, sections, chains, late, bar)
         if stroke is not None:
             made.strokes.append(stroke)
     return made
 
 
 def _laid(
-    vertices: Indices, section: Indices, sections: tuple[Indices, ...], chains: list[Indices | None], late: bool
+    vertices: Indices,
+    section: Indices,
+    sections: tuple[Indices, ...],
+    chains: list[Indices | None],
+    late: bool,
+    bar: bool,
 ) -> PlacedStroke | None:
     """A stroke of a glyph's line on the graph of the placed glyph, whose ways are other than they were."""
     of = section[vertices]
@@ -92,7 +101,7 @@ def _laid(
         inward = vertices[a] == outer
         parts.append(chain[:0:-1] if inward else chain[1:])
     whole = np.concatenate([np.zeros(0, dtype=np.intp), *parts])
-    return PlacedStroke(whole, late, begin, end) if len(whole) else None
+    return PlacedStroke(whole, late, begin, end, bar) if len(whole) else None
 
 
 def _some(vertices: Indices, section: Indices, chain: Indices) -> Indices:
@@ -158,9 +167,9 @@ def trimmed(glyph: PlacedGlyph, stroke: PlacedStroke, joins: dict[int, int]) -> 
     return vertices
 
 
-def fails(first: tuple[PlacedGlyph, Indices], second: tuple[PlacedGlyph, Indices], gap: float) -> bool:
-    """Whether a movement goes on in another with a little ink missing."""
+def fails(first: tuple[PlacedGlyph, Indices], second: tuple[PlacedGlyph, Indices], rate: float) -> bool:
+    """Whether a movement goes on in another with a little ink missing, in a hand that joins such a share of letters."""
     (one, end), (other, begin) = first, second
-    a, b = one.graph.xy[end[-TIP:]], other.graph.xy[begin[:TIP]]
-    aims = [(xy[i] - xy[j]) / max(float(np.hypot(*(xy[i] - xy[j]))), 1e-9) for xy, i, j in ((a, -1, 0), (b, 0, -1))]
-    return bridged(a[-1], aims[0], b[0], aims[1], float(np.median(one.graph.radius)), gap) > 0
+    half = float(np.median(one.graph.radius))
+    ends = [tip(g.graph.xy, g.graph.radius, chain, half) for g, chain in ((one, end[::-1]), (other, begin))]
+    return odds(ends[0], ends[1], half) + prior(rate) > 0

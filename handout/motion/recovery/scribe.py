@@ -10,6 +10,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.author import MARGIN, POOL, WAYS, Habit, Instance, habit, instance, usual
+from handout.motion.recovery.failing import Tip, odds, prior, tips
 from handout.motion.recovery.letters import Line, Way, Written, ways
 from handout.motion.recovery.recorded import clocks, recorded
 from handout.motion.recovery.spanning import Spanning
@@ -20,9 +21,6 @@ from handout.writing.scanned.forms import Way as Ligature
 
 _BARRED = "tfTFHAE"
 _BAR = 0.7  # of a small letter: no bar is lower
-TIP = 10  # vertices from a tip that tell its direction
-_GAPS = (5.7, 11.0)  # half widths that ink may fail, in hands that lift the pen between letters, and that join them
-_AHEAD = 0.15  # cosine
 _ALONG = 0.6  # of a way that lies in a bar
 _TOUCHED = 8  # vertices of a body that a bar may share where it only ends there
 _JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
@@ -35,7 +33,7 @@ class Scribe:
     width : mm, of the hand's usual line.
     patient : whether dots and bars wait for the end of the word, as they do where letters are joined; people who print
         dot every i at once.
-    gap : half widths that ink may fail between two letters.
+    rate : share of letters that are joined to the next, of those that have one.
     """
 
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
@@ -45,14 +43,14 @@ class Scribe:
         joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
         self.patient = joined >= _JOINED * max(len(beside), 1)
         self._joining = joined >= _JOINING * max(len(beside), 1)
-        self.gap = _GAPS[int(self.patient)]
+        self.rate = (joined + 0.5) / (len(beside) + 1)
         self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
         self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
         wide = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
         self.small_in_halves = self._small / float(np.median(wide))
         self._slant = float(np.median([page.slant for page in hand.pages]))
         self._spanning = Spanning(hand, self.forms.paths)
-        self._loose: dict[int, list[tuple[int, Array, Array]]] = {}
+        self._loose: dict[int, list[Tip]] = {}
         self._traced: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
         self._habits: dict[str, tuple[tuple[int, ...], Habit | None]] = {}
         self._known: dict[int, Written] = {}
@@ -105,7 +103,7 @@ class Scribe:
         glyph = self._hand.glyphs[number]
         if self._hand.pages[glyph.page].moments is not None:
             known = recorded(self._hand, self.forms, number, line)
-            return [Way(known.strokes, 0.0, lambda: known.late)]
+            return [Way(known.strokes, 0.0, lambda: (known.late, known.bars))]
         return ways(line, glyph.letter, hands=self._hands, most=WAYS, margin=MARGIN)
 
     def clocks(self, number: int) -> tuple[Array, Array] | None:
@@ -190,53 +188,22 @@ class Scribe:
         shift = self.forms.centre[other] - self.forms.centre[number]
         ours, theirs = self._tips(number), self._tips(other)
         anchors = {way.anchor for way in (*form.entries, *form.exits)}
-        best, found = 0.0, []
         half = float(np.median(form.radius))
-        for vertex, place, aim in ours:
-            for _, there, away in theirs:
-                good = bridged(place, aim, there + shift, away, half, self.gap)
-                if good > best and vertex not in anchors and ((there + shift)[0] < place[0] + half) == entering:
-                    best, found = good, [vertex]
+        best, found, chance = 0.0, [], prior(self.rate)
+        for one in ours:
+            for other in theirs:
+                there = other.place + shift
+                good = odds(one, replace(other, place=there), half) + chance
+                if good > best and one.vertex not in anchors and (there[0] < one.place[0] + half) == entering:
+                    best, found = good, [one.vertex]
         return found
 
-    def _tips(self, number: int) -> list[tuple[int, Array, Array]]:
+    def _tips(self, number: int) -> list[Tip]:
         found = self._loose.get(number)
         if found is None:
             form = self.forms[number]
-            found = self._loose[number] = tips(form.xy, form.edges)
+            found = self._loose[number] = tips(form.xy, form.radius, form.edges, float(np.median(form.radius)))
         return found
-
-
-def tips(xy: Array, edges: Indices) -> list[tuple[int, Array, Array]]:
-    """Loose ends of a line: vertex, place, and direction outwards."""
-    beside: dict[int, list[int]] = {}
-    for a, b in edges.tolist():
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
-    found = []
-    for end in sorted(vertex for vertex, others in beside.items() if len(others) == 1):
-        chain, before = [end], -1
-        for _ in range(TIP):
-            following = [v for v in beside[chain[-1]] if v != before]
-            if len(following) != 1:
-                break
-            before = chain[-1]
-            chain.append(following[0])
-        aim = xy[end] - xy[chain[-1]]
-        found.append((end, xy[end], aim / max(float(np.hypot(*aim)), 1e-9)))
-    return found
-
-
-def bridged(place: Array, aim: Array, there: Array, away: Array, half: float, most: float) -> float:
-    """0–1: how well two tips, each with its direction outwards, go on in one another over a little missing ink."""
-    way = there - place
-    far = float(np.hypot(*way)) / half
-    if far > most:
-        return 0.0
-    if far < 1e-6:
-        return 1.0
-    straight = min(float(aim @ way), -float(away @ way)) / (far * half)
-    return max(0.0, straight - _AHEAD) if far > 2.5 else 1.0
 
 
 @lru_cache(maxsize=4)

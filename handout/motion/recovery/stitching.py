@@ -12,21 +12,24 @@ from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 
+from handout.motion.recovery.failing import bridges
 from handout.motion.recovery.placing import PlacedGlyph
 from handout.values import Array, Indices
 
 _GRAIN = 1e-5  # mm: places nearer to one another are one
-_GAP = 10.0  # half widths that ink may fail
 _FAILED = 2.0  # so much longer a way without ink counts
 Part: TypeAlias = "tuple[PlacedGlyph, Indices]"
 
 
 class Ink:
-    """The line of a whole word, letters and ligatures in one."""
+    """The line of a whole word, letters and ligatures in one.
 
-    def __init__(self, glyphs: Sequence[PlacedGlyph]) -> None:
+    rate : share of letters that the hand joins to the next.
+    """
+
+    def __init__(self, glyphs: Sequence[PlacedGlyph], rate: float) -> None:
         self._glyphs = glyphs
         self._first = np.cumsum([0, *(len(glyph.graph) for glyph in glyphs)])
         self._number = {id(glyph): k for k, glyph in enumerate(glyphs)}
@@ -41,8 +44,11 @@ class Ink:
         count = len(place)
         # an edge that two letters share is there once
         pairs, kept = np.unique(np.sort(edges, axis=1), axis=0, return_index=True)
-        half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
-        pairs, length = _bridged(place, pairs, length[kept], _GAP * half)
+        radius = np.concatenate([glyph.graph.radius for glyph in glyphs])
+        owner = np.repeat(np.arange(len(glyphs)), np.diff(self._first))[self._one]
+        over = bridges(place, radius[self._one], pairs, float(np.median(radius)), owner, rate)
+        far = np.hypot(*(place[over[:, 0]] - place[over[:, 1]]).T)
+        pairs, length = np.concatenate([pairs, over]), np.concatenate([length[kept], _FAILED * far])
         self._lengths = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
 
     def way(self, before: Part, after: Part, most: float) -> list[Part] | None:
@@ -72,16 +78,3 @@ class Ink:
             for k, some in groupby(zip(owned.tolist(), whose.tolist(), strict=True), key=lambda one: one[1])
         ]
 
-
-def _bridged(place: Array, edges: Indices, length: Array, gap: float) -> tuple[Indices, Array]:
-    """Edges and their lengths, with those from loose ends over failed ink to the nearest of what lies beyond."""
-    count = len(place)
-    _, piece = connected_components(csr_array((length, (edges[:, 0], edges[:, 1])), shape=(count, count)), False)
-    tips = np.flatnonzero(np.bincount(edges.ravel(), minlength=count) <= 1)
-    away = np.hypot(*(place[tips, None] - place[None]).transpose(2, 0, 1))
-    away[piece[tips, None] == piece[None]] = np.inf
-    nearest = away.argmin(axis=1)
-    far = away[np.arange(len(tips)), nearest]
-    over = far < gap
-    added = np.column_stack([tips[over], nearest[over]])
-    return np.concatenate([edges, added]), np.concatenate([length, _FAILED * far[over]])
