@@ -108,10 +108,10 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
             or [net.xy[v] for v in way]
             for way, walk in zip(ways, found, strict=True)
         ]
-        unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
-        total += weight * unlike.min(axis=1)
+        unlike = weight * unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish)) + known.cost
+        total += unlike.min(axis=1)
         best = int(total.argmin())
-        form = int(unlike[best].argmin())
+        form = int(np.where(known.drawn, unlike[best], np.inf).argmin())
         late = _late([net.xy[v] for v in ways[best]], laid[form], known.late[form])
     best = int(total.argmin())
     strokes = ways[best]
