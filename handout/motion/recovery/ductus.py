@@ -17,7 +17,7 @@ import numpy as np
 from handout.tables import loaded
 from handout.values import Array
 
-_RARE = 1.0  # what it costs beside a walk over a letter that few people write so
+_COST = {"usual": 0.0, "other": 0.5, "rare": 1.0}  # of ways that fewer people have, in the unit of a walk's cost
 _FINE = 8  # places between two points
 
 
@@ -36,8 +36,7 @@ class Way:
 @lru_cache(maxsize=512)
 def ways(letter: str) -> tuple[Way, ...]:
     """The ways of writing a letter, the usual ones first; none where it is not known."""
-    parts = (("usual", 0.0), ("rare", _RARE))
-    return tuple(Way(_strokes(text), cost) for part, cost in parts for text in _table()[part].get(letter, ()))
+    return tuple(Way(_strokes(text), cost) for part, cost in _COST.items() for text in _table()[part].get(letter, ()))
 
 
 @lru_cache(maxsize=1)

@@ -24,6 +24,7 @@ from handout.values import Array, Glyph
 HANDS = ("house-joined", "house-quick", "house-print")
 SAMPLES = 24  # of a path
 _FORMS = 8  # of each hand
+_ONE_HAND = 0.0  # cost of a form that one writer is known to have
 _STEP = 4  # places of a curve on either side that tell whether it turns back
 
 
@@ -32,6 +33,7 @@ class Models:
     """Some forms of one letter.
 
     xy : (f, s, 2) float, evenly along each form, mean 0, both deviations 1, x and y uncorrelated.
+    of : (f, s) int: the stroke that each place is on.
     late : (f, s) bool: written after the word.
     strokes : (f,) int: how many each has.
     ends : for each form (k, 2) float: where its strokes begin and end and where they turn back.
@@ -40,6 +42,7 @@ class Models:
     """
 
     xy: Array
+    of: NDArray[np.intp]
     late: NDArray[np.bool_]
     strokes: NDArray[np.intp]
     ends: tuple[Array, ...]
@@ -52,9 +55,9 @@ class Models:
     def take(self, forms: NDArray[np.intp]) -> Models:
         """Some of the forms."""
         ends = tuple(self.ends[i] for i in forms)
-        return Models(
-            self.xy[forms], self.late[forms], self.strokes[forms], ends, self.cost[forms], self.drawn[forms]
-        )
+        each = (self.xy, self.of, self.late, self.strokes)
+        xy, of, late, strokes = (values[forms] for values in each)
+        return Models(xy, of, late, strokes, ends, self.cost[forms], self.drawn[forms])
 
 
 def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HANDS) -> Models | None:
@@ -80,8 +83,9 @@ def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> M
     found = [made for one in (*glyphs, *taught) if (made := _model(one)) is not None]
     if not found:
         return None
-    xy, late, strokes, ends, cost, drawn = zip(*found, strict=True)
-    return Models(np.array(xy), np.array(late), np.array(strokes, dtype=np.intp), ends, np.array(cost), np.array(drawn))
+    xy, of, late, ends, cost, drawn = zip(*found, strict=True)
+    strokes = np.array([int(which[-1]) + 1 for which in of], dtype=np.intp)
+    return Models(np.array(xy), np.array(of), np.array(late), strokes, ends, np.array(cost), np.array(drawn))
 
 
 def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
@@ -95,7 +99,7 @@ def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
     return [g for some in zip_longest(*turned) for g in some if g is not None][:_FORMS]
 
 
-def _model(one: Glyph | Way) -> tuple[Array, NDArray[np.bool_], int, Array, float, bool] | None:
+def _model(one: Glyph | Way) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_], Array, float, bool] | None:
     drawn = isinstance(one, Glyph)
     curves = [curve(stroke) for stroke in one.strokes] if isinstance(one, Glyph) else list(one.strokes)
     xy, which = along(curves, SAMPLES)
@@ -106,8 +110,8 @@ def _model(one: Glyph | Way) -> tuple[Array, NDArray[np.bool_], int, Array, floa
     marks = np.concatenate([[curve[0], curve[-1], *_turns(curve)] for curve in curves])
     low = xy.mean(axis=0)
     matrix = np.linalg.inv(frame(xy - low)).T
-    cost = 0.0 if isinstance(one, Glyph) else one.cost
-    return (xy - low) @ matrix, late, len(curves), (marks - low) @ matrix, cost, drawn
+    cost = _ONE_HAND if isinstance(one, Glyph) else one.cost
+    return (xy - low) @ matrix, which, late, (marks - low) @ matrix, cost, drawn
 
 
 def frame(xy: Array) -> Array:
