@@ -17,7 +17,7 @@ import numpy as np
 from handout.tables import loaded
 from handout.values import Array
 
-_COST = {"usual": 0.0, "other": 0.5, "rare": 1.0}  # of ways that fewer people have, in the unit of a walk's cost
+_COST = {"usual": 0.0, "other": 1.3, "rare": 1.6}  # of ways that fewer people have, in the unit of a walk's cost
 _FINE = 8  # places between two points
 
 

@@ -20,7 +20,7 @@ from handout.values import Array, Indices
 
 _LIKENESS = 10.0  # costs of a walk for one of unlikeness
 _WAYS = 16  # walks that are compared
-_SPARED = 2.5  # of a lift that a form has, too
+_SPARED = 2.4  # of a lift that a form has, too
 _MARGIN = 7.0  # a walk that costs so much more than the cheapest is not made good by its likeness
 _FORMS = 6  # forms that they are compared with
 _LOOKED = 3  # forms that say where strokes may begin and turn
@@ -93,7 +93,8 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     if known is not None:
         body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
-        known, laid = fitting(known, net.xy[own], _FORMS)
+        whole = np.unique(np.concatenate([net.branches[b] for b in rest]))
+        known, laid = fitting(known, net.xy[whole], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
     net = part(net, rest, marks)
     begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))

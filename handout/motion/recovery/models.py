@@ -24,7 +24,7 @@ from handout.values import Array, Glyph
 HANDS = ("house-joined", "house-quick", "house-print")
 SAMPLES = 24  # of a path
 _FORMS = 8  # of each hand
-_ONE_HAND = 0.0  # cost of a form that one writer is known to have
+_ONE_HAND = 1.2  # cost of a form that one writer is known to have
 _STEP = 4  # places of a curve on either side that tell whether it turns back
 
 
