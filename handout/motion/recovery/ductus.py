@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from handout.tables import loaded
 from handout.values import Array
 
-_COST = {"usual": 0.0, "other": 1.3, "rare": 1.6}  # of ways that fewer people have, in the unit of a walk's cost
+_OTHER, _RARE = 1.3, 1.6  # costs of ways that fewer people have, in the unit of a walk's
 _FINE = 8  # places between two points
 
 
@@ -36,7 +37,8 @@ class Way:
 @lru_cache(maxsize=512)
 def ways(letter: str) -> tuple[Way, ...]:
     """The ways of writing a letter, the usual ones first; none where it is not known."""
-    return tuple(Way(_strokes(text), cost) for part, cost in _COST.items() for text in _table()[part].get(letter, ()))
+    parts = (("usual", 0.0), ("other", _OTHER), ("rare", _RARE))
+    return tuple(Way(_strokes(text), cost) for part, cost in parts for text in _table()[part].get(letter, ()))
 
 
 @lru_cache(maxsize=1)
@@ -53,7 +55,7 @@ def _stroke(points: list[str]) -> Array:
     xy = np.array([[float(point[0]), float(point[1])] for point in points])
     corners = [i for i, point in enumerate(points) if point.endswith("'")]
     bounds = [0, *corners, len(points) - 1]
-    parts = [curve(xy[a : b + 1]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [curve(xy[a : b + 1]) for a, b in pairwise(bounds)]
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 

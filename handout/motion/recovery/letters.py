@@ -93,8 +93,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     if known is not None:
         body = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
-        whole = np.unique(np.concatenate([net.branches[b] for b in rest]))
-        known, laid = fitting(known, net.xy[whole], _FORMS)
+        known, laid = fitting(known, net.xy[own], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
     net = part(net, rest, marks)
     begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))

@@ -19,7 +19,7 @@ from handout.motion.recovery.network import Network
 from handout.values import Array
 
 _WIDTH = 32  # walks that are followed
-_GUIDED = 8  # where a form is followed
+_GUIDED = 4  # where a form is followed
 _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
@@ -143,11 +143,7 @@ def guided(
     """The walks that follow each of some guides best, with what they cost without a guide; see `walks`."""
     prices = _prices(net, small, begin, finish, (), costs)
     first = [costs.first if begin and end not in begin else 0.0 for end in range(len(net.knot))]
-    found = {
-        strokes
-        for guide in guides
-        for _, strokes in _search(_swayed(prices, guide), first, costs, most, width)
-    }
+    found = {strokes for guide in guides for _, strokes in _search(_swayed(prices, guide), first, costs, most, width)}
     return [Walk(strokes, _cost(strokes, prices, first, costs)) for strokes in sorted(found)]
 
 
