@@ -142,13 +142,18 @@ def recorded_letters(folder: Path) -> dict[str, Tally]:
     """Every method on single letters."""
     found = {name: Tally() for name in METHODS}
     for cell in recorded.cells(recorded.letters(folder)):
-        graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
-        small = high if cell.recording.text in _SMALL else 0.6 * high
-        line = LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
+        line = alone(cell)
         for name, recover in METHODS.items():
-            paths = [graph.xy[own] for own in recover(line, cell.recording.text, HANDS).strokes]
-            found[name] += tally(cell.strokes, [0] * len(cell.strokes), paths, graph.xy)
+            paths = [cell.graph.xy[own] for own in recover(line, cell.recording.text, HANDS).strokes]
+            found[name] += tally(cell.strokes, [0] * len(cell.strokes), paths, cell.graph.xy)
     return found
+
+
+def alone(cell: recorded.Cell) -> LetterLine:
+    """The line of a recorded letter, which stands alone."""
+    graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
+    small = high if cell.recording.text in _SMALL else 0.6 * high
+    return LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
 
 
 def recorded_words(folder: Path, rows: int = 15) -> dict[str, Tally]:

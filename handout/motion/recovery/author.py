@@ -107,16 +107,18 @@ def habit(pool: Sequence[Instance]) -> Habit | None:
 
 def _models(pool: Sequence[Instance]) -> Models:
     """All ways of some instances as forms, each laid in the frame of its letter's body."""
-    found, strokes = [], []
+    found, of = [], []
     for one in pool:
         middle = one.body.mean(axis=0)
         matrix = np.linalg.inv(frame(one.body - middle)).T
         for parts in one.parts:
-            found.append((along(parts, SAMPLES)[0] - middle) @ matrix)
-            strokes.append(len(parts))
+            places, which = along(parts, SAMPLES)
+            found.append((places - middle) @ matrix)
+            of.append(which)
     count = len(found)
     late, ends = np.zeros((count, SAMPLES), dtype=np.bool_), (np.zeros((0, 2)),) * count
-    return Models(np.array(found), late, np.array(strokes, dtype=np.intp), ends)
+    strokes = np.array([len(parts) for one in pool for parts in one.parts], dtype=np.intp)
+    return Models(np.array(found), np.array(of), late, strokes, ends, np.zeros(count), late[:, 0])
 
 
 def _alike(one: Instance, forms: Models) -> Array:

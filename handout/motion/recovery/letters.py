@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 
 from handout.motion.recovery.bars import BARRED, CROSSED, WAITING, beside, onward, own_bar
 from handout.motion.recovery.failing import mended
+from handout.motion.recovery.guide import guides
 from handout.motion.recovery.likeness import fitting, unlikeness
 from handout.motion.recovery.loops import amiss
 from handout.motion.recovery.models import HANDS, Models, along, frame, models
 from handout.motion.recovery.network import Network, network, part
-from handout.motion.recovery.walks import USUAL, Costs, Walk, walks
+from handout.motion.recovery.walks import USUAL, Costs, Walk, guided, walks
 from handout.values import Array, Indices
 
 _LIKENESS = 10.0  # costs of a walk for one of unlikeness
 _WAYS = 16  # walks that are compared
+_SPARED = 2.4  # of a lift that a form has, too
 _MARGIN = 7.0  # a walk that costs so much more than the cheapest is not made good by its likeness
 _FORMS = 6  # forms that they are compared with
 _LOOKED = 3  # forms that say where strokes may begin and turn
@@ -168,6 +170,11 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
     found = _walks(net, line, letter, begin, finish, through, others, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
+    if known is not None and not known.drawn.all() and not others and not line.bars:
+        led = np.flatnonzero(~known.drawn)
+        there = {walk.strokes for walk in found}
+        follow = guided(net, line.small, guides(net, laid[led], known.of[led]), begin=begin, finish=finish, costs=costs)
+        found += [walk for walk in follow if walk.strokes not in there]
     paths = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
@@ -178,9 +185,11 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
             or [net.xy[v] for v in way]
             for way, walk in zip(paths, found, strict=True)
         ]
-        unlike = unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish))
-        total += weight * unlike.min(axis=1)
-        nearest = unlike.argmin(axis=1)
+        unlike = weight * unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish)) + known.cost
+        lifts = np.array([len(walk.strokes) - 1 for walk in found])
+        unlike -= _SPARED * np.minimum(lifts[:, None], known.strokes - 1)
+        total += unlike.min(axis=1)
+        nearest = np.where(known.drawn, unlike, np.inf).argmin(axis=1)
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
     more = (True,) * len(last)
 

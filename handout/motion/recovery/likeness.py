@@ -23,7 +23,7 @@ _LIFTED = 0.04  # of every lift that one has and the other has not
 
 
 def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
-    """The forms of a letter that lie nearest to a line, the nearest first.
+    """The forms of a letter that lie nearest to a line, those of built-in hands before others, the nearest first.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
 
     Returns
     -------
-    Models : of `most` forms at most.
+    Models : of `most` forms of each kind at most.
     (f, s, 2) float: these, laid over the line.
     """
     places = xy[:: max(1, len(xy) // _PLACES)]
@@ -40,8 +40,10 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
     flat = laid.reshape(-1, 2)
     apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1) - 2 * flat @ places.T
     away = np.sqrt(np.maximum(apart, 0.0)).reshape(*laid.shape[:2], -1)
-    nearest = np.argsort(away.min(axis=2).mean(axis=1) + away.min(axis=1).mean(axis=1), kind="stable")[:most]
-    return letter.take(nearest), laid[nearest]
+    nearest = np.argsort(away.min(axis=2).mean(axis=1) + away.min(axis=1).mean(axis=1), kind="stable")
+    own = letter.drawn[nearest]
+    chosen = np.concatenate([nearest[own][:most], nearest[~own][:most]])
+    return letter.take(chosen), laid[chosen]
 
 
 def unlikeness(

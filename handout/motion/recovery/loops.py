@@ -9,10 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from handout.motion.recovery.network import Network
 
 TAILED = frozenset("gjyz")  # letters whose tails are looped backwards
 BOWLED = frozenset("acdegoqCGOQ06")  # letters all of whose other loops go anticlockwise
+STEMMED = frozenset("bfhkl")  # letters whose stems are looped, where nothing tells how high they stand
+_HIGH = 0.6  # of such a letter's height, above which the middle of such a loop is
 _ABOVE, _BELOW = 0.95, -0.05  # of a small letter: where loops of stems and of tails are
 _LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
 
@@ -26,8 +30,13 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
     base : height of the line that the letter stands on, None where that is not known.
     small : height of a small letter, in the unit of the network.
     """
-    if base is None and letter not in TAILED and letter not in BOWLED:
+    if base is None and letter not in TAILED | BOWLED | STEMMED:
         return 0
+    stem = np.inf if base is None else base + _ABOVE * small
+    if letter in STEMMED and base is None:
+        heights = np.concatenate([net.xy[path, 1] for path in net.branches])
+        low, high = float(heights.min()), float(heights.max())
+        stem = low + _HIGH * (high - low)
     wrong = 0
     for stroke in strokes:
         seen: dict[int, int] = {}
@@ -35,21 +44,26 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
             knot = int(net.knot[end])
             first = seen.get(knot)
             if first is not None:
-                wrong += _wrong([net.extent(e) for e in stroke[first:step]], net.half, letter, base, small)
+                wrong += _wrong([net.extent(e) for e in stroke[first:step]], net.half, letter, base, stem, small)
             seen[knot] = step
         last = int(net.knot[stroke[-1] ^ 1])
         if last in seen:
-            wrong += _wrong([net.extent(e) for e in stroke[seen[last] :]], net.half, letter, base, small)
+            wrong += _wrong([net.extent(e) for e in stroke[seen[last] :]], net.half, letter, base, stem, small)
     return wrong
 
 
 def _wrong(
-    branches: Sequence[tuple[float, float, float]], half: float, letter: str, base: float | None, small: float
+    branches: Sequence[tuple[float, float, float]],
+    half: float,
+    letter: str,
+    base: float | None,
+    above: float,
+    small: float,
 ) -> bool:
-    """Whether a loop over some branches, measured, is the wrong way round."""
+    """Whether a loop over some branches, measured, is the wrong way round; loops of stems are above a height."""
     middle = (min(low for low, _, _ in branches) + max(high for _, high, _ in branches)) / 2
     tail = letter in TAILED and (base is None or middle < base + _BELOW * small)
-    stem = base is not None and middle > base + _ABOVE * small
+    stem = middle > above
     if (base is None and tail) or not (tail or stem or letter in BOWLED):
         return False
     area = sum(twice for _, _, twice in branches) / 2

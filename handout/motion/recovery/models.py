@@ -17,12 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hand.library import load
+from handout.motion.recovery import ductus
+from handout.motion.recovery.ductus import Way, curve
 from handout.values import Array, Glyph
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SAMPLES = 24  # of a path
 _FORMS = 8  # of each hand
-_FINE = 8  # places between two points of a form
+_ONE_HAND = 1.2  # cost of a form that one writer is known to have
+_STEP = 4  # places of a curve on either side that tell whether it turns back
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,22 +33,37 @@ class Models:
     """Some forms of one letter.
 
     xy : (f, s, 2) float, evenly along each form, mean 0, both deviations 1, x and y uncorrelated.
+    of : (f, s) int: the stroke that each place is on.
     late : (f, s) bool: written after the word.
     strokes : (f,) int: how many each has.
     ends : for each form (k, 2) float: where its strokes begin and end and where they turn back.
+    cost : (f,) float: of a form that few people write.
+    drawn : (f,) bool: whether it is a built-in hand's, which tells what is written late, or an entry in `ductus`.
     """
 
     xy: Array
+    of: NDArray[np.intp]
     late: NDArray[np.bool_]
     strokes: NDArray[np.intp]
     ends: tuple[Array, ...]
+    cost: Array
+    drawn: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.xy)
 
     def take(self, forms: NDArray[np.intp]) -> Models:
         """Some of the forms."""
-        return Models(self.xy[forms], self.late[forms], self.strokes[forms], tuple(self.ends[i] for i in forms))
+        ends = tuple(self.ends[i] for i in forms)
+        return Models(
+            self.xy[forms],
+            self.of[forms],
+            self.late[forms],
+            self.strokes[forms],
+            ends,
+            self.cost[forms],
+            self.drawn[forms],
+        )
 
 
 def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HANDS) -> Models | None:
@@ -66,12 +84,14 @@ def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HAND
 def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Models | None:
     each = [_chosen(load(hand).glyphs.get(letter, ()), entered, left) for hand in hands]
     glyphs = [glyph for some in zip_longest(*each) for glyph in some if glyph is not None]
-    found = [made for made in map(_model, glyphs) if made is not None]
+    # letters that are led into have the manners of joined hands
+    taught = ductus.ways(letter) if hands and not entered else ()
+    found = [made for one in (*glyphs, *taught) if (made := _model(one)) is not None]
     if not found:
         return None
-    xy, late, ends = zip(*found, strict=True)
-    strokes = np.array([len(glyph.strokes) for glyph in glyphs], dtype=np.intp)
-    return Models(np.array(xy), np.array(late), strokes[: len(found)], ends)
+    xy, of, late, ends, cost, drawn = zip(*found, strict=True)
+    strokes = np.array([int(which[-1]) + 1 for which in of], dtype=np.intp)
+    return Models(np.array(xy), np.array(of), np.array(late), strokes, ends, np.array(cost), np.array(drawn))
 
 
 def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
@@ -85,17 +105,19 @@ def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
     return [g for some in zip_longest(*turned) for g in some if g is not None][:_FORMS]
 
 
-def _model(glyph: Glyph) -> tuple[Array, NDArray[np.bool_], Array] | None:
-    curves = [_curve(stroke) for stroke in glyph.strokes]
+def _model(one: Glyph | Way) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_], Array, float, bool] | None:
+    drawn = isinstance(one, Glyph)
+    curves = [curve(stroke) for stroke in one.strokes] if isinstance(one, Glyph) else list(one.strokes)
     xy, which = along(curves, SAMPLES)
     spread = xy.std(axis=0)
     if spread.max() < 1e-6:
         return None
-    late = np.array(glyph.late, dtype=bool)[which]
+    late = np.array(one.late if isinstance(one, Glyph) else (False,) * len(curves), dtype=bool)[which]
     marks = np.concatenate([[curve[0], curve[-1], *_turns(curve)] for curve in curves])
     low = xy.mean(axis=0)
     matrix = np.linalg.inv(frame(xy - low)).T
-    return (xy - low) @ matrix, late, (marks - low) @ matrix
+    cost = _ONE_HAND if isinstance(one, Glyph) else one.cost
+    return (xy - low) @ matrix, which, late, (marks - low) @ matrix, cost, drawn
 
 
 def frame(xy: Array) -> Array:
@@ -107,20 +129,9 @@ def frame(xy: Array) -> Array:
     return np.array([[x, slant * y], [0.0, y]])
 
 
-def _curve(points: Array) -> Array:
-    """The way through points of a form (Catmull and Rom's spline)."""
-    if len(points) < 3:
-        return points
-    padded = np.concatenate([2 * points[:1] - points[1:2], points, 2 * points[-1:] - points[-2:-1]])
-    a, b, c, d = (padded[i : len(padded) - 3 + i, None] for i in range(4))
-    t = (np.arange(_FINE) / _FINE)[:, None]
-    way = 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3)
-    return np.concatenate([way.reshape(-1, 2), points[-1:]])
-
-
 def _turns(curve: Array) -> Iterator[Array]:
     """Places where a curve turns back on itself."""
-    step = _FINE // 2
+    step = _STEP
     if len(curve) <= 2 * step:
         return
     before, after = curve[step:-step] - curve[: -2 * step], curve[2 * step :] - curve[step:-step]

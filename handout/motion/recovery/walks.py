@@ -7,17 +7,19 @@ them are followed: the effort is linear in the branches.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import TypeAlias
 
 import numpy as np
 
+from handout.motion.recovery.guide import Guide
 from handout.motion.recovery.network import Network
 from handout.values import Array
 
 _WIDTH = 32  # walks that are followed
+_GUIDED = 4  # where a form is followed
 _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
@@ -123,20 +125,75 @@ def walks(
     most : how many walks are given.
     """
     prices = _prices(net, small, begin, finish, through, costs)
-    count = len(net.branches)
+    first = [costs.first if (begin and end not in begin) or end in through else 0.0 for end in range(len(net.knot))]
+    return [Walk(strokes, cost) for cost, strokes in _search(prices, first, costs, most, width)]
+
+
+def guided(
+    net: Network,
+    small: float,
+    guides: Iterable[Guide],
+    *,
+    begin: Sequence[int] = (),
+    finish: Sequence[int] = (),
+    costs: Costs = USUAL,
+    most: int = 1,
+    width: int = _GUIDED,
+) -> list[Walk]:
+    """The walks that follow each of some guides best, with what they cost without a guide; see `walks`."""
+    prices = _prices(net, small, begin, finish, (), costs)
+    first = [costs.first if begin and end not in begin else 0.0 for end in range(len(net.knot))]
+    found = {strokes for guide in guides for _, strokes in _search(_swayed(prices, guide), first, costs, most, width)}
+    return [Walk(strokes, _cost(strokes, prices, first, costs)) for strokes in sorted(found)]
+
+
+def _search(
+    prices: _Prices, first: Sequence[float], costs: Costs, most: int, width: int
+) -> list[tuple[float, tuple[tuple[int, ...], ...]]]:
+    """The cheapest walks and what they cost, the cheapest first; `first`: cost of beginning by each end."""
     states: list[_State] = []
-    for end in range(2 * count):
-        amiss = (begin and end not in begin) or end in through
-        cost = prices.landing[end] + (costs.first if amiss else 0.0) + prices.passing[end]
+    for end, price in enumerate(first):
+        cost = prices.landing[end] + price + prices.passing[end]
         states.append((cost, end, 1 << (end >> 1), 0, 0, None, True))
-    for _ in range(count - 1):
+    for _ in range(len(first) // 2 - 1):
         found: list[_State] = []
         for state in states:
             _steps(state, prices, costs, found)
         states = _kept(found, width)
     done = [(state[0] + prices.leaving[state[1] ^ 1], state) for state in states]
     done.sort(key=itemgetter(0))
-    return [Walk(_strokes(state), cost) for cost, state in done[:most]]
+    return [(cost, _strokes(state)) for cost, state in done[:most]]
+
+
+def _swayed(prices: _Prices, guide: Guide) -> _Prices:
+    """What movements cost with a guide."""
+    passing, onward, air = guide.passing.tolist(), guide.onward.tolist(), guide.air.tolist()
+    return replace(
+        prices,
+        onward=[[(b, price + onward[a ^ 1][b]) for b, price in some] for a, some in enumerate(prices.onward)],
+        passing=[price + more for price, more in zip(prices.passing, passing, strict=True)],
+        again=[price + more for price, more in zip(prices.again, passing, strict=True)],
+        air=[sorted((price + air[a ^ 1][b], b) for price, b in some) for a, some in enumerate(prices.air)],
+    )
+
+
+def _cost(strokes: Sequence[Sequence[int]], prices: _Prices, first: Sequence[float], costs: Costs) -> float:
+    """What a walk costs."""
+    total, passed, before = 0.0, dict[int, int](), -1
+    for stroke in strokes:
+        total += first[stroke[0]] + prices.landing[stroke[0]] if before < 0 else 0.0
+        if before >= 0:
+            after = costs.after if before ^ 1 in prices.finish else 0.0
+            total += costs.lift + after + next(price for price, e in prices.air[before ^ 1] if e == stroke[0])
+        for step, end in enumerate(stroke):
+            if step:
+                total += next(price for e, price in prices.onward[before ^ 1] if e == end)
+            often = passed.get(end >> 1, 0)
+            total += (prices.again if often else prices.passing)[end] + (costs.third if often > 1 else 0.0)
+            passed[end >> 1] = often + 1
+            before = end
+        total += prices.leaving[before ^ 1]
+    return total
 
 
 # a walk so far: what it cost, the end by which its last step left a knot, bits of the branches that it covered, passed
