@@ -3,10 +3,12 @@
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # the first example pays for imports, and other work may hold the machine: times are measured in benchmarks, not here
-settings.register_profile("handout", deadline=None)
+# and how many examples were drawn in vain, or were large, is a matter of luck
+_LUCK = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large)
+settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
 settings.load_profile("handout")
 
 WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"

@@ -62,7 +62,9 @@ def cut(path: Track, rate: float, shortest: float, deviation: float) -> Track:
     Returns
     -------
     Track
-        The knots.  Every stroke keeps its first and last sample; one that stays within `shortest` has one knot.
+        The knots.  Every stroke keeps its first and last sample; the last is left out where the stroke ends within
+        `shortest` of its beginning and no knot fits in between, so that one that stays within `shortest` has one knot.
+        Segments and path are within `deviation` + `shortest` of each other.
     """
     turning = _turning_points(path, 1.0 / rate)
     knots = _evenly(turning, path.stroke_at(turning), rate)
@@ -137,18 +139,46 @@ def _from_chord(points: Array, start: Array, end: Array) -> Array:
 
 
 def _merge(path: Track, knots: Array, wanted: Array, shortest: float) -> Array:
-    """Leave out knots nearer than `shortest` to the one before; turning points stay rather than others."""
-    stroke, xy = path.stroke_at(knots), path.at(knots).tolist()
-    firm = np.isin(knots, wanted).tolist()
+    """Leave out knots nearer than `shortest` to the one before; turning points stay rather than others.
+
+    What is left out is always nearer than that to a knot that stays.
+    """
+    stroke, xy = path.stroke_at(knots), path.at(knots)
+    kept = _filled(xy, stroke, _sifted(xy, stroke, np.isin(knots, wanted), shortest), shortest)
+    length = np.hypot(*np.diff(xy[kept], axis=0).T)
+    # no knot fits between the ends of a stroke that comes back: it goes as far as it went
+    back = np.append(False, (stroke[kept][1:] == stroke[kept][:-1]) & (length < shortest))
+    return knots[_filled(xy, stroke, kept[~back], shortest)]
+
+
+def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:
+    """Knots one after the other, each far enough from the one before, and both ends of every stroke."""
+    places, firm = xy.tolist(), wanted.tolist()
     first, last = (set(ends.tolist()) for ends in _ends(stroke))
     kept: list[int] = []
-    for index, (x, y) in enumerate(xy):
+    for index, (x, y) in enumerate(places):
         stays = firm[index] or index in last
-        while index not in first and math.hypot(x - xy[kept[-1]][0], y - xy[kept[-1]][1]) < shortest:
+        while index not in first and math.hypot(x - places[kept[-1]][0], y - places[kept[-1]][1]) < shortest:
             before = kept[-1]
             if before in first or not stays or (firm[before] and index not in last):
+                kept += [index] * (index in last)
                 break
             kept.pop()
         else:
             kept.append(index)
-    return knots[kept]
+    return np.array(kept)
+
+
+def _filled(xy: Array, stroke: Index, kept: Index, shortest: float) -> Index:
+    """The kept ones and, of those left out, the farthest from its neighbours, until none is `shortest` from both."""
+    while True:
+        place = np.searchsorted(kept, np.arange(len(xy)), side="right") - 1
+        before, after = kept[place], kept[np.minimum(place + 1, len(kept) - 1)]
+        after = np.where(stroke[after] == stroke, after, before)
+        room = np.minimum(np.hypot(*(xy - xy[before]).T), np.hypot(*(xy - xy[after]).T))
+        order = np.lexsort((room, place))
+        farthest = order[np.flatnonzero(np.diff(place[order], append=-1))]
+        more = farthest[room[farthest] >= shortest]
+        if len(more) == 0:
+            return kept
+        kept = np.union1d(kept, more)

@@ -120,7 +120,7 @@ def command(*arguments):
 
 def until_it_draws(process, place):
     """Wait until the job of a process has drawn something; its name."""
-    for _ in range(2000):
+    for _ in range(20000):
         for job in store.every(place):
             if job.standing().place.stroke >= 2:
                 return job.name

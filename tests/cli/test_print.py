@@ -26,6 +26,14 @@ def table():
     return path
 
 
+@pytest.fixture
+def heard():
+    """Ctrl-C reaches programs that are started: behind a shell's & it is shut out for all that are started below."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def about(path):
     with pikepdf.open(path) as document:
         return json.loads(str(document.docinfo["/Subject"]))
@@ -68,16 +76,19 @@ def test_an_envelope_that_nobody_knows_of(call, table):
         assert [job.name.split()[-1] for job in printer.printed] == ["3", "2"]
 
 
-def test_ctrl_c_cancels_what_is_in_flight(table):
+def test_ctrl_c_cancels_what_is_in_flight(table, heard):
     with SimulatedPrinter(faults=Faults(printing=60)) as printer:
         command = [sys.executable, "-m", "handout", "print", str(table), "--queue", printer.uri, "--printer", "epson"]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         running = subprocess.Popen([*command, *QUICK], stderr=subprocess.PIPE, text=True, env=environment)
-        while not printer.jobs and running.poll() is None:
-            threading.Event().wait(0.02)
-        threading.Event().wait(0.3)
-        running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=30)
+        try:
+            while not printer.jobs and running.poll() is None:
+                threading.Event().wait(0.02)
+            threading.Event().wait(0.3)
+            running.send_signal(signal.SIGINT)
+            _, err = running.communicate(timeout=30)
+        finally:
+            running.kill()
         assert running.returncode == 130, err
         assert "Interrupted. Stopped at row 2. Nothing was sent; go on with the same command and --resume." in err
         assert [job.state.name for job in printer.jobs] == ["CANCELED"]

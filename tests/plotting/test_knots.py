@@ -4,6 +4,7 @@ import numpy as np
 from cursive import page, word
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_planning import hausdorff
 
 from handout.plotting import knots
 from handout.plotting.fidelity import deviation_of
@@ -24,6 +25,27 @@ def test_segments_follow_the_path(seed, loops, rate, deviation):
     assert np.diff(cut.t).min() > 0
     assert deviation_of(Stroke(t, xy), Stroke(cut.t, cut.xy)) <= deviation + 0.05
     assert (cut.xy[0] == xy[0]).all() and np.allclose(cut.xy[-1], xy[-1])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(2, 40), st.sampled_from([20.0, 100.0, 500.0]))
+def test_of_the_smallest_curls_no_more_is_lost_than_a_segment_s_length(seed, n, rate):
+    rng = np.random.default_rng(seed)
+    heading = rng.choice([0.0, 0.3, np.pi / 2, np.pi], n).cumsum()
+    step = rng.choice([0.0, 0.003, 0.03], n)[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    stroke = Stroke(np.cumsum(rng.choice([1e-4, 0.005, 0.01, 0.3], n)), np.cumsum(step, axis=0))
+    cut = knots.cut(tracked([stroke]), rate, 0.04, 0.02)
+    assert hausdorff(stroke.xy, cut.xy) <= 0.02 + 0.04 + 1e-9
+    assert (np.hypot(*np.diff(cut.xy, axis=0).T) >= 0.04).all()
+    assert (cut.xy[0] == stroke.xy[0]).all() and np.hypot(*(cut.xy[-1] - stroke.xy[-1])) < 0.04
+
+
+def test_a_stroke_that_comes_back_is_no_dot():
+    out_and_back = Stroke([0.0, 0.1, 0.2], [[0.0, 0.0], [0.07, 0.0], [0.0, 0.0]])
+    assert knots.cut(tracked([out_and_back]), 100, 0.04, 0.02).xy.tolist() == out_and_back.xy.tolist()
+    # nowhere is a knot far enough from both ends: as far as it went
+    nearly_back = Stroke([0.0, 0.1, 0.2], [[0.0, 0.0], [0.06, 0.0], [0.03, 0.0]])
+    assert knots.cut(tracked([nearly_back]), 100, 0.04, 0.02).xy.tolist() == [[0.0, 0.0], [0.06, 0.0]]
 
 
 def test_strokes_stay_apart():

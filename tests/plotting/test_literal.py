@@ -167,6 +167,6 @@ def test_a_path_is_followed_between_its_samples():
 
 def test_a_long_page_is_planned_in_a_few_seconds():
     drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
-    begin = time.perf_counter()
+    begin = time.process_time()
     plan(drawing, profiles.find("axidraw-v3-a3", "plotter"))
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5

@@ -52,13 +52,15 @@ def test_times_speeds_and_places_are_those_of_small_steps(seed, n, sharp, size, 
     assert np.array(seen.begins) == pytest.approx(begins, abs=2e-3)  # half of it is the last hundredth of a mm
     assert np.array(seen.entries[:-1]) == pytest.approx(motion.entry, abs=0.3)
     t, x, y, speed = np.array(seen.samples).T
-    row = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, n - 1)
-    inside = t < begins[row + 1]
-    gone = motion.travelled(row, np.minimum(t - begins[row], motion.duration[row]))
+    begun = np.array(seen.begins)
+    row = np.clip(np.searchsorted(begun, t, side="right") - 1, 0, n - 1)
+    since = t - begun[row]
+    gone = motion.travelled(row, np.minimum(since, motion.duration[row]))
     ends = lookahead.to_steps(points, MACHINE.steps)[:, :2]
     place = ends[row] + (gone / lines.length[row])[:, None] * (ends[row + 1] - ends[row])
-    away = np.hypot(*(place - np.column_stack([x, y])).T)[inside]
-    assert away.max() < 0.03 and away.mean() < 0.01
+    away = np.hypot(*(place - np.column_stack([x, y])).T)
+    # within a line it can be ahead by what the speeds may differ, by a small step of time at its beginning and its end
+    assert (away <= 0.3 * since + 2 * stepped.DT * speed + 2e-5).all()
     assert speed.max() <= motion.nominal.max() + 1e-6
 
 

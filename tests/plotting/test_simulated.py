@@ -2,6 +2,7 @@
 
 import math
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -222,10 +223,23 @@ def test_pen_on_the_z_axis():
 
 
 def test_real_time_takes_its_time():
-    port = awake(url="sim:?realtime=1")
     begin = time.monotonic()
+    port = awake(url="sim:?realtime=1")
+    woke = port.now
     assert say(port, "G4P0.3", patience=0.1) == [] and hear(port, 0.4) == ["ok"]
-    assert 0.25 < time.monotonic() - begin < 3
+    assert port.now - woke > 0.3 and time.monotonic() - begin > port.now - 0.01
+
+
+def test_real_time_does_not_dawdle(monkeypatch):
+    clock = [0.0]
+    wall = SimpleNamespace(monotonic=lambda: clock[0], sleep=lambda s: clock.__setitem__(0, clock[0] + s))
+    monkeypatch.setattr("handout.plotting.simulated.port.time", wall)
+    port = awake(url="sim:?realtime=1")
+    say(port, "G4P0.3")
+    assert clock[0] == pytest.approx(port.now)
+    clock[0] += 60.0  # whoever was away that long is not kept waiting
+    say(port, "G4P0.3")
+    assert clock[0] - 60.0 < port.now
 
 
 def test_a_closed_port_is_closed():

@@ -33,7 +33,7 @@ class Waits:
         threading.Event().wait(0.005)
 
 
-def connected(printer, *, timeout=5.0, format="", uri=""):
+def connected(printer, *, timeout=60.0, format="", uri=""):
     said, waits = [], Waits()
     client = Client(Link(address(uri or printer.uri), timeout), said.append, waits)
     return IppQueue(client, said.append, waits, format), said, waits
@@ -218,6 +218,7 @@ def test_a_slow_printer_is_waited_for_and_a_silent_one_is_not(page):
     with SimulatedPrinter(faults=Faults(slow=0.3)) as printer:
         queue, _, _ = connected(printer)
         assert queue.follow(queue.send(page, DL)) == Fate("completed")
+        printer.faults = Faults(slow=600)  # however long this test itself is kept waiting
         with pytest.raises(LinkError, match=r"has not answered for 0\.1 s"):
             connected(printer, timeout=0.1)
 
@@ -306,7 +307,7 @@ def test_what_is_no_ipp_is_a_plain_error():
         threading.Thread(target=answer, daemon=True).start()
         uri = f"ipp://127.0.0.1:{server.getsockname()[1]}/ipp/print"
         with pytest.raises(PrinterError, match="ends in the middle"):
-            Client(Link(address(uri), 5.0)).abilities()
+            Client(Link(address(uri), 60.0)).abilities()
 
 
 def test_copies_are_told(page):

@@ -118,9 +118,9 @@ def test_nothing_to_set_and_what_does_not_fit(small_manner):
 def test_a_sentence_is_set_at_once(small_manner):
     """Sixty letters in well under a second, however busy the machine."""
     from time import process_time
+    from timeit import repeat
 
     numbers = np.random.default_rng(1).integers(0, len(small_manner.forms), 60)
-    whole(small_manner, numbers, np.arange(60) % 5 == 0)
-    start = process_time()
-    whole(small_manner, numbers, np.arange(60) % 5 == 0)
-    assert process_time() - start < 0.8
+    # the best of three: what else the machine does is in the others
+    took = repeat(lambda: whole(small_manner, numbers, np.arange(60) % 5 == 0), timer=process_time, number=1, repeat=3)
+    assert min(took) < 0.8
