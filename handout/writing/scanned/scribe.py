@@ -54,9 +54,7 @@ class ScannedScribe:
         self.name, self.pitch, self.lining = hand.name, hand.pitch, lining(hand)
         self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
 
-    def paragraphs(
-        self, pieces: Iterable[Sequence[Piece]]
-    ) -> Iterator[tuple[float, Iterator[Unit[ScannedWord]]]]:
+    def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[ScannedWord]]]]:
         """(indent, units) of one paragraph after the other; the glyphs of the whole text are chosen together."""
         known = list(pieces)
         numbers = choose(self.stock, _wanted(known), self._rng, variation=self._variation)
