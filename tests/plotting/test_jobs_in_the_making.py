@@ -196,7 +196,7 @@ def test_what_is_made_is_drawn_when_the_rest_cannot_be(tmp_path, monkeypatch):
 def test_a_program_that_makes_nothing_is_not_waited_for(tmp_path, monkeypatch, code):
     monkeypatch.setattr("os.fsync", lambda handle: None)
     program, desk, job = Program([sys.executable, "-c", code]), Desk(), begun(tmp_path)
-    with pytest.raises(InputError, match="ended with [01]"):
+    with pytest.raises(InputError, match=r"ended with [01]"):
         running.run_job(job, desk.opened, desk, supply=program)
     program.close()
     assert len(desk.sheets()) == 1
@@ -205,7 +205,8 @@ def test_a_program_that_makes_nothing_is_not_waited_for(tmp_path, monkeypatch, c
 def test_a_page_that_cannot_be_kept_or_read_is_named(tmp_path):
     job = begun(tmp_path)
     far = Drawing(
-        tuple(dataclasses.replace(stroke, xy=stroke.xy + [900.0, 0.0]) for stroke in TEXT[1].strokes), TEXT[1].page
+        tuple(dataclasses.replace(stroke, xy=stroke.xy + np.array([900.0, 0.0])) for stroke in TEXT[1].strokes),
+        TEXT[1].page,
     )
     with pytest.raises(DoesNotFit):
         store.add(job, 1, Made(far, 0.5))
@@ -215,5 +216,5 @@ def test_a_page_that_cannot_be_kept_or_read_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         load(job.folder)
     (job.folder / "page-1.json.gz").unlink()
-    with pytest.raises(InputError, match="page-1.json.gz is missing"):
+    with pytest.raises(InputError, match=r"page-1\.json\.gz is missing"):
         job.drawing(0)

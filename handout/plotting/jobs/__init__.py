@@ -2,5 +2,6 @@
 
 A *job* is one or several *parts* drawn one after the other, each a piece of a page drawn with one pen; before a part
 the person may have to change the sheet or the pen.  `store` keeps the jobs, `journal` how far each has come,
-`running` plots what is left of one.
+`running` plots what is left of one.  The pages of a long text
+may still be made while the first are drawn: `pages` keeps them one by one, `supply` is the program that makes them.
 """

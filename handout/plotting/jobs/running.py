@@ -132,12 +132,15 @@ class _Run:
 
     def _next(self) -> Part | None:
         """The part that is under way or comes next, waited for if it is not made yet; None behind the last."""
-        number = self.kept.standing.part
+        number, waited = self.kept.standing.part, False
         if number >= len(self.job.parts) and not self.job.whole:
             self.job = load(self.job.folder)
         while number >= len(self.job.parts) and not self.job.whole:
             if self.supply is None:
                 raise InputError(f"Only {self.job.pages} pages of the job {self.job.name} are made.")
+            if not waited:
+                self.log("The next sheet is still being written.")
+            waited = True
             self.supply.wait()
             self.job = load(self.job.folder)
         return self.job.parts[number] if number < len(self.job.parts) else None
