@@ -88,6 +88,17 @@ def test_what_the_pages_are_made_from_is_another_now(call, monkeypatch, harm):
         assert list(making.complete(job.folder)) == [2]
 
 
+def test_when_all_pages_are_there_the_hand_is_needed_no_longer(call, monkeypatch):
+    shutil.copy(path("house-print"), "mine.toml")
+    job = begun(call, monkeypatch, "mine.toml")
+    with monkeypatch.context() as patch:
+        patch.setattr("handout.plotting.jobs.store.complete", lambda job: None)
+        assert list(making.complete(job.folder)) == [2]
+    assert not load(job.folder).whole
+    Path("mine.toml").unlink()
+    assert list(making.complete(job.folder)) == [] and load(job.folder).whole
+
+
 def test_pages_that_end_elsewhere_are_not_mixed(call, monkeypatch):
     job = begun(call, monkeypatch)
     record = job.folder / "page-1.json"
