@@ -18,6 +18,7 @@ _PUBLIC = {
     "Layout": "handout.writing.layout",
     "apply": "handout.colour.applying",
     "compose": "handout.writing.compose",
+    "each_page": "handout.writing.compose",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
     "lend": "handout.inking.lending",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
+    from handout.writing.sheets import Sheet
 
 _HURRIED = 2.5  # --speed fast, for a file
 # what a page in a scanned hand may be wanted as
@@ -146,18 +147,38 @@ def composed(
     text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = STROKES
 ) -> tuple[list[Manuscript], Iterator[Drawing]]:
     """The same with every drawing made when it is asked for, so that a long text need not be held as strokes."""
+    job, made = sheets(text, job, layout, row)
+    known = list(made)
+    about = {"title": title(text), "pages": len(known)} | ({} if row is None else {"row": row})
+    drawings = (
+        traced(sheet.manuscript, job, sheet.rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(known, 1)
+    )
+    return [sheet.manuscript for sheet in known], drawings
+
+
+def sheets(
+    text: str, job: Setup, layout: Layout | None = None, row: int | None = None
+) -> tuple[Setup, Iterator[Sheet]]:
+    """The pages of a text, each made when it is asked for, and the job with the hand that they are written in."""
     import numpy as np
 
-    from handout.writing.compose import compose
+    from handout.writing.compose import each_page
 
     rng = np.random.default_rng([job.seed] if row is None else [job.seed, row])
     job, borrowed = _supplied(text, job)
-    pages = compose(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback, slips=job.slips)
+    made = each_page(text, job.hand, layout or job.layout, rng, pages=job.pages, fallback=job.fallback, slips=job.slips)
     borrowed = borrowed if row is None else [{"row": row, **one} for one in borrowed]
-    pages = [replace(sheet, about={**sheet.about, "borrowed": borrowed}) for sheet in pages] if borrowed else pages
-    about = {"title": " ".join(text.split())[:60], "pages": len(pages)} | ({} if row is None else {"row": row})
-    drawings = (traced(sheet, job, rng, {**about, "page_number": n}, shown) for n, sheet in enumerate(pages, 1))
-    return pages, drawings
+    return job, (_borrowing(sheet, borrowed) for sheet in made) if borrowed else made
+
+
+def _borrowing(sheet: Sheet, borrowed: list[dict[str, Any]]) -> Sheet:
+    about = {**sheet.manuscript.about, "borrowed": borrowed}
+    return sheet._replace(manuscript=replace(sheet.manuscript, about=about))
+
+
+def title(text: str) -> str:
+    """The beginning of a text, by which its pages are known."""
+    return " ".join(text.split())[:60]
 
 
 def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:

@@ -90,10 +90,11 @@ def _plotted(drawing: Drawing, profile: Plotter, port: str, *, quiet: bool) -> t
     from handout.plotting import open_port
     from handout.plotting.driver import OVERLAP
     from handout.plotting.jobs import store
+    from handout.plotting.jobs.job import Options
 
     connected = open_port(port, profile)
     try:
-        kept = store.create([drawing], profile, store.Options(overlap=OVERLAP), title="test sheet", port=port)
+        kept = store.create([drawing], profile, Options(overlap=OVERLAP), title="test sheet", port=port)
     except BaseException:
         connected.close()
         raise

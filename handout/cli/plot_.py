@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
 from handout import units
 from handout.cli import drawings as drawn_
-from handout.cli import jobs, options, plotting_, results
+from handout.cli import jobs, making, options, plotting_, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.plotting import Plan, Report
+    from handout.plotting.jobs.job import Job, Options
     from handout.profiles import Plotter
-    from handout.values import Drawing, Manuscript
+    from handout.values import Drawing
 
 _LATEST = "the latest"
 _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
@@ -61,25 +63,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
 @options.slips_option
 @options.picture_options
 @click.pass_context
-def command(
-    context: click.Context,
-    /,
-    text: tuple[str, ...],
-    file: str | None,
-    port: str | None,
-    device: str | None,
-    dry_run: tuple[Path, ...],
-    report: Path | None,
-    copies: int,
-    order: Literal["writing", "travel"],
-    layers: Literal["none", "name", "colour"],
-    pause_every: str | None,
-    overlap: str | None,
-    resume: str | None,
-    at_zero: bool,
-    yes: bool,
-    **given: Any,
-) -> None:
+def command(context: click.Context, /, text: tuple[str, ...], file: str | None, **given: Any) -> None:
     """Write TEXT (or a file, or - for standard input) with a pen plotter, or draw the drawing that TEXT names.
 
     \b
@@ -97,12 +81,12 @@ def command(
     handout plot show JOB           how far it has come
     handout plot forget JOB         delete it
     """
-    if resume is not None:
+    port, dry_run = given["port"], given["dry_run"]
+    if given["resume"] is not None:
         _check_resuming(context, text)
-        told = plotting_.Account(report)
-        _resume(None if resume == _LATEST else resume, port, told, at_zero=at_zero, yes=yes, given=given)
+        _resume(given)
         return
-    if at_zero:
+    if given["at_zero"]:
         raise InputError("--at-zero says where the pen of a plot stands that is resumed: give it with --resume.")
     if port is None and not dry_run:
         if text and text[0] in plotting_.WORDS and file is None:
@@ -112,50 +96,94 @@ def command(
     from handout.sinks import check_outputs
 
     check_outputs(dry_run)
-    told = plotting_.Account(report)
+    told = plotting_.Account(given["report"])
     look = options.look(given)
-    profile = plotting_.profile(device, port)
+    wanted = _wanted(text, file, given)
+    if dry_run:
+        _preview(wanted, dry_run, told, look, given)
+    else:
+        _plot(wanted, port, told, given)
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What is to be plotted: a text, or the drawing that it names."""
+
+    text: str
+    drawing: Drawing | None
+    job: jobs.Setup
+    profile: Plotter
+
+
+def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _Wanted:
+    profile = plotting_.profile(given["device"], given["port"])
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
-    pages: list[Manuscript]
-    drawings: Iterator[Drawing]
-    if drawing is None:
-        words = options.text_of(*drawn_.named_file(text, file, given["quiet"]))
-        pages, drawings = jobs.composed(words, job)
-    else:
-        words, pages, drawings = Path(file or text[0]).name, [drawn_.unwritten(drawing)], iter([drawing])
-    drawings = _fitted(drawings, profile) if given["fit"] else drawings
-    if dry_run:
-        _preview(pages, list(drawings), profile, job, order, dry_run, told, look, given)
-        return
-    from handout.plotting import open_port
-    from handout.plotting.driver import usual_overlap
-    from handout.plotting.jobs import store
+    if drawing is not None:
+        return _Wanted(Path(file or text[0]).name, drawing, job, profile)
+    return _Wanted(options.text_of(*drawn_.named_file(text, file, given["quiet"])), None, job, profile)
 
-    assert port is not None
-    usual = usual_overlap(profile, job.fast or (drawing is not None and not drawing.timed))
-    asked = store.Options(
-        speed="fast" if job.fast else 1.0,
-        order=order,
-        overlap=usual if overlap is None else _positive(overlap, "overlap"),
-        copies=copies,
-        layers=layers,
-        pause_every=None if pause_every is None else _positive(pause_every, "pause every"),
-    )
-    tally, title = results.Tally(), " ".join(words.split())[:40]
+
+def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, Any]) -> None:
+    """--port."""
+    from handout.plotting import open_port
+    from handout.plotting.jobs import job as kept_
+
+    asked, profile, quiet = _asked(wanted, given), wanted.profile, given["quiet"]
     connected = open_port(port, profile)  # before any work is done for it
     try:
-        drawn = _counted(pages, drawings, tally, given["quiet"])
-        kept = store.create(drawn, profile, asked, title=title, port=port)
+        kept = _begun(wanted, asked, port, given)
     except BaseException:
         connected.close()
         raise
-    sheets = _sheets(kept.pages * copies)
-    results.talk(given["quiet"])(f"{profile.title}: {sheets}, {kept.ink / 1000:.2f} m of ink, job {kept.name}.")
-    reports = plotting_.run(kept, port, told, connected, yes=yes, at_zero=False, quiet=given["quiet"])
-    result = {**tally.facts(job, []), **_executed(reports), "copies": copies, "job": kept.name}
-    said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {job.seed}." + results.slipped(result)
-    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    if kept.whole:
+        much = f"{_sheets(kept.pages * asked.copies)}, {kept.ink / 1000:.2f} m of ink"
+    else:
+        much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
+    results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
+    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet)
+    kept = kept_.load(kept.folder)
+    tally = results.Tally().plus(kept.told)
+    result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
+    sheets = _sheets(kept.pages * asked.copies)
+    said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
+    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=quiet)
+
+
+def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
+    """How the job is to be drawn."""
+    from handout.plotting.driver import usual_overlap
+    from handout.plotting.jobs.job import Options
+
+    fast, drawing, every = wanted.job.fast, wanted.drawing, given["pause_every"]
+    usual = usual_overlap(wanted.profile, fast or (drawing is not None and not drawing.timed))
+    return Options(
+        speed="fast" if fast else 1.0,
+        order=given["order"],
+        overlap=usual if given["overlap"] is None else _positive(given["overlap"], "overlap"),
+        copies=given["copies"],
+        layers=given["layers"],
+        pause_every=None if every is None else _positive(every, "pause every"),
+    )
+
+
+def _begun(wanted: _Wanted, asked: Options, port: str, given: dict[str, Any]) -> Job:
+    """The job, with the first page of a text and what the others are made from, or with the drawing."""
+    from handout.plotting import fit_to_bed
+    from handout.plotting.jobs import store
+    from handout.plotting.jobs.pages import Made
+
+    job, profile = wanted.job, wanted.profile
+    if wanted.drawing is None:
+        first = next(making.made(wanted.text, job, profile, given["fit"], []))
+        rest = None if first.share >= 1.0 else making.inputs(wanted.text, given, job.seed)
+    else:
+        tally, rest = results.Tally(), None
+        tally.add([drawn_.unwritten(wanted.drawing)], [wanted.drawing])
+        drawing = fit_to_bed(wanted.drawing, profile) if given["fit"] else wanted.drawing
+        first = Made(drawing, 1.0, dataclasses.asdict(tally))
+    title = " ".join(wanted.text.split())[:40]
+    return store.begin([first], profile, asked, rest, title=title, port=port)
 
 
 def _check_resuming(context: click.Context, text: tuple[str, ...]) -> None:
@@ -168,19 +196,22 @@ def _check_resuming(context: click.Context, text: tuple[str, ...]) -> None:
             raise InputError(f"{option} cannot be changed any more: a plot that is resumed goes on as it began.")
 
 
-def _resume(
-    name: str | None, port: str | None, told: plotting_.Account, *, at_zero: bool, yes: bool, given: dict[str, Any]
-) -> None:
+def _resume(given: dict[str, Any]) -> None:
+    """--resume."""
+    from handout.plotting.jobs import job as kept_
     from handout.plotting.jobs import store
 
-    job = store.find(name)
+    told = plotting_.Account(given["report"])
+    job = store.find(None if given["resume"] == _LATEST else given["resume"])
     if job.standing().finished:
         raise InputError(f"The job {job.name} is finished: nothing is left of it.")
-    results.talk(given["quiet"])(plotting_.outlook(job))
-    reports = plotting_.run(job, port or job.port, told, yes=yes, at_zero=at_zero, quiet=given["quiet"])
-    result = {**plotting_.facts(job), **_executed(reports)}
+    quiet = given["quiet"]
+    results.talk(quiet)(plotting_.outlook(job))
+    port = given["port"] or job.port
+    reports = plotting_.run(job, port, told, yes=given["yes"], at_zero=given["at_zero"], quiet=quiet)
+    result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
-    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
 def _positive(text: str, what: str) -> float:
@@ -190,54 +221,27 @@ def _positive(text: str, what: str) -> float:
     return length
 
 
-def _fitted(drawings: Iterator[Drawing], profile: Plotter) -> Iterator[Drawing]:
-    from handout.plotting import fit_to_bed
-
-    return (fit_to_bed(drawing, profile) for drawing in drawings)
-
-
-def _counted(
-    pages: list[Manuscript], drawings: Iterator[Drawing], tally: results.Tally, quiet: bool
-) -> Iterator[Drawing]:
-    """The drawings as they are made, each with its words, so that one can say where it broke off."""
-    import dataclasses
-
-    show = results.progress(quiet or len(pages) < 2)
-    for number, (page, drawing) in enumerate(zip(pages, drawings, strict=True), 1):
-        tally.add([page], [drawing])
-        show(number, len(pages), "writing page")
-        yield dataclasses.replace(drawing, about={**drawing.about, "words": _words(page)})
-
-
-def _words(page: Manuscript) -> list[str]:
-    words: dict[int, str] = {}
-    for placed in (placed for line in page.lines for placed in line.placed):
-        words[placed.word] = words.get(placed.word, "") + placed.glyph.letter
-    return [words.get(number, "") for number in range(max(words, default=-1) + 1)]
-
-
 def _preview(
-    pages: list[Manuscript],
-    drawings: list[Drawing],
-    profile: Plotter,
-    job: jobs.Setup,
-    order: Literal["writing", "travel"],
-    dry_run: tuple[Path, ...],
-    told: plotting_.Account,
-    look: dict[str, Any],
-    given: dict[str, Any],
+    wanted: _Wanted, files: tuple[Path, ...], told: plotting_.Account, look: dict[str, Any], given: dict[str, Any]
 ) -> None:
     """--dry-run."""
-    from handout.plotting import plan
+    from handout.plotting import fit_to_bed, plan
     from handout.sinks import write_drawings
 
-    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=order) for drawing in drawings]
+    job, profile = wanted.job, wanted.profile
+    if wanted.drawing is None:
+        pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES)
+    else:
+        pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
+    if given["fit"]:
+        drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
+    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=given["order"]) for drawing in drawings]
     planned = sum(p.duration for p in plans)
-    result = results.summary(pages, drawings, job, dry_run)
-    files = write_drawings(drawings, dry_run, **look)
+    result = results.summary(pages, drawings, job, files)
+    written = write_drawings(drawings, files, **look)
     told.planned(plans)
-    result |= {"files": [str(f) for f in files], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
-    said = f"Wrote {', '.join(map(str, files))}; plotting would take {units.duration(planned)}; seed {job.seed}."
+    result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
+    said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."
     results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
 
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import results
+from handout.cli import making, results
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
     from handout.plotting import Plan, Port, Report
+    from handout.plotting.jobs.job import Job
     from handout.plotting.jobs.journal import Standing
-    from handout.plotting.jobs.store import Job
     from handout.profiles import Plotter
 
 _SIMULATED = "sim"
@@ -112,11 +112,12 @@ def run(
         known, port = port, None
         return known or open_port(address, job.profile)
 
-    with _kept(job):
+    with _kept(job), making.supply(job) as supply:
         return running.run_job(
             job,
             opened,
             _AtTheTerminal(address, yes),
+            supply=supply,
             at_zero=at_zero,
             progress=_progress(quiet),
             plotted=told.plotted,
@@ -166,6 +167,8 @@ def _progress(quiet: bool) -> Any:
 def outlook(job: Job) -> str:
     """What will happen when a job is gone on with."""
     standing = job.standing()
+    if standing.part >= len(job.parts):
+        return f"{_called(job)}: goes on with what is written next; {_drawn(job, standing) / 1000:.2f} m are drawn."
     if not standing.begun:
         return f"{_called(job)}: goes on with {_part(job, standing)}."
     strokes = job.drawing(standing.part).strokes
@@ -175,7 +178,8 @@ def outlook(job: Job) -> str:
     word = f', in the word "{words[number]}"' if 0 <= number < len(words) and words[number] else ""
     return (
         f"{_called(job)}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
-        f"{_drawn(job, standing) / 1000:.2f} of {job.ink / 1000:.2f} m are drawn, of which at most "
+        f"{_drawn(job, standing) / 1000:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
+        "which at most "
         f"{job.options.overlap:g} mm are drawn again."
     )
 
@@ -188,9 +192,9 @@ def _part(job: Job, standing: Standing) -> str:
     from handout.plotting.jobs.parts import named
 
     part = job.parts[standing.part]
-    sheets = job.pages * job.options.copies
+    sheets = f" of {job.pages * job.options.copies}" if job.whole else ""
     layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
-    return f"sheet {part.copy * job.pages + part.page + 1} of {sheets}{layer}"
+    return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
 
 
 def _drawn(job: Job, standing: Standing) -> float:
@@ -198,7 +202,9 @@ def _drawn(job: Job, standing: Standing) -> float:
     from handout.plotting.remaining import drawn
 
     whole = sum(part.ink for part in job.parts[: standing.part])
-    return whole + (drawn(job.drawing(standing.part), standing.place).pen_down if standing.begun else 0.0)
+    if not standing.begun or standing.part >= len(job.parts):
+        return whole
+    return whole + drawn(job.drawing(standing.part), standing.place).pen_down
 
 
 def facts(job: Job) -> dict[str, Any]:
@@ -212,6 +218,7 @@ def facts(job: Job) -> dict[str, Any]:
         "device": job.profile.name,
         "port": job.port,
         "sheets": job.pages * job.options.copies,
+        "all_written": job.whole,
         "layers": [layer for layer in job.layers if layer],
         "parts": len(job.parts),
         "part": standing.part + (0 if standing.finished else 1),
@@ -268,5 +275,6 @@ def _table(jobs: list[dict[str, Any]]) -> str:
         share = job["drawn_mm"] / max(job["pen_down_mm"], 1e-9)
         state = "finished" if job["finished"] else f"{min(share, 0.99):.0%} drawn"
         sheets = "1 sheet" if job["sheets"] == 1 else f"{job['sheets']} sheets"
+        sheets += "" if job["all_written"] else " so far"
         rows.append(f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip())
     return "\n".join(rows)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -47,6 +47,13 @@ class Tally:
         self.duration += sum(drawing.duration for drawing in drawings)
         self.borrowed += pages[0].about.get("borrowed", []) if pages else []
         self.slips += [slip for manuscript in pages for slip in manuscript.about.get("slips", [])]
+
+    def plus(self, rows: Iterable[Mapping[str, Any]]) -> Tally:
+        """This and some others, each as a mapping from its fields."""
+        for row in rows:
+            for one in fields(self):
+                setattr(self, one.name, getattr(self, one.name) + row[one.name])
+        return self
 
     def facts(self, job: Setup, files: Sequence[Path]) -> dict[str, Any]:
         """What `--json` prints of it."""

@@ -19,7 +19,6 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from handout.values import Array
 
@@ -72,7 +71,7 @@ def _fragments(points: Array) -> list[int]:
     near = _NEAR
     while len(free) > 2:
         near = min(near, len(free))
-        gap, other = cKDTree(places[free]).query(places[free], near)
+        gap, other = _nearest(places[free], near)
         a, b = np.repeat(free, near), free[other.ravel()]
         tied = sum(_tie(int(a[i]), int(b[i]), link, root) for i in np.argsort(gap.ravel(), kind="stable").tolist())
         # where many ends lie in one place, neighbours may all belong to one's own fragment
@@ -267,7 +266,7 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
     """For every point the nearest points of other strokes, each with its distance."""
     near = min(_NEAR + 2, len(points))
     places = _apart(points)
-    other = cKDTree(places).query(places, near)[1]
+    other = _nearest(places, near)[1]
     gap = np.linalg.norm(points[other] - points[:, None], axis=2)  # as it is: a gain that is none would never end
     own = np.arange(len(points))[:, None] >> 1
     foreign = (other >> 1) != own
@@ -275,3 +274,11 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
         [pair for pair, keep in zip(zip(o, g, strict=True), f, strict=True) if keep][:_NEAR]
         for o, g, f in zip(other.tolist(), gap.tolist(), foreign.tolist(), strict=True)
     ]
+
+
+def _nearest(places: Array, count: int) -> tuple[Array, NDArray[np.intp]]:
+    """The `count` points nearest to every point: distances and numbers, both (n, count)."""
+    from scipy.spatial import cKDTree
+
+    gap, other = cKDTree(places).query(places, count)
+    return gap, other

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import tee
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from handout.writing.layout import Layout
 from handout.writing.lines import Row, wrap
 from handout.writing.pieces import Piece, paragraphs_of
 from handout.writing.scribe import Scribe, Unit, W
-from handout.writing.sheets import lines_a_page, paginate, room, spacing
+from handout.writing.sheets import Sheet, lines_a_page, paginate, room, spacing
 from handout.writing.slips import Struck, check_rate, slip
 
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
@@ -63,14 +64,33 @@ def compose(
     DoesNotFit
         More text than the pages hold; the message says by how much.
     """
+    made = each_page(text, hand, layout, rng, pages=pages, fallback=fallback, slips=slips)
+    return [sheet.manuscript for sheet in made]
+
+
+def each_page(
+    text: str,
+    hand: Hand | ScannedHand,
+    layout: Layout,
+    rng: np.random.Generator,
+    *,
+    pages: int | None = None,
+    fallback: bool = False,
+    slips: float = 0.0,
+) -> Iterator[Sheet]:
+    """The same, one page when it is asked for, with the generator that `motion.trace` is to go on with.
+
+    In a drawn hand no more is written for a page than it takes, unless `pages` or `layout.fit` ask how much there is;
+    the glyphs of a scanned one are chosen for the whole text.  All characters are checked before the first page.
+    """
     if isinstance(hand, Hand):
-        return _compose(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
+        return _each(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
     from handout.writing.scanned.scribe import ScannedScribe
 
-    return _compose(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
+    return _each(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
 
 
-def _compose(
+def _each(
     text: str,
     scribe: Scribe[W],
     layout: Layout,
@@ -78,48 +98,53 @@ def _compose(
     pages: int | None,
     fallback: bool,
     slips: float,
-) -> list[Manuscript]:
+) -> Iterator[Sheet]:
     tokens = texts.spell(texts.normalise(text), scribe.repertoire, fallback=fallback)
     pieces = paragraphs_of(tokens)
     if check_rate(slips):
         # a stream of their own: with slips and without, the words are written alike
         pieces = slip(pieces, slips, rng.spawn(1)[0])
-    paragraphs = [
-        (indent, _marked(units, own)) for (indent, units), own in zip(scribe.paragraphs(pieces), pieces, strict=True)
-    ]
-    layout, rows = _set(paragraphs, scribe.pitch, layout, pages or (1 if layout.fit else None))
+    pieces, same = tee(pieces)
+    paragraphs = (
+        (indent, _marked(units, own)) for (indent, units), own in zip(scribe.paragraphs(pieces), same, strict=True)
+    )
+    limit = pages or (1 if layout.fit else None)
+    if limit is None:
+        return paginate(_rows(paragraphs, layout), scribe, layout, rng)
+    written = [(indent, list(units)) for indent, units in paragraphs]
+    layout, rows = _set(written, scribe.pitch, layout, limit)
     return paginate(rows, scribe, layout, rng)
 
 
-def _marked(units: Sequence[Unit[W]], pieces: Sequence[Piece]) -> list[Unit[W]]:
+def _marked(units: Iterable[Unit[W]], pieces: Sequence[Piece]) -> Iterator[Unit[W]]:
     """The units of a paragraph, with those that are struck out marked so."""
-    words = [piece for piece in pieces if not isinstance(piece, int)]
-    return [
+    words = (piece for piece in pieces if not isinstance(piece, int))
+    return (
         replace(unit, meant=word.meant) if isinstance(word, Struck) else unit
         for unit, word in zip(units, words, strict=True)
-    ]
+    )
 
 
 def _set(
-    paragraphs: Sequence[tuple[float, list[Unit[W]]]], pitch: float, layout: Layout, limit: int | None
+    paragraphs: Sequence[tuple[float, list[Unit[W]]]], pitch: float, layout: Layout, limit: int
 ) -> tuple[Layout, list[Row[W]]]:
     """Rows that fit the pages, and the layout they fit with (smaller or tighter, where `layout.fit` allows it)."""
-    rows = _rows(paragraphs, layout)
-    fits = limit is None or _pages(len(rows), pitch, layout) <= limit
+    rows = list(_rows(paragraphs, layout))
+    fits = _pages(len(rows), pitch, layout) <= limit
     if fits and (not layout.fit or _widest(rows) <= room(layout)):
         return layout, rows
     if not layout.fit:
-        raise _too_long(len(rows), pitch, layout, limit or 1)
+        raise _too_long(len(rows), pitch, layout, limit)
     for scale in np.linspace(1.0, _SMALLEST_FIT, 46)[1:]:
         smaller = _scaled(layout, pitch, float(scale))
-        rows = _rows(paragraphs, smaller)
-        if _pages(len(rows), pitch, smaller) <= (limit or 1) and _widest(rows) <= room(smaller):
+        rows = list(_rows(paragraphs, smaller))
+        if _pages(len(rows), pitch, smaller) <= limit and _widest(rows) <= room(smaller):
             return smaller, rows
     tight = _scaled(layout, pitch, _SMALLEST_FIT, _BUNCHED[1])
-    rows = _rows([(indent, _bunch(units)) for indent, units in paragraphs], tight)
-    if _pages(len(rows), pitch, tight) <= (limit or 1):
+    rows = list(_rows([(indent, _bunch(units)) for indent, units in paragraphs], tight))
+    if _pages(len(rows), pitch, tight) <= limit:
         return tight, rows
-    raise _too_long(len(rows), pitch, tight, limit or 1)
+    raise _too_long(len(rows), pitch, tight, limit)
 
 
 def _scaled(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
@@ -135,13 +160,11 @@ def _widest(rows: Sequence[Row[W]]) -> float:
     return max(row.indent + row.width for row in rows)
 
 
-def _rows(paragraphs: Sequence[tuple[float, list[Unit[W]]]], layout: Layout) -> list[Row[W]]:
+def _rows(paragraphs: Iterable[tuple[float, Iterable[Unit[W]]]], layout: Layout) -> Iterator[Row[W]]:
     width = room(layout)
-    return [
-        row
-        for indent, units in paragraphs
-        for row in wrap([part for unit in units for part in _broken(unit, width)], min(indent, 0.5 * width), width)
-    ]
+    for indent, units in paragraphs:
+        parts = (part for unit in units for part in _broken(unit, width))
+        yield from wrap(parts, min(indent, 0.5 * width), width)
 
 
 def _broken(unit: Unit[W], room: float) -> list[Unit[W]]:

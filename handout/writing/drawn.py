@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
 
 import numpy as np
 
@@ -39,29 +40,31 @@ class DrawnScribe:
         self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
         self.lining = HOUSE
 
-    def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[Word]]]]:
-        """(indent, units) of every paragraph; the words are written here, once, whatever the lines will be."""
-        writers = [Writer(self._hand, self._rng, self._jitter)]
-        if any(isinstance(piece, Struck) for paragraph in pieces for piece in paragraph):
-            # what is struck out has a stream of its own: all else stays as it is without
-            writers.append(Writer(self._hand, self._rng.spawn(1)[0], self._jitter))
-        return [self._paragraph(writers, paragraph) for paragraph in pieces]
+    def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[Word]]]]:
+        """(indent, units) of one paragraph after the other.
 
-    def _paragraph(self, writers: Sequence[Writer], pieces: Sequence[Piece]) -> tuple[float, list[Unit[Word]]]:
-        indent, spaces = 0.0, 0
-        units: list[Unit[Word]] = []
+        A word is written when it is asked for, once, whatever the lines will be.
+        """
+        # what is struck out has a stream of its own: all else stays as it is without
+        streams = self._rng, self._rng.spawn(1)[0]
+        writers = [Writer(self._hand, rng, self._jitter) for rng in streams]
+        return (self._paragraph(writers, paragraph) for paragraph in pieces)
+
+    def _paragraph(self, writers: Sequence[Writer], pieces: Sequence[Piece]) -> tuple[float, Iterator[Unit[Word]]]:
+        units = self._units(writers, pieces)
+        first = list(islice(units, 1))
+        return (first[0].gap if first else 0.0), chain(first, units)
+
+    def _units(self, writers: Sequence[Writer], pieces: Sequence[Piece]) -> Iterator[Unit[Word]]:
+        spaces = 0
         for piece in pieces:
             if isinstance(piece, int):
                 spaces = piece
                 continue
             writer = writers[isinstance(piece, Struck)]
             word = writer.word(piece)
-            gap = self._gap(spaces, writer.rng)
-            if not units and spaces:
-                indent = gap
-            units.append(Unit(word, gap))
+            yield Unit(word, self._gap(spaces, writer.rng))
             spaces = 0
-        return indent, units
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:
         if not spaces:

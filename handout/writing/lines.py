@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -38,17 +38,15 @@ def extent(units: Sequence[Unit[W]], gaps: Sequence[float]) -> float:
     return sum(gaps[1:]) + sum(unit.word.advance for unit in units[:-1]) + reach
 
 
-def wrap(paragraph: Sequence[Unit[W]], indent: float, room: float, squeeze: float = _SQUEEZE) -> list[Row[W]]:
+def wrap(paragraph: Iterable[Unit[W]], indent: float, room: float, squeeze: float = _SQUEEZE) -> Iterator[Row[W]]:
     """Break a paragraph into rows of at most `room` x-heights; an empty one gives one empty row."""
-    rows: list[Row[W]] = []
     units: list[Unit[W]] = []
     for unit in paragraph:
         if units and _squeezed([*units, unit], room - indent, squeeze) is None:
-            rows.append(_row(units, indent, room, squeeze))
+            yield _row(units, indent, room, squeeze)
             units, indent = [], 0.0
         units.append(unit)
-    rows.append(_row(units, indent, room, squeeze))
-    return rows
+    yield _row(units, indent, room, squeeze)
 
 
 def _row(units: list[Unit[W]], indent: float, room: float, squeeze: float) -> Row[W]:

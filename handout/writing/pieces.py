@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from handout.writing.text import Letter
 
@@ -12,12 +12,12 @@ _BREAK_AFTER = "-–—/"
 Piece = int | Sequence[Letter]
 
 
-def paragraphs_of(tokens: Sequence[Letter | str]) -> list[list[Piece]]:
-    """What is written in one go, and between that the numbers of spaces, of every paragraph."""
-    return [list(_pieces(paragraph)) for paragraph in _split(tokens, "\n")]
+def paragraphs_of(tokens: Iterable[Letter | str]) -> Iterator[list[Piece]]:
+    """What is written in one go, and between that the numbers of spaces, of one paragraph after the other."""
+    return (list(_pieces(paragraph)) for paragraph in _split(tokens, "\n"))
 
 
-def _split(tokens: Sequence[Letter | str], mark: str) -> Iterator[list[Letter | str]]:
+def _split(tokens: Iterable[Letter | str], mark: str) -> Iterator[list[Letter | str]]:
     part: list[Letter | str] = []
     for token in tokens:
         if token == mark:

@@ -5,7 +5,7 @@ Lengths are in x-heights.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
@@ -70,8 +70,8 @@ class Scribe(Protocol[W]):
     def repertoire(self) -> Repertoire: ...
     @property
     def lining(self) -> Lining: ...
-    def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[W]]]]:
-        """(indent, units) of every paragraph."""
+    def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[W]]]]:
+        """(indent, units) of one paragraph after the other; each is to be used up before the next is asked for."""
 
     def place(self, words: Sequence[W], starts: Sequence[float], scale: float, to_page: ToPage) -> Iterator[Placed]:
         """The glyphs of a line whose words, numbered from 0, start at `starts` mm; `scale` is mm an x-height."""

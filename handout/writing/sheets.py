@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
-from typing import Any
+from itertools import chain, groupby, islice
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,8 +37,23 @@ def lines_a_page(pitch: float, layout: Layout) -> int:
     return 1 + math.floor(height / spacing(pitch, layout) + 1e-9) if height >= 0 else 0
 
 
-def paginate(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> list[Manuscript]:
-    """Give every row its place.
+class Sheet(NamedTuple):
+    """A page as it is made.
+
+    rng : where its variation goes on, when it is given time or ink.
+    last : whether the text ends on it.
+    """
+
+    manuscript: Manuscript
+    rng: np.random.Generator
+    last: bool
+
+
+def paginate(rows: Iterable[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> Iterator[Sheet]:
+    """Give every row its place, page after page, asking for no more rows than it takes.
+
+    The last page varies by `rng` itself, those before it each by a stream of its own, so that none waits for the words
+    of those behind it.
 
     Raises
     ------
@@ -52,10 +67,15 @@ def paginate(rows: Sequence[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
-    sheets = [rows[i : i + held] for i in range(0, len(rows), held)]
-    slips = [unit for row in rows for unit in row.units if unit.meant]
-    striking = Striking(rng.spawn(1)[0]) if slips else None
-    return [_sheet(sheet, scribe, layout, rng, striking, number) for number, sheet in enumerate(sheets, 1)]
+    striking = Striking(rng.spawn(1)[0])
+    coming, number = iter(rows), 0
+    page = list(islice(coming, held))
+    while page:
+        number += 1
+        following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
+        own = rng.spawn(1)[0] if following else rng
+        yield Sheet(_sheet(page, scribe, layout, own, striking, number), own, not following)
+        page = list(islice(chain(following, coming), held))
 
 
 def _sheet(
@@ -63,7 +83,7 @@ def _sheet(
     scribe: Scribe[W],
     layout: Layout,
     rng: np.random.Generator,
-    striking: Striking | None,
+    striking: Striking,
     page: int,
 ) -> Manuscript:
     """Place the rows of one page."""
@@ -79,7 +99,7 @@ def _sheet(
         rise = (lie.slope, lie.sag * scale, layout.margin[3] + half, half)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
         placed = scribe.place([unit.word for unit in row.units], starts, scale, to_page)
-        if striking is not None:
+        if any(unit.meant is not None for unit in row.units):
             placed = _struck(placed, row, starts, layout, to_page, striking)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
         slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]

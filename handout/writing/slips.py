@@ -6,7 +6,7 @@ soon, the word before is written once more, the word after is begun in place of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -48,8 +48,8 @@ def check_rate(rate: float) -> float:
     return rate
 
 
-def slip(paragraphs: Sequence[Sequence[Piece]], rate: float, rng: np.random.Generator) -> list[list[Piece]]:
-    """A text with slips: before some words a `Struck` one and a space.
+def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Generator) -> Iterator[list[Piece]]:
+    """A text with slips, paragraph after paragraph: before some words a `Struck` one and a space.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def slip(paragraphs: Sequence[Sequence[Piece]], rate: float, rng: np.random.Gene
         A rate out of its bounds.
     """
     share = check_rate(rate) / 100
-    return [list(_slipped(pieces, share, rng)) for pieces in paragraphs]
+    return (list(_slipped(pieces, share, rng)) for pieces in paragraphs)
 
 
 def _slipped(pieces: Sequence[Piece], share: float, rng: np.random.Generator) -> Iterator[Piece]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import regex
@@ -70,7 +70,7 @@ _MOST_NAMED = 20
 _FEW = 40  # letters of a hand that can be told one by one
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Letter:
     """What is written for one grapheme: a letter that the hand has, the accents on it, and where it stands."""
 
@@ -98,8 +98,10 @@ def normalise(text: str) -> str:
     return unicodedata.normalize("NFC", text.translate(_SAME).translate(_SPACES))
 
 
-def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter | str]:
-    """The graphemes of normalised `text` as letters of a hand; spaces and newlines as they are.
+def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Letter | str]:
+    """The graphemes of normalised `text` as letters of a hand, one by one; spaces and newlines as they are.
+
+    The whole text is checked before this returns.
 
     Parameters
     ----------
@@ -113,25 +115,39 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> list[Letter
     MissingCharacters
         The hand lacks characters; the message lists all of them with their places.
     """
-    letters: list[Letter | str] = []
-    missing: dict[str, list[str]] = {}
-    line, column = 1, 0
-    for at, grapheme in enumerate(graphemes(text)):
-        column += 1
-        if grapheme == "\n":
-            line, column = line + 1, 0
-        if grapheme.isspace():
-            letters.append(grapheme)
-            continue
-        found = _letters(grapheme, hand, at) or (borrow(grapheme, hand, at) if fallback else [])
-        if not found:
-            missing.setdefault(grapheme, []).append(f"line {line}, character {column}")
-        letters.extend(found)
+    units = graphemes(text)
+    written = {unit for unit in units if not unit.isspace()}
+    missing = {unit for unit in written if not _form(unit, hand, 0, fallback)}
     if missing:
-        raise MissingCharacters(_complaint(missing, hand, fallback))
-    if not any(isinstance(letter, Letter) for letter in letters):
+        raise MissingCharacters(_complaint(_places(units, missing), hand, fallback))
+    if not written:
         raise InputError("There is nothing to write: the text is empty.")
-    return letters
+    return _spelt(units, hand, fallback)
+
+
+def _spelt(units: Sequence[str], hand: Repertoire, fallback: bool) -> Iterator[Letter | str]:
+    for at, unit in enumerate(units):
+        if unit.isspace():
+            yield unit
+        else:
+            yield from _form(unit, hand, at, fallback)
+
+
+def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> list[Letter]:
+    return _letters(grapheme, hand, at) or (borrow(grapheme, hand, at) if fallback else [])
+
+
+def _places(units: Sequence[str], missing: set[str]) -> dict[str, list[str]]:
+    """Where in a text some graphemes stand, in words."""
+    found: dict[str, list[str]] = {}
+    line, column = 1, 0
+    for unit in units:
+        column += 1
+        if unit == "\n":
+            line, column = line + 1, 0
+        if unit in missing:
+            found.setdefault(unit, []).append(f"line {line}, character {column}")
+    return found
 
 
 def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:

@@ -92,7 +92,7 @@ def test_built_in_hands_are_complete(name):
     from handout.writing.drawn import repertoire
     from handout.writing.text import normalise, spell
 
-    assert len(spell(normalise("".join(ACCENTED)), repertoire(made))) == len(ACCENTED)
+    assert len(list(spell(normalise("".join(ACCENTED)), repertoire(made)))) == len(ACCENTED)
     for letter, forms in made.glyphs.items():
         for place in ("start", "middle", "end", "alone"):
             assert any(place in g.places for g in forms) or letter in "I", (letter, place)

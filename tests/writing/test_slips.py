@@ -27,7 +27,7 @@ def tokens(text):
 
 
 def slipped(text, rate=100.0, seed=1):
-    return slip(paragraphs_of(tokens(text)), rate, np.random.default_rng(seed))
+    return list(slip(paragraphs_of(tokens(text)), rate, np.random.default_rng(seed)))
 
 
 def word(piece):
@@ -53,8 +53,8 @@ WORDS = st.text("abceqthisABZ0123'’-.,äß", min_size=1, max_size=9)
 @settings(max_examples=150, deadline=None)
 @given(st.lists(WORDS, min_size=1, max_size=12), st.integers(0, 99))
 def test_only_words_go_wrong_and_what_was_meant_is_written_after(words, seed):
-    given_ = paragraphs_of(tokens(" ".join(words)))
-    made = slip(given_, 100.0, np.random.default_rng(seed))
+    given_ = list(paragraphs_of(tokens(" ".join(words))))
+    made = list(slip(given_, 100.0, np.random.default_rng(seed)))
     assert [without(pieces) for pieces in made] == given_
     for pieces in made:
         for wrong, right in [(a, pieces[i + 2]) for i, a in enumerate(pieces) if isinstance(a, Struck)]:
@@ -95,8 +95,9 @@ def test_a_rate_out_of_bounds_is_refused(rate):
 
 def test_the_other_words_are_written_as_they_would_be_without():
     plain, wrong = paragraphs_of(tokens(TEXT)), slipped(TEXT, 20.0)
-    ((_, units),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
-    ((_, more),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
+    ((_, lazily),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
+    ((_, others),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
+    units, more = list(lazily), list(others)
     kept = [u for u, piece in zip(more, [p for p in wrong[0] if not isinstance(p, int)], strict=True)
             if not isinstance(piece, Struck)]  # fmt: skip
     assert len(more) > len(kept) == len(units)

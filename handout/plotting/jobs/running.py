@@ -1,5 +1,7 @@
 """Plot a job, or what is left of it: part after part, asking for pens and sheets, keeping the journal.
 
+The pages of a long text may still be made while the first are drawn: those that are lacking come from a `Supply`.
+
 After something has gone wrong nothing moves by itself.  When a person has taken the job up again, the machine looks for
 its zero, or is told where that is, or still knows; then it goes, pen lifted, to where drawing has to go on.
 """
@@ -14,14 +16,15 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceError, DeviceGarbled
+from handout.errors import DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import Controller
 from handout.plotting.driver import Progress, Report, draw, meet
 from handout.plotting.jobs.finding import found
+from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
-from handout.plotting.jobs.parts import asked
-from handout.plotting.jobs.store import Job
+from handout.plotting.jobs.parts import Part, asked
+from handout.plotting.jobs.supply import Supply
 from handout.plotting.places import Milestones
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan
@@ -50,6 +53,7 @@ def run_job(
     open_port: Callable[[], Port],
     person: Person,
     *,
+    supply: Supply | None = None,
     at_zero: bool = False,
     progress: Progress | None = None,
     plotted: Callable[[Report, Port], None] | None = None,
@@ -60,6 +64,7 @@ def run_job(
     Parameters
     ----------
     open_port : opens the way to the machine, and again after a break.
+    supply : whence the pages come that are not made yet, if there are such.
     at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
     plotted : told of every part that has been plotted.
@@ -74,10 +79,11 @@ def run_job(
     DeviceError, KeyboardInterrupt
         The journal knows how far it has come.
     InputError
-        Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job.
+        Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job; a page cannot
+        be made.
     """
     with job.open() as kept:
-        run = _Run(job, kept, person, progress, plotted, log or (lambda _: None))
+        run = _Run(job, kept, supply, person, progress, plotted, log or (lambda _: None))
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
@@ -97,32 +103,57 @@ class _Run:
         self,
         job: Job,
         kept: Journal,
+        supply: Supply | None,
         person: Person,
         progress: Progress | None,
         plotted: Callable[[Report, Port], None] | None,
         log: Callable[[str], None],
     ) -> None:
-        self.job, self.kept, self.person, self.log = job, kept, person, log
+        self.job, self.kept, self.supply, self.person, self.log = job, kept, supply, person, log
         self.progress, self.plotted = progress, plotted
         self.reports: list[Report] = []
+        self._warned = False
 
     def is_done(self) -> bool:
         """Whether nothing is left; a part that only its end was not written down of is complete."""
-        kept, job = self.kept, self.job
-        if kept.standing.begun and not remaining(job.drawing(kept.standing.part), kept.standing.place).strokes:
+        kept = self.kept
+        if kept.standing.finished:
+            return True
+        part = self._next()
+        if part is not None and kept.standing.begun and not self._left(kept.standing.part).strokes:
             kept.complete()
-        if kept.standing.part >= len(job.parts) and not kept.standing.finished:
+            part = self._next()
+        if part is None:
             kept.finish()
-        return kept.standing.finished
+        return part is None
+
+    def _left(self, number: int) -> Drawing:
+        return remaining(self.job.drawing(number), self.kept.standing.place)
+
+    def _next(self) -> Part | None:
+        """The part that is under way or comes next, waited for if it is not made yet; None behind the last."""
+        number, waited = self.kept.standing.part, False
+        if number >= len(self.job.parts) and not self.job.whole:
+            self.job = load(self.job.folder)
+        while number >= len(self.job.parts) and not self.job.whole:
+            if self.supply is None:
+                raise InputError(f"Only {self.job.pages} pages of the job {self.job.name} are made.")
+            if not waited:
+                self.log("The next sheet is still being written.")
+            waited = True
+            self.supply.wait()
+            self.job = load(self.job.folder)
+        return self.job.parts[number] if number < len(self.job.parts) else None
 
     def parts(self, port: Port, at_zero: bool) -> None:
         """All parts that are left, over one connection."""
         kept = self.kept
         controller = meet(port, self.job.profile, self.log)
         self._find_zero(controller, at_zero)
-        while kept.standing.part < len(self.job.parts):
+        while (part := self._next()) is not None:
+            self._warn()
             number = kept.standing.part
-            part, before = self.job.parts[number], self.job.parts[number - 1] if number else None
+            before = self.job.parts[number - 1] if number else None
             fresh = not kept.standing.begun and (before is None or (before.copy, before.page) != (part.copy, part.page))
             if not kept.standing.begun:
                 for request in asked(before, part, self.job.pages, self.job.layers):
@@ -130,6 +161,13 @@ class _Run:
                 kept.begin(number)
             self._draw(number, controller, port, fresh)
             kept.complete()
+
+    def _warn(self) -> None:
+        """Say at once that some page will be lacking, not when its turn comes."""
+        trouble = "" if self.supply is None or self._warned else self.supply.trouble()
+        if trouble:
+            self._warned = True
+            self.log(f"{trouble} The pages before that are drawn.")
 
     def _find_zero(self, controller: Controller, at_zero: bool) -> None:
         """Make sure that the machine knows its zero and stands in it."""
@@ -204,11 +242,15 @@ class _Run:
 
     def _progress(self, number: int, made: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""
-        tell, parts = self.progress, self.job.parts
+        tell = self.progress
         if tell is None:
             return None
+        if not self.job.whole:
+            self.job = load(self.job.folder)
+        parts = self.job.parts
         whole = max(self.job.ink, 1e-9)
-        behind, later = sum(part.ink for part in parts[:number]), sum(part.ink for part in parts[number + 1 :])
+        behind = sum(part.ink for part in parts[:number])
+        later = max(whole - behind - parts[number].ink, 0.0)
         begun = behind + max(parts[number].ink - made.pen_down, 0.0)
         pace = made.duration / max(made.pen_down, 1e-9)
 

@@ -1,9 +1,12 @@
 """Where jobs are kept: a folder for each, in the user's state folder, under a name that is easy to type.
 
-A job's folder holds ``job.json`` (what it is, written once), a drawing for every page (``page-1.json.gz``, in the form
-of `sinks.drawing_json`), and the ``journal``.  The drawings are kept as they are to be drawn, so that what is left of a
-job can be drawn by another version of the program, or when the hand has changed; when the job is finished they are
-deleted, and after fifty more finished jobs the rest of it is.
+A job's folder holds ``job.json`` (see `job`), a drawing for every page (see `pages`), and the ``journal``.  The
+drawings are kept as they are to be drawn, so that what is left of a job can be drawn by another version of the program,
+or when the hand has changed; when the job is finished they are deleted, and after fifty more finished jobs the rest of
+it is.
+
+A long text need not be written before its first page is drawn: a job can be begun with that page and what the others
+are made from, which are added as they are made.
 """
 
 from __future__ import annotations
@@ -11,119 +14,25 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import errno
-import gzip
-import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import msgspec
 import platformdirs
 
 from handout.errors import InputError
-from handout.plotting import bed
-from handout.plotting.driver import OVERLAP
-from handout.plotting.jobs import journal, parts
-from handout.plotting.jobs.journal import Journal, Standing
-from handout.plotting.jobs.parts import Layer, Layers, Part
-from handout.plotting.order import by_travel
-from handout.plotting.planned import Order
+from handout.plotting.jobs import pages
+from handout.plotting.jobs.job import JOURNAL, Job, Options, load
+from handout.plotting.jobs.pages import Made
 from handout.profiles import Plotter
-from handout.sinks.drawing_json import from_json, to_json
 from handout.values import Drawing
 
 _KEPT = 50  # finished jobs
-_FACTS, _JOURNAL, _NEW = "job.json", "journal", ".new-"
+_NEW = ".new-"
 _MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
-
-
-class Options(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How a job is drawn.
-
-    speed, order : as `planning.plan` takes them.
-    overlap : mm of ink at most that may be drawn twice after an interruption.
-    copies : of all pages; layers : what makes a layer; pause_every : mm of ink after which a pen is looked at.
-    """
-
-    speed: float | Literal["fast"] = 1.0
-    order: Order = "writing"
-    overlap: float = OVERLAP
-    copies: int = 1
-    layers: Layers = "none"
-    pause_every: float | None = None
-
-
-class _Facts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The content of ``job.json``."""
-
-    format: Literal["handout-plot"] = "handout-plot"
-    version: Literal[1] = 1
-    title: str
-    begun: str
-    port: str
-    pages: int
-    layers: tuple[str, ...]
-    options: Options
-    parts: tuple[Part, ...]
-    device: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Job:
-    """A plot that is kept.
-
-    folder : its name is the job's.
-    title : the beginning of its text; begun : when, ISO 8601; port : where to.
-    profile : the machine, as its file said when the job began.
-    pages : of one copy; layers : names of all layers; parts : in order.
-    """
-
-    folder: Path
-    title: str
-    begun: str
-    port: str
-    profile: Plotter
-    pages: int
-    layers: tuple[str, ...]
-    options: Options
-    parts: tuple[Part, ...]
-
-    @property
-    def name(self) -> str:
-        """What the job is called."""
-        return self.folder.name
-
-    @property
-    def ink(self) -> float:
-        """mm that all of its parts draw."""
-        return sum(part.ink for part in self.parts)
-
-    def standing(self) -> Standing:
-        """How far it has come."""
-        return journal.read(self.folder / _JOURNAL)[0]
-
-    def open(self) -> Journal:
-        """Its journal, held against other programs."""
-        return Journal(self.folder / _JOURNAL)
-
-    def drawing(self, number: int) -> Drawing:
-        """What a part draws, read from the disk."""
-        part = self.parts[number]
-        path = _page(self.folder, part.page)
-        try:
-            page = from_json(gzip.decompress(path.read_bytes()))
-        except (OSError, EOFError, InputError) as error:
-            raise InputError(f"The job {self.name} cannot be gone on with: {path} is missing or damaged.") from error
-        return dataclasses.replace(page, strokes=page.strokes[part.first : part.stop])
-
-    def drop_drawings(self) -> None:
-        """Delete its drawings: all of them are on paper."""
-        for path in self.folder.glob("page-*.json.gz"):
-            path.unlink(missing_ok=True)
 
 
 def folder() -> Path:
@@ -154,26 +63,69 @@ def create(
     DoesNotFit
         A page has strokes outside the bed.
     """
+    return begin((Made(drawing) for drawing in drawings), profile, options, None, title=title, port=port, place=place)
+
+
+def begin(
+    made: Iterable[Made],
+    profile: Plotter,
+    options: Options,
+    inputs: dict[str, Any] | None,
+    *,
+    title: str = "",
+    port: str = "",
+    place: Path | None = None,
+) -> Job:
+    """A new job of which only some pages are made, or all; what it has is on the disk when this returns.
+
+    Parameters
+    ----------
+    made : its first pages; those that are lacking can be made anew from `inputs` at any time.
+    inputs : None where there are all.
+    """
     base = place or folder()
     with _new_folder(base) as work:
-        pages = [_keep(drawing, _page(work, n), profile, options) for n, drawing in enumerate(drawings)]
-        if not any(pages):
+        begun = datetime.now().isoformat(timespec="seconds")
+        job = Job(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
+        found = []
+        for number, page in enumerate(made):
+            found.append(pages.keep(page, work, number, profile, options.layers, options.order))
+            if not job.whole:
+                pages.enter(found[-1], work, number)
+        job = job.with_pages(found)
+        if job.whole and not job.parts:
             raise InputError("There are no strokes: there is nothing to plot.")
-        job = Job(
-            folder=work,
-            title=title,
-            begun=datetime.now().isoformat(timespec="seconds"),
-            port=port,
-            profile=profile,
-            pages=len(pages),
-            layers=tuple(dict.fromkeys(layer.name for page in pages for layer in page)),
-            options=options,
-            parts=tuple(parts.parts(pages, options.copies, options.pause_every)),
-        )
-        _write(work / _FACTS, _facts(job))
-        _write(work / _JOURNAL, b"")
+        job.write()
+        pages.write(work / JOURNAL, b"")
+        pages.sync_folder(work)
         prune(base)
         return _named(job, base)
+
+
+def add(job: Job, number: int, made: Made) -> None:
+    """One more page of a job that is not whole; page 0 is the first.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    DoesNotFit
+        The page has strokes outside the bed.
+    """
+    try:
+        found = pages.keep(made, job.folder, number, job.profile, job.options.layers, job.options.order)
+        pages.sync_folder(job.folder)  # the record never outlives the drawing
+        pages.enter(found, job.folder, number)
+        pages.sync_folder(job.folder)
+    except OSError as error:
+        raise InputError(f"Cannot keep the job in {job.folder}: {error.strerror or error}.") from error
+
+
+def complete(job: Job) -> None:
+    """All pages of a job are made: what they are made from is needed no longer."""
+    found = pages.records(job.folder)
+    dataclasses.replace(job, inputs=None).with_pages(found).write()
+    pages.sync_folder(job.folder)
 
 
 @contextlib.contextmanager
@@ -192,48 +144,6 @@ def _new_folder(base: Path) -> Iterator[Path]:
         raise
 
 
-def _keep(drawing: Drawing, path: Path, profile: Plotter, options: Options) -> tuple[Layer, ...]:
-    """Write a page as it is to be drawn; its layers."""
-    if drawing.strokes:
-        placed = bed.place(drawing.page, profile)
-        for stroke in drawing.strokes:
-            bed.check(placed.to_machine(stroke.xy), profile)
-    drawing = parts.arranged(drawing, options.layers)
-    found = parts.survey(drawing, options.layers)
-    if options.order == "travel":
-        strokes = [by_travel(drawing.strokes[layer.first : layer.ends[-1]]) for layer in found]
-        drawing = dataclasses.replace(drawing, strokes=tuple(stroke for layer in strokes for stroke in layer))
-        found = parts.survey(drawing, options.layers)
-    _write(path, gzip.compress(to_json(drawing), 1))
-    return found
-
-
-def _facts(job: Job) -> bytes:
-    facts = _Facts(
-        title=job.title,
-        begun=job.begun,
-        port=job.port,
-        pages=job.pages,
-        layers=job.layers,
-        options=job.options,
-        parts=job.parts,
-        device=msgspec.to_builtins(job.profile, enc_hook=float),  # mm, s, mm/s: what its quantities are inside
-    )
-    return msgspec.json.encode(facts)
-
-
-def _write(path: Path, data: bytes) -> None:
-    """A file that survives a power cut."""
-    with path.open("wb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def _page(folder: Path, number: int) -> Path:
-    return folder / f"page-{number + 1}.json.gz"
-
-
 def _named(job: Job, base: Path) -> Job:
     """Give the job's folder its name, such as ``mar01-2``: the first of that day that is free."""
     now = datetime.now()
@@ -247,38 +157,9 @@ def _named(job: Job, base: Path) -> Job:
                 if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another program was quicker
                     continue
                 raise
-            _sync_folder(base)
+            pages.sync_folder(base)
             return dataclasses.replace(job, folder=target)
     raise InputError(f"{base} is full of jobs: delete some.")
-
-
-def _sync_folder(path: Path) -> None:
-    # the name is in the folder above; systems that cannot open folders have no need of it
-    with contextlib.suppress(OSError):
-        handle = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
-def load(path: Path) -> Job:
-    """A job from its folder.
-
-    Raises
-    ------
-    InputError
-        Its facts are missing or damaged, or by another version of the program that this one cannot read.
-    """
-    try:
-        facts = msgspec.json.decode((path / _FACTS).read_bytes(), type=_Facts)
-        profile = msgspec.convert(facts.device, Plotter, dec_hook=lambda kind, value: kind(value))
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"The job {path.name} cannot be read ({path / _FACTS}: {reason}).") from error
-    return Job(
-        path, facts.title, facts.begun, facts.port, profile, facts.pages, facts.layers, facts.options, facts.parts
-    )
 
 
 def find(name: str | None = None, place: Path | None = None) -> Job:

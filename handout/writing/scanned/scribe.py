@@ -5,7 +5,7 @@ Source: seed 000, §6.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -54,20 +54,20 @@ class ScannedScribe:
         self.name, self.pitch, self.lining = hand.name, hand.pitch, lining(hand)
         self.repertoire = Repertoire(hand.name, frozenset(hand.letters), frozenset())
 
-    def paragraphs(self, pieces: Sequence[Sequence[Piece]]) -> list[tuple[float, list[Unit[ScannedWord]]]]:
-        """(indent, units) of every paragraph; the glyphs of the whole text are chosen together."""
-        wanted = _wanted(pieces)
-        numbers = choose(self.stock, wanted, self._rng, variation=self._variation)
-        done, count = [], 0
-        for paragraph in pieces:
+    def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[ScannedWord]]]]:
+        """(indent, units) of one paragraph after the other; the glyphs of the whole text are chosen together."""
+        known = list(pieces)
+        numbers = choose(self.stock, _wanted(known), self._rng, variation=self._variation)
+        count = 0
+        for paragraph in known:
             length = sum(len(piece) for piece in paragraph if not isinstance(piece, int))
-            done.append(self._paragraph(paragraph, numbers[count : count + length]))
+            indent, units = self._paragraph(paragraph, numbers[count : count + length])
+            yield indent, iter(units)
             count += length
-        return done
 
     def explained(self, text: str) -> list[Explained]:
         """Which glyphs would write a text, and what else might have."""
-        wanted = _wanted(paragraphs_of(spell(normalise(text), self.repertoire)))
+        wanted = _wanted(list(paragraphs_of(spell(normalise(text), self.repertoire))))
         return explain(self.stock, wanted, self._rng, variation=self._variation)
 
     def _paragraph(self, pieces: Sequence[Piece], numbers: Indices) -> tuple[float, list[Unit[ScannedWord]]]:

@@ -1,0 +1,170 @@
+"""A plot that is kept: what it is, how it is drawn, and how far its pages are made.
+
+``job.json`` in a job's folder is written when the job begins, and once more when all of its pages are made.  Until then
+it holds what the pages are made from (`Job.inputs`), and its parts are those of the pages that there are.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+
+from handout.errors import InputError
+from handout.plotting.driver import OVERLAP
+from handout.plotting.jobs import journal, pages
+from handout.plotting.jobs.journal import Journal, Standing
+from handout.plotting.jobs.pages import Record
+from handout.plotting.jobs.parts import Layers, Part, parts
+from handout.plotting.planned import Order
+from handout.profiles import Plotter
+from handout.values import Drawing
+
+FACTS, JOURNAL = "job.json", "journal"
+
+
+class Options(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How a job is drawn.
+
+    speed, order : as `planning.plan` takes them.
+    overlap : mm of ink at most that may be drawn twice after an interruption.
+    copies : of all pages; layers : what makes a layer; pause_every : mm of ink after which a pen is looked at.
+    """
+
+    speed: float | Literal["fast"] = 1.0
+    order: Order = "writing"
+    overlap: float = OVERLAP
+    copies: int = 1
+    layers: Layers = "none"
+    pause_every: float | None = None
+
+
+class _Facts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The content of ``job.json``."""
+
+    format: Literal["handout-plot"] = "handout-plot"
+    version: Literal[1] = 1
+    title: str
+    begun: str
+    port: str
+    pages: int
+    layers: tuple[str, ...]
+    options: Options
+    parts: tuple[Part, ...]
+    device: dict[str, Any]
+    told: tuple[dict[str, Any], ...] = ()
+    inputs: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """A plot that is kept.
+
+    folder : its name is the job's.
+    title : the beginning of its text; begun : when, ISO 8601; port : where to.
+    profile : the machine, as its file said when the job began.
+    pages : of one copy; layers : names of all layers; parts : in order; told : facts of every page, as they were given.
+    inputs : what those pages are made from that are not there yet, if there are any: then the fields above are about
+        the pages that there are, and their first copy.
+    share : how much of the text is on the pages that there are, 0 to 1.
+    """
+
+    folder: Path
+    title: str
+    begun: str
+    port: str
+    profile: Plotter
+    pages: int
+    layers: tuple[str, ...]
+    options: Options
+    parts: tuple[Part, ...]
+    told: tuple[dict[str, Any], ...] = ()
+    inputs: dict[str, Any] | None = None
+    share: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """What the job is called."""
+        return self.folder.name
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of its pages are made."""
+        return self.inputs is None
+
+    @property
+    def ink(self) -> float:
+        """mm that all of its parts draw; about so many, as long as it is not `whole`."""
+        known = sum(part.ink for part in self.parts)
+        return known if self.whole else known * self.options.copies / max(self.share, 1e-9)
+
+    def standing(self) -> Standing:
+        """How far it has come."""
+        return journal.read(self.folder / JOURNAL)[0]
+
+    def open(self) -> Journal:
+        """Its journal, held against other programs."""
+        return Journal(self.folder / JOURNAL)
+
+    def drawing(self, number: int) -> Drawing:
+        """What a part draws, read from the disk."""
+        part = self.parts[number]
+        try:
+            page = pages.read(self.folder, part.page)
+        except InputError as error:
+            raise InputError(f"The job {self.name} cannot be gone on with: {error}") from error
+        return dataclasses.replace(page, strokes=page.strokes[part.first : part.stop])
+
+    def drop_drawings(self) -> None:
+        """Delete its drawings: all of them are on paper."""
+        pages.drop(self.folder)
+
+    def with_pages(self, found: list[Record]) -> Job:
+        """The job with these pages, and if it is `whole` with all copies of them."""
+        layers = [record.layers for record in found]
+        return dataclasses.replace(
+            self,
+            pages=len(found),
+            layers=tuple(dict.fromkeys(layer.name for page in layers for layer in page)),
+            parts=tuple(parts(layers, self.options.copies if self.whole else 1, self.options.pause_every)),
+            told=tuple(record.told for record in found),
+            share=1.0 if self.whole else found[-1].share if found else 0.0,
+        )
+
+    def write(self) -> None:
+        """Put it into its folder."""
+        facts = _Facts(
+            title=self.title,
+            begun=self.begun,
+            port=self.port,
+            pages=self.pages,
+            layers=self.layers,
+            options=self.options,
+            parts=self.parts if self.whole else (),
+            device=msgspec.to_builtins(self.profile, enc_hook=float),  # mm, s, mm/s: what its quantities are inside
+            told=self.told if self.whole else (),
+            inputs=self.inputs,
+        )
+        pages.write(self.folder / FACTS, msgspec.json.encode(facts))
+
+
+def load(path: Path) -> Job:
+    """A job from its folder.
+
+    Raises
+    ------
+    InputError
+        It is not there, or cannot be read.
+    """
+    try:
+        facts = msgspec.json.decode((path / FACTS).read_bytes(), type=_Facts)
+        profile = msgspec.convert(facts.device, Plotter, dec_hook=lambda kind, value: kind(value))
+        named = {name: getattr(facts, name) for name in ("title", "begun", "port", "pages", "layers", "parts", "told")}
+        job = Job(folder=path, profile=profile, options=facts.options, inputs=facts.inputs, **named)
+        return job if job.whole else job.with_pages(pages.records(path))
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"The job {path.name} cannot be read ({path / FACTS}: {reason}).") from error

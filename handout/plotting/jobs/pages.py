@@ -1,0 +1,141 @@
+"""The pages of a job on the disk: a drawing each, as it is to be drawn, and beside it what is to be known without it.
+
+``page-3.json.gz`` is a drawing in the form of `sinks.drawing_json`; ``page-3.json``, written after it, is its `Record`:
+a page is there when that is.  Each file is there whole or not at all, whenever the power goes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import gzip
+import itertools
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from handout.errors import InputError
+from handout.plotting import bed
+from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
+from handout.plotting.order import by_travel
+from handout.plotting.planned import Order
+from handout.profiles import Plotter
+from handout.sinks.drawing_json import from_json, to_json
+from handout.values import Drawing
+
+
+class Made(NamedTuple):
+    """A page as it comes to be kept.
+
+    share : how much of the text is on it and those before it, 0 to 1; 1 on the last page alone.
+    told : facts that are kept for whoever asks at the end.
+    """
+
+    drawing: Drawing
+    share: float = 1.0
+    told: dict[str, Any] = {}  # noqa: RUF012 - never written to
+
+
+class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is to be known of a page that is kept; `share` and `told` as in `Made`."""
+
+    layers: tuple[Layer, ...]
+    share: float
+    told: dict[str, Any]
+
+
+def keep(made: Made, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
+    """Write the drawing of page `number`, from 0, with its strokes in the order in which they are to be drawn.
+
+    Raises
+    ------
+    DoesNotFit
+        It has strokes outside the bed.
+    """
+    drawing = made.drawing
+    if drawing.strokes:
+        placed = bed.place(drawing.page, profile)
+        for stroke in drawing.strokes:
+            bed.check(placed.to_machine(stroke.xy), profile)
+    drawing = arranged(drawing, layers)
+    found = survey(drawing, layers)
+    if order == "travel":
+        strokes = [by_travel(drawing.strokes[layer.first : layer.ends[-1]]) for layer in found]
+        drawing = dataclasses.replace(drawing, strokes=tuple(stroke for layer in strokes for stroke in layer))
+        found = survey(drawing, layers)
+    write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
+    return Record(found, made.share, made.told)
+
+
+def enter(record: Record, folder: Path, number: int) -> None:
+    """Write the record of a page whose drawing is written: now it is there."""
+    write(_record(folder, number), msgspec.json.encode(record))
+
+
+def records(folder: Path) -> list[Record]:
+    """Those of the pages that are there, from the first on.
+
+    Raises
+    ------
+    OSError, msgspec.MsgspecError
+        One is damaged.
+    """
+    found = []
+    for number in itertools.count():
+        try:
+            found.append(msgspec.json.decode(_record(folder, number).read_bytes(), type=Record))
+        except FileNotFoundError:
+            return found
+    raise AssertionError
+
+
+def read(folder: Path, number: int) -> Drawing:
+    """The drawing of a page.
+
+    Raises
+    ------
+    InputError
+        It is missing or damaged.
+    """
+    path = _drawing(folder, number)
+    try:
+        return from_json(gzip.decompress(path.read_bytes()))
+    except (OSError, EOFError, InputError) as error:
+        raise InputError(f"{path} is missing or damaged.") from error
+
+
+def drop(folder: Path) -> None:
+    """Delete all pages, and what a page left that was being written when the power went."""
+    for path in [*folder.glob("page-*.json*"), *folder.glob(".*.new-*")]:
+        path.unlink(missing_ok=True)
+
+
+def write(path: Path, data: bytes) -> None:
+    """A file that is there whole or not at all; it survives a power cut when its name does too: see `sync_folder`."""
+    part = path.with_name(f".{path.name}.new-{os.getpid()}")
+    with part.open("wb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
+    part.replace(path)
+
+
+def sync_folder(path: Path) -> None:
+    """Make the names in a folder survive a power cut."""
+    # systems that cannot open folders have no need of it
+    with contextlib.suppress(OSError):
+        handle = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _drawing(folder: Path, number: int) -> Path:
+    return folder / f"page-{number + 1}.json.gz"
+
+
+def _record(folder: Path, number: int) -> Path:
+    return folder / f"page-{number + 1}.json"
