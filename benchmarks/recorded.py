@@ -29,8 +29,13 @@ _MOST = 10  # recordings of one letter from one source
 _CELL = (18.0, 19.0)  # mm
 _CELLS = (10, 14)
 # labels of the words write ä, ü and ß as a, u and s, and a name otherwise; a reader of the page would not
-_SPELT = {"Grunschnabel": "Grünschnabel", "Ladenschlusgesetz": "Ladenschlußgesetz", "lauft": "läuft", "ist": "ißt"}
-_SPELT |= {"Gaby": "Gabi"}
+_SPELT = {
+    "Grunschnabel": "Grünschnabel",
+    "Ladenschlusgesetz": "Ladenschlußgesetz",
+    "lauft": "läuft",
+    "ist": "ißt",
+    "Gaby": "Gabi",
+}
 # what some recordings hold in place of their label
 _WRITTEN = {
     "aab02": "Grünschnabe",
@@ -67,7 +72,8 @@ class Cell:
 def words(folder: Path) -> list[Recording]:
     """Sentences and words, German, joined, at 200 samples a second, with the text that they show."""
     every = [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, "TEXT")]
-    return [replace(r, text=_WRITTEN.get(r.source) or " ".join(_SPELT.get(w, w) for w in r.text.split())) for r in every]
+    spelt = (" ".join(_SPELT.get(word, word) for word in r.text.split()) for r in every)
+    return [replace(r, text=_WRITTEN.get(r.source, text)) for r, text in zip(every, spelt, strict=True)]
 
 
 def writers(recordings: Sequence[Recording]) -> list[list[Recording]]:
