@@ -7,7 +7,7 @@ those whose directions are right, too.  What counts as what is told in `benchmar
   makes a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the
   other built-in hands, never of the one that wrote; when it writes its dots and bars, which no ink shows, is told.
 - recorded letters: with HANDOUT_DATA, letters and digits of a dozen writers, inked in ballpoint, scanned and read.
-- recorded words: with HANDOUT_DATA, joined German words, 15 rows a page, read with their text as a user's page is.
+- recorded words: with HANDOUT_DATA, joined German words, a page a writer, read with their text as a user's page is.
 
 Beside ours: the same without any letter's forms (only what movements cost), and from left to right, each piece from its
 leftmost end by the straightest way on.  Last, CPU seconds for a page of 300 words.
@@ -18,7 +18,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from unittest.mock import patch
 
@@ -51,6 +51,7 @@ TEXT = (
     "to hang. Could you find out whether the King's Lane office still opens at 8, or not until 9? I would rather not "
     "walk there twice. With much love, Zoe"
 )
+_ASTRAY = 0.3  # of a gap, for each of its width that it lies away from where a space is looked for
 _SMALL = "acemnorsuvwxz"
 _STRAIGHT = Costs(against=0.0, jump=0.05)
 Recover = Callable[[LetterLine, str, tuple[str, ...]], Written]
@@ -156,37 +157,39 @@ def alone(cell: recorded.Cell) -> LetterLine:
     return LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
 
 
-def recorded_words(folder: Path, rows: int = 15) -> dict[str, Tally]:
-    """Every method on pages of joined words."""
+def recorded_words(folder: Path) -> dict[str, Tally]:
+    """Every method on pages of joined words, a page a writer."""
     found = {name: Tally() for name in METHODS}
-    every = recorded.words(folder)
-    for first in range(0, len(every), rows):
-        some = every[first : first + rows]
+    for some in recorded.writers(recorded.words(folder)):
         strokes, of = recorded.sheet(some)
         try:
             made = make_page(
                 read_page(recorded.inked(strokes)), "\n".join(r.text for r in some), rng=np.random.default_rng(1)
             )
         except InputError as error:
-            print(f"  rows {first}–{first + len(some) - 1} were not read: {error}")
+            print(f"  writer {some[0].source[:3]}: {len(some)} rows were not read: {error}")
             continue
-        words = [
-            100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, len(r.text.split()))
-        ]
+        words = [100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, r.text)]
         for name, result in judged(read_hand("recorded", [made]), strokes, words).items():
             found[name] += result
     return found
 
 
-def split(strokes: Sequence[Array], of: Indices, row: int, count: int) -> Iterator[int]:
-    """The word of each stroke of a row, which has so many: its widest gaps part them."""
+def split(strokes: Sequence[Array], of: Indices, row: int, text: str) -> Iterator[int]:
+    """The word of each stroke of a row: wide gaps part them, about where the text has its spaces."""
     own = [strokes[i] for i in np.flatnonzero(of == row)]
     bounds = sorted((float(xy[:, 0].min()), float(xy[:, 0].max())) for xy in own)
     gaps, right = [], bounds[0][1]
     for low, high in bounds[1:]:
         gaps.append((low - right, (low + right) / 2))
         right = max(right, high)
-    cuts = sorted(x for _, x in sorted(gaps)[::-1][: count - 1])
+    letter = (right - bounds[0][0]) / len(text)
+    spaces = [bounds[0][0] + (i + 0.5) * letter for i, unit in enumerate(text) if unit == " "]
+
+    def fit(chosen: Sequence[tuple[float, float]]) -> float:
+        return sum(gap - _ASTRAY * abs(x - space) for (gap, x), space in zip(chosen, spaces, strict=True))
+
+    cuts = [x for _, x in max(combinations(gaps, len(spaces)), key=fit)]
     yield from (int(np.searchsorted(cuts, float(xy[:, 0].mean()))) for xy in own)
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,23 @@ _LETTER = 6.0  # mm, the longer side of a letter that was recorded larger, or ve
 _MOST = 10  # recordings of one letter from one source
 _CELL = (18.0, 19.0)  # mm
 _CELLS = (10, 14)
+# labels of the words write ä, ü and ß as a, u and s, and a name otherwise; a reader of the page would not
+_SPELT = {
+    "Grunschnabel": "Grünschnabel",
+    "Ladenschlusgesetz": "Ladenschlußgesetz",
+    "lauft": "läuft",
+    "ist": "ißt",
+    "Gaby": "Gabi",
+}
+# what some recordings hold in place of their label
+_WRITTEN = {
+    "aab02": "Grünschnabe",
+    "aan07": "Heute wird es regnen.",
+    "aap01": "Hans ißt ein Marmeladenbrot.",
+    "aap12": "Zickzack",
+    "abo18": "Mein letzter Wille ist",
+    "abo27": "sechshundertundsechzig",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +70,15 @@ class Cell:
 
 
 def words(folder: Path) -> list[Recording]:
-    """Sentences and words, German, joined, at 200 samples a second."""
-    return [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, "TEXT")]
+    """Sentences and words, German, joined, at 200 samples a second, with the text that they show."""
+    every = [r for path in sorted((folder / "data/8/atu").rglob("*.dat")) for r in _segments(path, "TEXT")]
+    spelt = (" ".join(_SPELT.get(word, word) for word in r.text.split()) for r in every)
+    return [replace(r, text=_WRITTEN.get(r.source, text)) for r, text in zip(every, spelt, strict=True)]
+
+
+def writers(recordings: Sequence[Recording]) -> list[list[Recording]]:
+    """Recordings of words, those of one writer together: the first three letters of the file name them."""
+    return [list(own) for _, own in groupby(recordings, key=lambda one: one.source[:3])]
 
 
 def letters(folder: Path) -> list[Recording]:

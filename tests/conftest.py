@@ -1,5 +1,6 @@
 """What several rooms test with: one small page, written by the simulated author and scanned, made once a run."""
 
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +10,9 @@ from hypothesis import HealthCheck, settings
 # and how many examples were drawn in vain, or were large, is a matter of luck
 _LUCK = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large)
 settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
-settings.load_profile("handout")
+# the same examples each time, so that what is released is judged by itself alone; to find new ones is for every other run
+settings.register_profile("release", settings.get_profile("handout"), derandomize=True)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
 
 WRITTEN = "an even line, this\nof ten minute hens\nand it jumped off"
 

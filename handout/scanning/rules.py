@@ -23,6 +23,7 @@ _BIN = 0.1  # mm of a profile
 _PITCH = (3.0, 28.0)  # mm
 _UNEVEN = 1.0  # what a gap e times the pitch costs, in peaks
 _FREE = 0.06  # how far a line's slope may lie from the page's
+_OPEN = 6.5  # times the spread of left edges in a line: lines further apart than that are spaced out
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,8 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     if count and len(middles) != count:
         middles, pitch = _counted(levels, count)
     traces = _traces(marks.left, levels, slope, centre, middles, pitch)
-    lines = on_baselines(marks, traces, centre, pitch)
+    widest = _widest(marks.left, traces, centre)
+    lines = on_baselines(marks, traces, centre, min(pitch, widest))
     if not count:
         lines = _apart(lines, pitch)
     if not lines:
@@ -85,7 +87,8 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
     if len(lines) > 1:
         x = float(np.median([line.middle for line in lines]))
         pitch = float(np.median(np.diff([float(line.baseline(x)) for line in lines])))
-    x_height = _x_height(lines, marks.top[marks.over > 0.25 * pitch], pitch)
+    close = min(pitch, widest)
+    x_height = _x_height(lines, marks.top[marks.over > 0.25 * close], close)
     return Rules(tuple(lines), x_height, slant_of(mask, dpi, lines, x_height), pitch)
 
 
@@ -223,6 +226,17 @@ def _trace(
             best = float(within[peak])
             answer = (middle + slope * u_mean + (peak + half // 2 - half) * _BIN - own * u_mean, float(own))
     return answer
+
+
+def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> float:
+    """The widest pitch, mm, that writing of this size is usually given.
+
+    Lines that are spaced out do not tell how large their letters are; how left edges (n, 2) lie around them does.
+    """
+    off = np.stack([edges[:, 1] - level - slope * (edges[:, 0] - centre) for level, slope in traces])
+    away = off[np.abs(off).argmin(axis=0), np.arange(len(edges))]
+    low, high = np.percentile(away, [25, 75])
+    return _OPEN * float(high - low)
 
 
 def _apart(lines: list[Rule], pitch: float) -> list[Rule]:

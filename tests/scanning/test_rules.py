@@ -7,9 +7,9 @@ from handout.scanning.rules import find_rules
 WIDTH = 120.0
 
 
-def mask_of(count, fall=0.0, slant=0.0, pitch=9.0, dpi=300.0, bend=0.0):
+def mask_of(count, fall=0.0, slant=0.0, pitch=9.0, dpi=300.0, bend=0.0, height=2.4):
     strokes = []
-    for stroke in lines_of(count, WIDTH, pitch, fall=fall):
+    for stroke in lines_of(count, WIDTH, pitch, height, fall):
         x, y = stroke.T
         line = np.round((y.max() - fall * (x.mean() - WIDTH / 2) - 12) / pitch)
         base = 12 + line * pitch + fall * (x - WIDTH / 2)
@@ -28,6 +28,15 @@ def test_every_line_is_found(count, told):
     assert rules.x_height == pytest.approx(2.4 + 0.45, abs=0.35)
     if count > 1:
         assert rules.pitch == pytest.approx(9.0, abs=0.1)
+
+
+@pytest.mark.parametrize("pitch", [14.0, 20.0])
+def test_spaced_out_lines_have_letters_of_their_own_size(pitch):
+    rules = find_rules(mask_of(3, pitch=pitch, height=1.3), 300.0)
+    assert rules.pitch == pytest.approx(pitch, abs=0.1)
+    assert rules.x_height == pytest.approx(1.3 + 0.45, abs=0.25)
+    middles = [float(line.baseline(WIDTH / 2)) for line in rules.lines]
+    assert middles == pytest.approx([12.2 + pitch * k for k in range(3)], abs=0.3)
 
 
 @pytest.mark.parametrize("fall", [-0.05, 0.03])
