@@ -13,7 +13,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.network import Network, network
-from handout.values import Array, Indices
+from handout.values import Indices
 
 BARRED = frozenset("tf")  # letters whose bars are looked for
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out
@@ -27,7 +27,6 @@ _MOST = 9  # branches
 _HIDDEN, _SEEN = 0.4, 2.0  # of its length, at most, and half widths, at least, that other strokes hide of it
 _OPEN = 0.4  # of a small letter: worth of a loose end
 _STRAIGHT = 10.0  # worth of a length, for one that it leaves the straight line on average
-_SHARED = 0.8  # of a branch of a letter that lies in a bar
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +185,9 @@ def _beyond(net: Network, chain: Sequence[int], *, right: bool) -> Indices:
     passed = {e >> 1 for e in chain}
     best: tuple[float, Indices] = (_SEEN * net.half, nothing)
     firsts = [(e,) for e in net.at[int(net.knot[last])] if e >> 1 not in passed]
-    ways = firsts + [(*f, e) for f in firsts if _tiny(net, f[0]) for e in net.at[int(net.knot[f[0] ^ 1])] if e != f[0] ^ 1]
+    ways = firsts + [
+        (*f, e) for f in firsts if _tiny(net, f[0]) for e in net.at[int(net.knot[f[0] ^ 1])] if e != f[0] ^ 1
+    ]
     for ends in ways:
         vertices = _places(net, ends)[1:]
         away = net.xy[vertices] - net.place(last)

@@ -17,7 +17,6 @@ from handout.values import Indices
 Part: TypeAlias = "tuple[PlacedGlyph, Indices]"
 
 
-
 def weave(first: PlacedGlyph, second: PlacedGlyph, joins: dict[int, int]) -> None:
     """Puts strokes of two neighbours together that lead from one to the other and back, as strokes of the second.
 
