@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 # and how many examples were drawn in vain, or were large, is a matter of luck
 _LUCK = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large)
 settings.register_profile("handout", deadline=None, suppress_health_check=_LUCK)
-# the same examples each time, so that what is released is judged by itself alone; to find new ones is for every other run
+# the same examples each time, so that what is released is judged by itself alone; other runs find new ones
 settings.register_profile("release", settings.get_profile("handout"), derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "handout"))
 

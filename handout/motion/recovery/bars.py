@@ -5,16 +5,17 @@ People write them last, whatever else they cross or touch on their way, and ofte
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 
 from handout.motion.recovery.network import Network
-from handout.values import Array
+from handout.values import Array, Indices
 
 BARRED = frozenset("tf")  # letters whose bar is a stroke of its own in every joined hand
 WAITING = frozenset("t")  # of these, those whose bar waits in a hand that joins letters; that of an f often joins it
 CROSSED = frozenset("xX")  # letters that a straight stroke crosses aslant, from above
+SHARED = 0.8  # of a branch that lies in a bar, at least
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out
 _AHEAD = 0.75  # cosine between a bar so far and how it goes on
 _LEVEL = 0.75  # least cosine of its slope
@@ -99,3 +100,27 @@ def beside(net: Network, chain: Sequence[int]) -> list[int]:
     """The branches that are left without a bar; those that are no more than a crossing stay."""
     gone = {e >> 1 for e in chain if net.length[e >> 1] >= _TINY or _loose(net, e) or _loose(net, e ^ 1)}
     return [b for b in range(len(net.branches)) if b not in gone]
+
+
+def within(path: Indices, vertices: Container[int]) -> bool:
+    """Whether a branch lies in a line, its ends, where others meet it, left out."""
+    inner = path[1:-1] if len(path) > 2 else path
+    return sum(v in vertices for v in inner.tolist()) >= SHARED * len(inner)
+
+
+def spans(net: Network, bar: Indices, begin: Sequence[int]) -> list[tuple[int, ...]]:
+    """The ends along a known bar, from left to right; what the pen comes in by is no part of it."""
+    place = {int(v): i for i, v in enumerate(bar)}
+    along: list[tuple[float, int]] = []
+    for b, path in enumerate(net.branches):
+        if not within(path, place) or {int(path[0]), int(path[-1])} & {*begin}:
+            continue
+        at = [place[v] for v in path.tolist() if v in place]
+        along.append((sum(at) / len(at), 2 * b if at[0] <= at[-1] else 2 * b + 1))
+    found: list[tuple[int, ...]] = []
+    for _, end in sorted(along):
+        if found and int(net.knot[found[-1][-1] ^ 1]) == int(net.knot[end]):
+            found[-1] = (*found[-1], end)
+        else:
+            found.append((end,))
+    return found

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion.recovery.bars import BARRED, CROSSED, WAITING, beside, onward, own_bar
+from handout.motion.recovery.bars import BARRED, CROSSED, SHARED, WAITING, beside, onward, own_bar, spans, within
 from handout.motion.recovery.failing import mended
 from handout.motion.recovery.guide import guides
 from handout.motion.recovery.likeness import fitting, unlikeness
@@ -29,7 +29,6 @@ _LOOKED = 3  # forms that say where strokes may begin and turn
 _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
 _LOOP = 4.0  # cost of a loop that is the wrong way round
-_SHARED = 0.8  # of a branch that lies in a bar
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
 
 
@@ -156,7 +155,7 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
             b
             for b in rest
             if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints
-            and not _within(net.branches[b], foreign)
+            and not within(net.branches[b], foreign)
         ]
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
         known, laid = fitting(known, net.xy[own], _FORMS)
@@ -165,7 +164,7 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         marks = [v for v in marks if v not in barred]
     net = part(net, rest, [*marks, *ends])
     begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))
-    others = [chain for bar in line.others for chain in _spans(net, bar, line.begin)]
+    others = [chain for bar in line.others for chain in spans(net, bar, line.begin)]
     others += [tuple(onward(net, end)) for end in through if not any(end in chain for chain in others)]
     found = _walks(net, line, letter, begin, finish, through, others, costs)
     least = min(walk.cost for walk in found)
@@ -224,7 +223,7 @@ def _walks(
     costs: Costs,
 ) -> list[Walk]:
     """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
-    own = [chain for bar in line.bars for chain in _spans(net, bar, line.begin)]
+    own = [chain for bar in line.bars for chain in spans(net, bar, line.begin)]
     found: list[Walk] = []
     if not own and not line.bars and (letter in BARRED or letter in CROSSED):
         passed = {e >> 1 for chain in others for e in chain}
@@ -241,34 +240,10 @@ def _walks(
 def _whole(way: Indices, line: Line) -> Indices:
     """A stroke with what it shares at its ends with others, if it is a known bar."""
     for bar, (before, after) in zip((*line.bars, *line.others), line.shared, strict=False):
-        if len(way) > 1 and np.isin(way, bar).mean() >= _SHARED:
+        if len(way) > 1 and np.isin(way, bar).mean() >= SHARED:
             first = before if way[0] == bar[0] else before[:0]
             return np.concatenate([first, way, after if way[-1] == bar[-1] else after[:0]])
     return way
-
-
-def _within(path: Indices, vertices: Container[int]) -> bool:
-    """Whether a branch lies in a line, its ends, where others meet it, left out."""
-    inner = path[1:-1] if len(path) > 2 else path
-    return sum(v in vertices for v in inner.tolist()) >= _SHARED * len(inner)
-
-
-def _spans(net: Network, bar: Indices, begin: Sequence[int]) -> list[tuple[int, ...]]:
-    """The ends along a known bar, from left to right; what the pen comes in by is no part of it."""
-    place = {int(v): i for i, v in enumerate(bar)}
-    along: list[tuple[float, int]] = []
-    for b, path in enumerate(net.branches):
-        if not _within(path, place) or {int(path[0]), int(path[-1])} & {*begin}:
-            continue
-        at = [place[v] for v in path.tolist() if v in place]
-        along.append((sum(at) / len(at), 2 * b if at[0] <= at[-1] else 2 * b + 1))
-    found: list[tuple[int, ...]] = []
-    for _, end in sorted(along):
-        if found and int(net.knot[found[-1][-1] ^ 1]) == int(net.knot[end]):
-            found[-1] = (*found[-1], end)
-        else:
-            found.append((end,))
-    return found
 
 
 def _beside(

@@ -27,7 +27,6 @@ _MOST = 9  # branches
 _HIDDEN, _SEEN = 0.4, 2.0  # of its length, at most, and half widths, at least, that other strokes hide of it
 _OPEN = 0.4  # of a small letter: worth of a loose end
 _STRAIGHT = 10.0  # worth of a length, for one that it leaves the straight line on average
-_SHARED = 0.8  # of a branch of a letter that lies in a bar
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +85,8 @@ class Spanning:
             if self._hand.glyphs[number].letter not in BARRED:
                 continue
             theirs = np.searchsorted(every, vertices)
-            later = set(np.searchsorted(every, np.concatenate([*own[word.index(number) + 1 :], every[:0]])).tolist())
+            following = [self._hand.glyphs[n].vertices for n in word[word.index(number) + 1 :]]
+            later = set(np.searchsorted(every, np.concatenate([every[:0], *following])).tolist())
             bar = _best(net, chains, set(theirs.tolist()), later)
             if bar:
                 way = _places(net, bar)
@@ -162,13 +162,13 @@ def _tiny(net: Network, end: int) -> bool:
 def _best(
     net: Network, chains: Sequence[tuple[tuple[int, ...], float]], own: set[int], later: set[int]
 ) -> tuple[int, ...]:
-    """The best bar of a letter, given the vertices of it and of those after it."""
+    """The best bar of a letter, given the vertices of it with its ways, and of those after it."""
     best: tuple[float, tuple[int, ...]] = (0.0, ())
     for chain, worth in chains:
         if worth <= best[0] or own.isdisjoint(_places(net, chain).tolist()):
             continue
         # what leads from the letter before to the stem is a ligature
-        if _loose(net, chain[0]) or _loose(net, chain[-1] ^ 1) or int(net.knot[chain[-1] ^ 1]) in later - own:
+        if _loose(net, chain[0]) or _loose(net, chain[-1] ^ 1) or int(net.knot[chain[-1] ^ 1]) in later:
             best = worth, chain
     return best[1]
 
