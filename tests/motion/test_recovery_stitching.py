@@ -41,7 +41,7 @@ def test_where_one_ceases_the_next_begins():
     assert Ink([first, second], 0.5).way(part(first, 0, 1), part(second, 0, 1), 0.0) == []
 
 
-@pytest.mark.parametrize(("gap", "bridged"), [(0.3, True), (1.0, False)])
+@pytest.mark.parametrize(("gap", "bridged"), [(0.05, True), (1.0, False)])
 def test_ink_that_fails_is_bridged_only_so_far(gap, bridged):
     first, second = line((0, 0), (1, 0)), line((1 + gap, 0), (4 + gap, 0))
     assert (Ink([first, second], 0.5).way(part(first, 0, 1), part(second, 0, 1), 9.0) is not None) == bridged

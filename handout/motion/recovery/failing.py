@@ -44,18 +44,18 @@ class Tip:
 
 def tips(xy: Array, radius: Array, edges: Indices, half: float) -> list[Tip]:
     """The loose ends of a line whose usual radius is `half`."""
-    beside: dict[int, list[int]] = {}
-    for a, b in edges.tolist():
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    first = np.searchsorted(both[:, 0], np.arange(len(xy) + 1))
     found = []
-    for end in sorted(vertex for vertex, others in beside.items() if len(others) == 1):
+    for end in np.flatnonzero(np.diff(first) == 1).tolist():
         chain, before = [end], -1
         for _ in range(_CHAIN):
-            following = [v for v in beside[chain[-1]] if v != before]
+            here = chain[-1]
+            following = [v for v in both[first[here] : first[here + 1], 1].tolist() if v != before]
             if len(following) != 1:
                 break
-            before = chain[-1]
+            before = here
             chain.append(following[0])
         found.append(tip(xy, radius, chain, half))
     return found

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from handout.motion.recovery.failing import bridges
 from handout.motion.recovery.placing import PlacedGlyph
-from handout.values import Array, Indices
+from handout.values import Indices
 
 _GRAIN = 1e-5  # mm: places nearer to one another are one
 _FAILED = 2.0  # so much longer a way without ink counts
@@ -77,4 +77,3 @@ class Ink:
             (self._glyphs[k], np.array([v - self._first[k] for v, _ in some], dtype=np.intp))
             for k, some in groupby(zip(owned.tolist(), whose.tolist(), strict=True), key=lambda one: one[1])
         ]
-
