@@ -25,8 +25,8 @@ def broken(gap: float, taper: float) -> tuple[np.ndarray, np.ndarray, np.ndarray
         (3.0, 0.5, 0.5, True),  # it fades on either side of a short gap
         (3.0, 1.0, 0.5, False),  # it ceases as wide as it was
         (9.0, 0.6, 0.5, False),
-        (5.5, 0.6, 0.95, True),  # who joins nearly all letters joins these
-        (5.5, 0.6, 0.05, False),
+        (7.0, 0.6, 0.95, True),  # who joins nearly all letters joins these
+        (7.0, 0.6, 0.05, False),
     ],
 )
 def test_a_gap_is_judged_by_its_width_the_taper_and_the_hand(gap, taper, rate, fails):

@@ -19,6 +19,7 @@ from handout.values import Array, Indices
 # logarithm of the odds, fitted to 2071 gaps of pages whose true strokes are known (three simulated, three recorded);
 # how the directions of the two sides agree says nothing more
 _ODDS, _FAR, _THIN, _WITHIN, _RATE = 0.2, 4.3, 9.0, 2.5, 0.4
+_TORN = 1.8  # so much more a movement torn apart costs than a little way over no ink
 _LITTLE = 0.5  # half widths
 _THINNEST, _WIDEST = 0.5, 1.1  # of the usual width, between which it counts
 _CHAIN = 10  # vertices from a tip that tell its direction
@@ -83,12 +84,15 @@ def odds(one: Tip, other: Tip | Array, half: float) -> float:
 
 
 def prior(rate: float | None = None) -> float:
-    """What to add to `odds` for two places of one letter, or, in a hand that joins such a share of them, of two."""
-    return _WITHIN if rate is None else _RATE * math.log(rate / (1 - rate))
+    """What to add to `odds` for two places of one letter, or, in a hand that joins such a share of them, of two.
+
+    Where the sum is above 0 the pen is taken to have gone on.
+    """
+    return _TORN + (_WITHIN if rate is None else _RATE * math.log(rate / (1 - rate)))
 
 
 def bridges(xy: Array, radius: Array, edges: Indices, half: float, owner: Indices, rate: float = 0.5) -> Indices:
-    """(m, 2): edges to add to a line, over gaps where its ink is likelier to have failed than not.
+    """(m, 2): edges to add to a line, over gaps where its ink is taken to have failed.
 
     Parameters
     ----------
