@@ -1,7 +1,8 @@
 """How well the writing order of ink is recovered, where it is known: on simulated pages, and on recorded pens.
 
 Columns: strokes found; of these in the right direction; words (letters) whose strokes are all found and in order; and
-those whose directions are right, too.  What counts as what is told in `benchmarks.followed`.  Goals: .95, .90, .85.
+those whose directions are right, too; of the length drawn, how much lies off the ink; lifts within words that are kept.
+What counts as what is told in `benchmarks.followed`.  Goals: .95, .90, .85.
 
 - simulated pages: a built-in hand writes, the simulated author's pen and scanner make a page, the ordinary reading
   makes a hand of it, and that hand's own page is traced.  The forms that tell how letters are written are those of the
@@ -211,7 +212,9 @@ def seconds() -> float:
 
 def main() -> None:
     """Print the table."""
-    print(f"{'':<34}{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}")
+    print(
+        f"{'':<34}{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}{'off ink':>9}{'lifts kept':>12}"
+    )
     for name in HANDS:
         hand, true, words = simulated(name)
         others = tuple(other for other in HANDS if other != name)
@@ -228,10 +231,10 @@ def main() -> None:
 
 def _print(what: str, found: dict[str, Tally]) -> None:
     for name, one in found.items():
-        share = one.shares()
+        share, (off, kept) = one.shares(), one.drawing()
         print(
             f"{what + ', ' + name:<34}{one.strokes:>9}{share[0]:>8.3f}{share[1]:>11.3f}{one.words:>7}"
-            f"{share[2]:>10.3f}{share[3]:>11.3f}",
+            f"{share[2]:>10.3f}{share[3]:>11.3f}{off:>9.4f}{kept:>12.3f}",
             flush=True,
         )
 

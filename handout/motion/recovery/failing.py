@@ -19,6 +19,7 @@ from handout.values import Array, Indices
 # logarithm of the odds, fitted to 2071 gaps of pages whose true strokes are known (three simulated, three recorded);
 # how the directions of the two sides agree says nothing more
 _ODDS, _FAR, _THIN, _WITHIN, _RATE = 0.2, 4.3, 9.0, 2.5, 0.4
+_TORN = 1.8  # so much more a movement torn apart costs than a little way over no ink
 _LITTLE = 0.5  # half widths
 _THINNEST, _WIDEST = 0.5, 1.1  # of the usual width, between which it counts
 _CHAIN = 10  # vertices from a tip that tell its direction
@@ -44,18 +45,18 @@ class Tip:
 
 def tips(xy: Array, radius: Array, edges: Indices, half: float) -> list[Tip]:
     """The loose ends of a line whose usual radius is `half`."""
-    beside: dict[int, list[int]] = {}
-    for a, b in edges.tolist():
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    first = np.searchsorted(both[:, 0], np.arange(len(xy) + 1))
     found = []
-    for end in sorted(vertex for vertex, others in beside.items() if len(others) == 1):
+    for end in np.flatnonzero(np.diff(first) == 1).tolist():
         chain, before = [end], -1
         for _ in range(_CHAIN):
-            following = [v for v in beside[chain[-1]] if v != before]
+            here = chain[-1]
+            following = [v for v in both[first[here] : first[here + 1], 1].tolist() if v != before]
             if len(following) != 1:
                 break
-            before = chain[-1]
+            before = here
             chain.append(following[0])
         found.append(tip(xy, radius, chain, half))
     return found
@@ -83,12 +84,15 @@ def odds(one: Tip, other: Tip | Array, half: float) -> float:
 
 
 def prior(rate: float | None = None) -> float:
-    """What to add to `odds` for two places of one letter, or, in a hand that joins such a share of them, of two."""
-    return _WITHIN if rate is None else _RATE * math.log(rate / (1 - rate))
+    """What to add to `odds` for two places of one letter, or, in a hand that joins such a share of them, of two.
+
+    Where the sum is above 0 the pen is taken to have gone on.
+    """
+    return _TORN + (_WITHIN if rate is None else _RATE * math.log(rate / (1 - rate)))
 
 
 def bridges(xy: Array, radius: Array, edges: Indices, half: float, owner: Indices, rate: float = 0.5) -> Indices:
-    """(m, 2): edges to add to a line, over gaps where its ink is likelier to have failed than not.
+    """(m, 2): edges to add to a line, over gaps where its ink is taken to have failed.
 
     Parameters
     ----------

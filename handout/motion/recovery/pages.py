@@ -17,7 +17,7 @@ from handout.motion.recovery.stitching import Ink
 from handout.motion.recovery.weaving import unwound, weave
 from handout.values import ActionPlan, Array, Indices, Placed
 
-_BACK = 3.0  # of a small letter that a joined hand goes back over its ink rather than lift the pen
+_BACK = 3.0  # of a small letter that the pen goes back over its ink rather than be lifted
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 
@@ -82,8 +82,8 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
     current, late, done = _Movement([], None), list[_Movement](), list[_Movement]()
     patient = patient or any(glyph.clocks is not None for glyph in glyphs)
     for glyph, joined, onward in zip(glyphs, joins, [*map(_led, glyphs[1:], joins[1:]), {}], strict=True):
-        if not joined and not patient:
-            yield from _ended(_stitched([*done, current], glyphs, scribe, patient), late)
+        if late and not joined and not patient:
+            yield from _ended(_stitched([*done, current], glyphs, scribe), late)
             current, late, done = _Movement([], None), [], []
         main, after = _parted(glyph, onward)
         entered = False
@@ -104,7 +104,7 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
             before = [m for m in before if m not in whole]
             late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
         late = [*(_Movement(m.parts, None) for m in before), *late]
-    yield from _ended(_stitched([*done, current], glyphs, scribe, patient), late)
+    yield from _ended(_stitched([*done, current], glyphs, scribe), late)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +120,10 @@ class _Movement:
     bar: bool = False
 
 
-def _stitched(
-    movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], scribe: Scribe, patient: bool
-) -> list[_Movement]:
-    """The movements of a word; those of a joined hand go on in one another over a little of their own ink."""
+def _stitched(movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], scribe: Scribe) -> list[_Movement]:
+    """The movements of a word, those in one that go on in one another over a little of their own ink."""
     written = [movement for movement in movements if movement.parts]
-    if len(written) < 2 or not patient:
+    if len(written) < 2:
         return written
     ink = Ink(glyphs, scribe.rate)
     half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
