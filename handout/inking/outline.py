@@ -8,7 +8,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from handout.inking import nibs
 from handout.inking.curves import Curve
@@ -99,6 +98,8 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
 
 def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     """The ways of a flat nib's edge along the chords of a curve."""
+    from scipy.spatial import ConvexHull
+
     t = _times(curve)
     edges = np.column_stack([np.interp(t, stroke.t, side) for side in nibs.edge(stroke).T])
     place = curve.at(t)
