@@ -41,7 +41,7 @@ def _tops(values: NDArray[np.float64]) -> Indices:
     steps = np.flatnonzero(rises != 0)
     up = rises[steps] > 0
     top = up[:-1] & ~up[1:]
-    return (steps[:-1][top] + 1 + steps[1:][top]) // 2
+    return np.asarray((steps[:-1][top] + 1 + steps[1:][top]) // 2)
 
 
 def _parted(found: Indices, height: NDArray[np.float64], apart: int) -> Indices:
