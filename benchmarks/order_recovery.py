@@ -210,7 +210,7 @@ def main() -> None:
         _print("recorded words", recorded_words(folder))
     composing, tracing = seconds()
     print(
-        f"300 words to a drawing: {tracing / composing:.2f} times what composing them takes (goal 1.3); {tracing:.1f} s CPU"
+        f"300 words to a drawing: {tracing / composing:.2f} of the time to compose them (goal 1.3); {tracing:.1f} s CPU"
     )
 
 

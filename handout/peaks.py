@@ -30,7 +30,7 @@ def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> 
         and _falls(row, range(top + 1, len(row)), row[top], prominence)
         for top in found.tolist()
     ]
-    return found[np.array(stands, dtype=bool)]
+    return np.asarray(found[np.array(stands, dtype=bool)])
 
 
 def _tops(values: NDArray[np.float64]) -> Indices:
