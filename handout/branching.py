@@ -1,4 +1,4 @@
-"""Ordering the vertices of a graph along its paths, without walking it vertex by vertex."""
+"""Ordering the vertices of a graph along its paths."""
 
 from __future__ import annotations
 
@@ -23,65 +23,52 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     """
     degree = np.bincount(edges.ravel(), minlength=count)
     through = degree == 2
-    inner = through[edges].all(axis=1)
-    touching = edges[~inner]
-    label, order = _ordered(edges[inner], through)
-    runs = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
-    found = _with_ends(runs, touching, through)
-    found += [pair for pair in touching if not through[pair].any()]
-    found += [np.array([lone]) for lone in np.flatnonzero(degree == 0)]
-    return tuple(np.asarray(path, dtype=np.intp) for path in found)
+    touching = edges[~through[edges].all(axis=1)]
+    # a vertex with two edges leads from either neighbour to the other: what both add up to, less the one
+    both = np.bincount(edges.ravel(), edges[:, ::-1].ravel(), minlength=count).astype(np.intp).tolist()
+    runs = _between(touching, through, both)
+    if sum(map(len, runs)) - 2 * len(runs) < np.count_nonzero(through):
+        runs += _loops(runs, edges, through, both)
+    runs.sort(key=lambda run: run[0] if through[run[0]] else min(run[1:-1]))
+    found = [np.array(run, dtype=np.intp) for run in runs]
+    found += [np.asarray(pair, dtype=np.intp) for pair in touching if not through[pair].any()]
+    found += [np.array([lone], dtype=np.intp) for lone in np.flatnonzero(degree == 0)]
+    return tuple(found)
 
 
-def _ordered(edges: Indices, through: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Label of the run of every vertex that has two edges, and those vertices sorted by run and along it."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(through)
-    joined = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
-    label = connected_components(joined, directed=False)[1].astype(np.intp)
-    vertices = np.flatnonzero(through)
-    if not len(vertices):
-        return label, vertices
-    ends = np.bincount(edges.ravel(), minlength=count) < 2
-    # the first vertex of each run, an end where it has one (a closed loop has none)
-    by_run = vertices[np.lexsort((~ends[vertices], label[vertices]))]
-    first = by_run[np.unique(label[by_run], return_index=True)[1]]
-    away = _steps_from(first, edges, joined, ends)
-    return label, vertices[np.lexsort((away[vertices], label[vertices]))]
-
-
-def _steps_from(first: Indices, edges: Indices, joined: object, ends: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Steps of every vertex along its run from the run's first vertex; a loop is opened beside it."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import dijkstra
-
-    closed = first[~ends[first]]
-    if len(closed):
-        # one of the two edges of the first vertex goes, so that the loop has an order
-        starts = np.zeros(len(ends), dtype=bool)
-        starts[closed] = True
-        hit = np.flatnonzero(starts[edges].any(axis=1))
-        owner = np.where(starts[edges[hit, 0]], edges[hit, 0], edges[hit, 1])
-        gone = hit[np.unique(owner, return_index=True)[1]]
-        edges = np.delete(edges, gone, axis=0)
-        joined = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(ends), len(ends))).tocsr()
-    away = dijkstra(joined, directed=False, indices=first, unweighted=True, min_only=True)
-    return np.asarray(away)
+def _between(touching: Indices, through: NDArray[np.bool_], both: list[int]) -> list[list[int]]:
+    """The paths over vertices that have two edges, from the one next to an end that comes first."""
+    steps = np.concatenate([touching, touching[:, ::-1]])
+    steps = steps[through[steps[:, 0]] & ~through[steps[:, 1]]]
+    runs, passed, on = list[list[int]](), set[tuple[int, int]](), through.tolist()
+    for start, outside in steps[np.argsort(steps[:, 0], kind="stable")].tolist():
+        if (start, outside) in passed:
+            continue
+        run, here = [outside], start
+        while on[here]:
+            run.append(here)
+            here = both[here] - run[-2]
+        run.append(here)
+        passed.add((run[-2], here))
+        runs.append(run)
+    return runs
 
 
-def _with_ends(runs: list[Indices], touching: Indices, through: NDArray[np.bool_]) -> list[Indices]:
-    """Each run with the junction or line end that it meets at either side."""
-    both = np.concatenate([touching, touching[:, ::-1]])
-    both = both[through[both[:, 0]] & ~through[both[:, 1]]]
-    both = both[np.argsort(both[:, 0], kind="stable")]
-    low = np.searchsorted(both[:, 0], [run[0] for run in runs], side="left") if runs else np.zeros(0, dtype=np.intp)
-    high = np.searchsorted(both[:, 0], [run[-1] for run in runs], side="right") if runs else low
-    found = []
-    for run, i, j in zip(runs, low, high, strict=True):
-        if i < len(both) and both[i, 0] == run[0]:
-            found.append(np.concatenate([both[i : i + 1, 1], run, both[j - 1 : j, 1]]))
-        else:
-            found.append(np.concatenate([run, run[:1]]))
-    return found
+def _loops(runs: list[list[int]], edges: Indices, through: NDArray[np.bool_], both: list[int]) -> list[list[int]]:
+    """The paths that come back to where they began without meeting an end, from their first vertex."""
+    left = through.copy()
+    left[[vertex for run in runs for vertex in run]] = False
+    pairs = edges[left[edges].all(axis=1)].tolist()
+    # the first of a vertex's edges closes the loop that is begun there
+    closing = {a: b for pair in reversed(pairs) for a, b in (pair, pair[::-1])}
+    loops = list[list[int]]()
+    for first in np.flatnonzero(left).tolist():
+        if not left[first]:
+            continue
+        run, here = [first], both[first] - closing[first]
+        while here != first:
+            run.append(here)
+            here = both[here] - run[-2]
+        left[run] = False
+        loops.append([*run, first])
+    return loops

@@ -14,6 +14,7 @@ GROUND = {
     "",
     "values",
     "branching",
+    "peaks",
     "units",
     "errors",
     "atomic",

@@ -8,11 +8,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from handout.inking import nibs
 from handout.inking.curves import Curve
-from handout.values import NIB_THICKNESS, Array, Stroke
+from handout.values import NIB_THICKNESS, Array, Indices, Stroke
 
 _VARIES = 0.08  # of the width: what varies less is an even line
 _FLAT = 0.02  # mm between a curve and its chords
@@ -42,34 +41,27 @@ def pieces(stroke: Stroke, curve: Curve) -> list[Array]:
     """Closed polygons (k, 2), mm, all turning the same way; the mark of the stroke is their union."""
     if stroke.nib > 0:
         return _swept(stroke, curve)
-    ribbons = _ribbons(stroke, curve)
-    if not ribbons:  # a dot is as wide as the pen ever was on it
-        return [_disc(curve.points[0], float(_radii(stroke, stroke.t).max()))]
-    ends = [curve.points[0], *(place[-1] for place, _ in ribbons)]
-    times = [curve.t[0], *(t[-1] for _, t in ribbons)]
-    discs = [_disc(place, radius) for place, radius in zip(ends, _radii(stroke, np.array(times)), strict=True)]
-    return [*(_ribbon(place, _radii(stroke, t)) for place, t in ribbons), *discs]
-
-
-def _ribbons(stroke: Stroke, curve: Curve) -> list[tuple[Array, Array]]:
-    """Parts of a curve, as places (k, 2) and times (k,), none of which turns so far that its sides cross."""
-    if len(curve.t) < 2:
-        return []
-    t = np.unique(np.concatenate([_times(curve, k) for k in range(len(curve.t) - 1)]))
+    t = _times(curve)
     place = curve.at(t)
-    moved = np.concatenate([[True], np.linalg.norm(np.diff(place, axis=0), axis=1) > _STILL])
+    moved = np.concatenate([[True], np.hypot(*np.diff(place, axis=0).T) > _STILL])
     t, place = t[moved], place[moved]
-    if len(t) < 2:
-        return []
+    if len(t) < 2:  # a dot is as wide as the pen ever was on it
+        return _discs(curve.points[:1], _radii(stroke, stroke.t).max(keepdims=True))
+    radius, ends = _radii(stroke, t), _ends(place)
+    return [*_ribbons(place, radius, ends), *_discs(place[ends], radius[ends])]
+
+
+def _ends(place: Array) -> Indices:
+    """Where along places (n, 2) parts begin and end, none of which turns so far that its sides cross."""
     step = np.diff(place, axis=0) @ np.array([1.0, 1j])
     turn = np.abs(np.angle(step[1:] * np.conj(step[:-1])))
-    parts, first, turned = [], 0, 0.0
+    found, turned = [0], 0.0
     for at, angle in enumerate(turn.tolist(), 1):
         turned += angle
         if angle > _CORNER or turned > _TURNED:
-            parts.append((place[first : at + 1], t[first : at + 1]))
-            first, turned = at, 0.0
-    return [*parts, (place[first:], t[first:])]
+            found.append(at)
+            turned = 0.0
+    return np.array([*found, len(place) - 1])
 
 
 def _radii(stroke: Stroke, t: Array) -> Array:
@@ -77,28 +69,38 @@ def _radii(stroke: Stroke, t: Array) -> Array:
     return np.asarray(np.maximum(np.interp(t, stroke.t, stroke.width), _THINNEST) / 2)
 
 
-def _times(curve: Curve, k: int) -> Array:
-    """Times at which the k-th Bézier is cut into chords."""
-    control = curve.points[3 * k : 3 * k + 4]
-    bend = float(np.abs(np.diff(control, n=2, axis=0)).max())
-    count = int(np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 1, _MOST))
-    return np.linspace(curve.t[k], curve.t[k + 1], count + 1)
+def _times(curve: Curve) -> Array:
+    """Times at which a curve is cut into chords, rising."""
+    if len(curve.t) < 2:
+        return curve.t
+    control = np.stack([curve.points[j : len(curve.points) - 3 + j : 3] for j in range(3)] + [curve.points[3::3]])
+    bend = np.abs(np.diff(control, n=2, axis=0)).max(axis=(0, 2))
+    count = np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 1, _MOST).astype(np.intp)
+    step = np.diff(curve.t) / count
+    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return np.unique(np.append(number * np.repeat(step, count) + np.repeat(curve.t[:-1], count), curve.t[-1]))
 
 
-def _ribbon(place: Array, radius: Array) -> Array:
-    """A part of a curve with its width: along its left, and back along its right."""
-    way = np.gradient(place, axis=0)
+def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
+    """The parts of a curve with its width, each along its left and back along its right."""
+    size = np.diff(ends) + 1
+    first = np.cumsum(size) - size
+    own = np.arange(size.sum()) + np.repeat(ends[:-1] - first, size)
+    # at its ends a part goes as its first and its last chord do
+    before, after = np.maximum(own - 1, np.repeat(ends[:-1], size)), np.minimum(own + 1, np.repeat(ends[1:], size))
+    way = (place[after] - place[before]) / (after - before)[:, None]
     normal = way[:, ::-1] * [-1.0, 1.0] / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-12)[:, None]
-    aside = normal * radius[:, None]
-    return _turned(np.concatenate([place + aside, (place - aside)[::-1]]))
+    aside = normal * radius[own][:, None]
+    left, right = place[own] + aside, place[own] - aside
+    parts = [slice(a, a + n) for a, n in zip(first.tolist(), size.tolist(), strict=True)]
+    return [_turned(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
 
 def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     """The ways of a flat nib's edge along the chords of a curve."""
-    if len(curve.t) < 2:
-        t = curve.t
-    else:
-        t = np.unique(np.concatenate([_times(curve, k) for k in range(len(curve.t) - 1)]))
+    from scipy.spatial import ConvexHull
+
+    t = _times(curve)
     edges = np.column_stack([np.interp(t, stroke.t, side) for side in nibs.edge(stroke).T])
     place = curve.at(t)
     if len(t) == 1:
@@ -113,13 +115,17 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     return found
 
 
-def _disc(place: Array, radius: float) -> Array:
-    count = int(np.clip(np.ceil(np.pi / np.arccos(max(1 - _ROUND / radius, 0.0))), 6, 48))
-    angle = np.arange(count) * (2 * np.pi / count)
-    return np.asarray(place + radius * np.column_stack([np.cos(angle), np.sin(angle)]))
+def _discs(places: Array, radii: Array) -> list[Array]:
+    """Discs about places (n, 2), of radii (n,)."""
+    count = np.clip(np.ceil(np.pi / np.arccos(np.maximum(1 - _ROUND / radii, 0.0))), 6, 48).astype(np.intp)
+    last = np.cumsum(count)
+    angle = (np.arange(last[-1]) - np.repeat(last - count, count)) * np.repeat(2 * np.pi / count, count)
+    corners = np.repeat(radii, count)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.split(np.repeat(places, count, axis=0) + corners, last[:-1])
 
 
 def _turned(polygon: Array) -> Array:
     """The polygon, turning the way discs do."""
     x, y = polygon.T
-    return polygon if float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) >= 0 else polygon[::-1]
+    twice = float(x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1] * y[0] - y[-1] * x[0])
+    return polygon if twice >= 0 else polygon[::-1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import textwrap
@@ -75,3 +76,13 @@ def describe(drawing: Drawing) -> str:
 def xml_safe(text: str) -> str:
     """`text` with the characters that XML cannot hold replaced by U+FFFD (it still has to be escaped)."""
     return _NOT_XML.sub("�", text)
+
+
+def escaped(text: str) -> str:
+    """`text` as XML has it between tags; `xml.sax.saxutils` would bring the whole of HTTP and TLS with it."""
+    return html.escape(text, quote=False)
+
+
+def quoted(text: str) -> str:
+    """`text` as the value of an attribute, in its quotes; breaks and tabs survive."""
+    return '"' + re.sub('["\t\n\r]', lambda found: f"&#{ord(found[0])};", escaped(text)) + '"'

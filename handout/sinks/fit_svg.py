@@ -6,12 +6,11 @@ lines.  Lower part, row by row: the speed of the trace in grey, that of the plan
 
 from __future__ import annotations
 
-from xml.sax.saxutils import escape
-
 import numpy as np
 
 from handout.motion.reconstruction.pages import Fit, PlannedPage, sampled
 from handout.motion.reconstruction.timing import SHORTEST, prepared
+from handout.sinks import about
 from handout.values import Array, Drawing
 
 _MARGIN = 8.0  # mm
@@ -37,12 +36,12 @@ def to_svg(drawing: Drawing, page: PlannedPage) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="190mm" height="{height:.1f}mm" viewBox="0 0 190 {height:.1f}" '
         'font-family="sans-serif" fill="none">',
-        f"<title>{escape(_said(page))}</title>",
+        f"<title>{about.escaped(_said(page))}</title>",
         f'<rect width="190" height="{height:.1f}" fill="#fff"/>',
         f'<svg width="190" height="{upper:.1f}">',  # which hides targets far outside
         *_shapes(drawing, page, np.array([left, top]), scale),
         "</svg>",
-        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{escape(_said(page))}</text>',
+        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{about.escaped(_said(page))}</text>',
         *_speeds(drawing, page, upper + 12, rows),
         "</svg>\n",
     ]

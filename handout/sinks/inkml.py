@@ -12,7 +12,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from itertools import groupby
-from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -41,8 +40,8 @@ def to_inkml(drawing: Drawing) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<ink xmlns="http://www.w3.org/2003/InkML">',
         '<annotation type="program">handout</annotation>',
-        f'<annotation type="page">{escape(about.as_json(page))}</annotation>',
-        f'<annotation type="about">{escape(about.as_json(drawing.about))}</annotation>',
+        f'<annotation type="page">{about.escaped(about.as_json(page))}</annotation>',
+        f'<annotation type="about">{about.escaped(about.as_json(drawing.about))}</annotation>',
         "<definitions>",
         *(_context(names, number) for number, names in enumerate(kinds)),
         "</definitions>",
@@ -56,7 +55,7 @@ def to_inkml(drawing: Drawing) -> bytes:
 
 def _notes(stroke: Stroke) -> str:
     word = "" if stroke.word < 0 else str(stroke.word)
-    notes = {"word": word, "layer": escape(about.xml_safe(stroke.layer)), "colour": stroke.colour}
+    notes = {"word": word, "layer": about.escaped(about.xml_safe(stroke.layer)), "colour": stroke.colour}
     return "".join(f'<annotation type="{name}">{text}</annotation>' for name, text in notes.items() if text)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
@@ -50,9 +49,9 @@ def _head(drawing: Drawing) -> list[str]:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
         f'viewBox="0 0 {width} {height}">',
-        f"<title>{escape(about.title(drawing))}</title>",
-        f"<desc>{escape(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
-        f'<metadata id="about">{escape(about.as_json(about.record(drawing)))}</metadata>',
+        f"<title>{about.escaped(about.title(drawing))}</title>",
+        f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
+        f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
         f"<style>{replay.STYLE}</style>",
     ]
 
@@ -75,7 +74,7 @@ def _stroke(stroke: Stroke, curve: Curve, pen_width: float, number: int) -> str:
     width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
     own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
-    layer = f" data-layer={quoteattr(about.xml_safe(stroke.layer))}" if stroke.layer else ""
+    layer = f" data-layer={about.quoted(about.xml_safe(stroke.layer))}" if stroke.layer else ""
     own += f' stroke="{stroke.colour}"' if stroke.colour else ""
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""

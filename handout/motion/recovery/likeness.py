@@ -38,9 +38,11 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
     middle = xy.mean(axis=0)
     laid = letter.xy @ frame(xy - middle).T + middle
     flat = laid.reshape(-1, 2)
-    apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1) - 2 * flat @ places.T
-    away = np.sqrt(np.maximum(apart, 0.0)).reshape(*laid.shape[:2], -1)
-    nearest = np.argsort(away.min(axis=2).mean(axis=1) + away.min(axis=1).mean(axis=1), kind="stable")
+    apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1)
+    apart -= 2 * flat @ places.T
+    square = apart.reshape(*laid.shape[:2], -1)
+    there, back = (np.sqrt(np.maximum(square.min(axis=k), 0.0)).mean(axis=1) for k in (2, 1))
+    nearest = np.argsort(there + back, kind="stable")
     own = letter.drawn[nearest]
     chosen = np.concatenate([nearest[own][:most], nearest[~own][:most]])
     return letter.take(chosen), laid[chosen]
@@ -61,27 +63,27 @@ def unlikeness(
     -------
     (w, f) float ≥ 0: mean cost along both paths; about .2 for the same way of writing, 1 and more for others.
     """
-    sampled = np.array([_evenly(strokes, laid.shape[1]) for strokes in ways])
+    sampled = _evenly(ways, laid.shape[1])
     size = float(np.sqrt((sampled[0].std(axis=0) ** 2).sum()))
     lifts = np.array([len(strokes) for strokes in ways])[:, None] - letter.strokes
     opened, closed = (_OPEN if joined else np.inf for joined in (entered, left))
     return _warped(sampled, laid, max(size, 1e-9), opened, closed) + _LIFTED * np.abs(lifts)
 
 
-def _evenly(strokes: Sequence[Array], count: int) -> Array:
-    """(count, 2): places at even distances along some strokes; the way between two has no length."""
-    xy = np.concatenate(strokes)
-    step = xy[1:] - xy[:-1]
-    run = np.empty(len(xy))
-    run[0] = 0.0
-    np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2 + 1e-18, out=run[1:])
-    first = 0
-    for stroke in strokes[:-1]:
-        first += len(stroke)
-        run[first] = 1e-9
-    run = run.cumsum()
-    at = np.linspace(0.0, run[-1], count)
-    return np.stack([np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])], axis=1)
+def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
+    """(w, count, 2): places at even distances along the strokes of each way; that between two has no length."""
+    xy = np.concatenate([stroke for strokes in ways for stroke in strokes])
+    begin = np.cumsum([0, *(len(stroke) for strokes in ways for stroke in strokes)])
+    first = begin[np.cumsum([0, *map(len, ways)])]
+    step = np.empty(len(xy))
+    moved = xy[1:] - xy[:-1]
+    np.sqrt(moved[:, 0] ** 2 + moved[:, 1] ** 2 + 1e-18, out=step[1:])
+    step[begin[:-1]] = 1e-9
+    # all ways lie one behind the other, apart
+    step[first[:-1]] = 1.0
+    run = step.cumsum()
+    at = np.linspace(run[first[:-1]], run[first[1:] - 1], count, axis=1)
+    return np.stack([np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])], axis=2)
 
 
 def aims(paths: Array) -> Array:
@@ -95,44 +97,47 @@ def aims(paths: Array) -> Array:
 def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: float) -> Array:
     """(w, f): least mean cost of going along two paths together, for paths (w, s, 2) and (f, s, 2)."""
     (ways, count), forms = ours.shape[:2], len(theirs)
-    # diagonal by diagonal: row i + j has what place i of ours costs at place j of theirs
-    skewed = np.full((2 * count - 1, ways * forms, count), np.inf, dtype=np.float32)
-    row, pair, place = skewed.strides
-    within = np.lib.stride_tricks.as_strided(skewed, (count, count, ways * forms), (row + place, row, pair))
-    within[...] = _costs(ours, theirs, size)
-    before2 = np.full((ways * forms, count + 1), np.inf, dtype=np.float32)
-    before, here = before2.copy(), before2.copy()
-    before[:, 1] = 2 * skewed[0, :, 0]
-    least = np.full(ways * forms, np.inf, dtype=np.float32)
-    for total, step in enumerate(skewed[1:], 1):
+    costs = _costs(ours, theirs, size)
+    before2 = np.full((count + 1, ways * forms), np.inf, dtype=np.float32)
+    before, here, least = before2.copy(), before2.copy(), before2[0].copy()
+    before[1] = 2 * costs[0]
+    for total in range(1, 2 * count - 1):
+        # diagonal by diagonal: what place i of ours costs at place total - i of theirs
+        low, high = max(0, total - count + 1), min(total, count - 1) + 1
+        step = costs[low * (count - 1) + total : (high - 1) * (count - 1) + total + 1 : count - 1]
         # going on along one path only counts once, along both twice: all ways then have the same weight
-        np.minimum(before[:, 1:], before[:, :-1], out=here[:, 1:])
-        np.minimum(here[:, 1:], before2[:, :-1] + step, out=here[:, 1:])
-        if total < _MOST_OPEN * count:
-            np.minimum(here[:, total + 1], opened * np.float32(total) + step[:, total], out=here[:, total + 1])
-        here[:, 1:] += step
+        now = here[low + 1 : high + 1]
+        np.add(before2[low:high], step, out=now)
+        np.minimum(now, before[low + 1 : high + 1], out=now)
+        np.minimum(now, before[low:high], out=now)
+        if total < _MOST_OPEN * count and opened < np.inf:
+            np.minimum(now[-1], opened * np.float32(total) + step[-1], out=now[-1])
+        now += step
         before2, before, here = before, here, before2
         left = 2 * count - 2 - total
-        if left < _MOST_OPEN * count:
-            np.minimum(
-                least, before[:, count - left] + closed * np.float32(left) if left else before[:, count], out=least
-            )
-    return np.asarray(least.reshape(ways, forms) / (2 * count), dtype=np.float64)
+        if left < _MOST_OPEN * count and closed < np.inf:
+            np.minimum(least, before[count - left] + closed * np.float32(left), out=least)
+    np.minimum(least, before[count], out=least)
+    return np.asarray(least.reshape(forms, ways).T / (2 * count), dtype=np.float64)
 
 
 def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:
-    """(s, s, w · f): of every place of one path at every place of the other."""
+    """(s · s, f · w): of every place of one path, row by row, at every place of the other."""
     (ways, count), forms = ours.shape[:2], len(theirs)
     middle = ours[0].mean(axis=0)
     scale = 1 / (size * _NEAR)
-    a = np.ascontiguousarray(((ours - middle) * scale).transpose(1, 0, 2), dtype=np.float32).reshape(-1, 2)
-    b = np.ascontiguousarray(((theirs - middle) * scale).transpose(1, 0, 2), dtype=np.float32).reshape(-1, 2)
-    aim_a = np.ascontiguousarray(aims(ours).transpose(1, 0, 2), dtype=np.float32).reshape(-1, 2)
-    aim_b = np.ascontiguousarray(aims(theirs).transpose(1, 0, 2), dtype=np.float32).reshape(-1, 2)
-    cost = a @ (-2 * b.T)
-    cost += (a**2).sum(axis=1)[:, None]
-    cost += (b**2).sum(axis=1)
+    a, aim_a = (_by_place(values) for values in ((ours - middle) * scale, aims(ours)))
+    b, aim_b = (_by_place(values) for values in ((theirs - middle) * scale, aims(theirs)))
+    cost = b @ (-2 * a.T)
+    cost += (a**2).sum(axis=1)
+    cost += (b**2).sum(axis=1)[:, None]
     np.minimum(cost, np.float32(_FARTHEST), out=cost)
     cost += np.float32(_AIMED)
-    cost -= np.float32(_AIMED) * (aim_a @ aim_b.T)
-    return cost.reshape(count, ways, count, forms).transpose(0, 2, 1, 3).reshape(count, count, ways * forms)
+    cost -= np.float32(_AIMED) * (aim_b @ aim_a.T)
+    # every pair of paths beside the next: a row is one place of each of the two
+    return cost.reshape(count, forms, count, ways).transpose(2, 0, 1, 3).reshape(count * count, forms * ways)
+
+
+def _by_place(paths: Array) -> NDArray[np.float32]:
+    """(s · k, 2) of paths (k, s, 2)."""
+    return np.ascontiguousarray(paths.transpose(1, 0, 2), dtype=np.float32).reshape(-1, 2)

@@ -6,16 +6,21 @@ an end arrives at the next by that end's other one, `end ^ 1`.  Lengths are in h
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.branching import branches
 from handout.values import Array, Indices
+
+Complexes: TypeAlias = NDArray[np.complex128]
 
 _NEAR, _FAR = 1.4, 8.0  # half widths from a knot between which a branch shows its direction
 _BENT = 0.51  # how far the turn of the branch beyond is carried on into the knot
@@ -84,7 +89,9 @@ def network(xy: Array, radius: Array, density: Array, edges: Indices, half: floa
     half : half the usual width of the line; default: the median radius.
     """
     wide = half if half is not None else float(np.median(radius))
-    return _made(xy, radius, density, wide, branches(edges, len(xy)))
+    paths = branches(edges, len(xy))
+    places = _places(xy)
+    return _made(xy, radius, density, wide, paths, [_measured(places[path], wide) for path in paths])
 
 
 def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
@@ -96,24 +103,45 @@ def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network
         return Network(
             net.xy, net.radius, net.density, net.half, kept, net.knot[ends], net.length[rows], net.leaving[ends]
         )
-    found = []
+    places, found, measured = _places(net.xy), list[Indices](), list[tuple[float, Array]]()
     for b in keep:
         path = net.branches[b]
         closed = len(path) > 1 and path[0] == path[-1] and len(net.at[int(path[0])]) == 2
-        found += _cut(path, cuts, closed)
-    return _made(net.xy, net.radius, net.density, net.half, found)
+        parts = _cut(path, cuts, closed)
+        found += parts
+        if len(parts) == 1 and parts[0] is path:
+            measured.append((float(net.length[b]), net.leaving[2 * b : 2 * b + 2]))
+        else:
+            measured += [_measured(places[own], net.half) for own in parts]
+    return _made(net.xy, net.radius, net.density, net.half, found, measured)
 
 
-def _made(xy: Array, radius: Array, density: Array, half: float, found: Sequence[Indices]) -> Network:
-    runs = [_run(xy[path]) for path in found]
+def _made(
+    xy: Array,
+    radius: Array,
+    density: Array,
+    half: float,
+    found: Sequence[Indices],
+    measured: Sequence[tuple[float, Array]],
+) -> Network:
     knots = np.array([path[side] for path in found for side in (0, -1)], dtype=np.intp)
-    directions = [
-        _direction(xy[path][::side], run if side > 0 else run[-1] - run[::-1], half)
-        for path, run in zip(found, runs, strict=True)
-        for side in (1, -1)
-    ]
-    length = np.array([run[-1] for run in runs]) / half
-    return Network(xy, radius, density, half, tuple(found), knots, length, np.array(directions).reshape(-1, 2))
+    length = np.array([length for length, _ in measured])
+    leaving = np.concatenate([np.zeros((0, 2)), *(directions for _, directions in measured)])
+    return Network(xy, radius, density, half, tuple(found), knots, length, leaving)
+
+
+def _places(xy: Array) -> Complexes:
+    """(n,) complex, of places (n, 2)."""
+    return np.ascontiguousarray(xy, dtype=np.float64).view(np.complex128)[:, 0]
+
+
+def _measured(places: Complexes, half: float) -> tuple[float, Array]:
+    """Length of a branch, half widths, and (2, 2) the directions in which the pen leaves by its two ends."""
+    step = places[1:] - places[:-1]
+    run = np.zeros(len(places))
+    np.hypot(step.real, step.imag).cumsum(out=run[1:])
+    whole = float(run[-1])
+    return whole / half, np.array([_direction(places, run, half), _direction(places[::-1], whole - run[::-1], half)])
 
 
 def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
@@ -128,18 +156,14 @@ def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
     return [path[a : b + 1] for a, b in pairwise(bounds)]
 
 
-def _run(xy: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
-
-
-def _direction(xy: Array, run: Array, half: float) -> Array:
-    """(2,) in which a way leaves its first vertex, beyond the ink that it shares there with others."""
-    if run[-1] < 1e-9:
-        return np.zeros(2)
+def _direction(places: Complexes, run: Array, half: float) -> tuple[float, float]:
+    """In which a way leaves its first vertex, beyond the ink that it shares there with others."""
     whole = float(run[-1])
-    places = (min(_NEAR * half, 0.3 * whole), min(_FAR * half, 0.7 * whole), min((2 * _FAR - _NEAR) * half, whole))
-    x, y = np.interp(places, run, xy[:, 0]).tolist(), np.interp(places, run, xy[:, 1]).tolist()
-    near, far = math.atan2(y[1] - y[0], x[1] - x[0]), math.atan2(y[2] - y[1], x[2] - x[1])
-    turn = (near - far + math.pi) % (2 * math.pi) - math.pi
+    if whole < 1e-9:
+        return 0.0, 0.0
+    far = (min(_NEAR * half, 0.3 * whole), min(_FAR * half, 0.7 * whole), min((2 * _FAR - _NEAR) * half, whole))
+    a, b, c = np.interp(far, run, places).tolist()
+    near, beyond = cmath.phase(b - a), cmath.phase(c - b)
+    turn = (near - beyond + math.pi) % (2 * math.pi) - math.pi
     angle = near + min(max(_BENT * turn, -_MOST_BENT), _MOST_BENT)
-    return np.array([math.cos(angle), math.sin(angle)])
+    return math.cos(angle), math.sin(angle)

@@ -24,6 +24,7 @@ import numpy as np
 
 from handout.motion import lognormal
 from handout.motion.air import STROKE
+from handout.peaks import peaks
 from handout.values import Array, Indices
 
 _STEP = 0.04  # x-heights, as are all lengths below; between places of a path
@@ -125,14 +126,12 @@ def curvature(way: Course) -> Array:
 
 def _pieces(way: Course, bend: Array) -> tuple[Indices, Indices]:
     """(m, 2) int: first and last place of every piece between two bends; (m,) int: its path."""
-    from scipy.signal import find_peaks
-
-    peaks, _ = find_peaks(np.abs(bend), prominence=_BEND)
-    path = np.searchsorted(way.first, peaks, side="right") - 1
-    near = np.minimum(peaks - way.first[path], way.first[path + 1] - 1 - peaks) * way.step[path] <= _NEAR
-    peaks, path = peaks[~near], path[~near]
-    begin = np.concatenate([way.first[:-1], peaks])
-    finish = np.concatenate([way.first[1:] - 1, peaks])
+    bends = peaks(np.abs(bend), prominence=_BEND)
+    path = np.searchsorted(way.first, bends, side="right") - 1
+    near = np.minimum(bends - way.first[path], way.first[path + 1] - 1 - bends) * way.step[path] <= _NEAR
+    bends, path = bends[~near], path[~near]
+    begin = np.concatenate([way.first[:-1], bends])
+    finish = np.concatenate([way.first[1:] - 1, bends])
     of = np.concatenate([np.arange(len(way.step)), path])
     return np.column_stack([np.sort(begin), np.sort(finish)]), np.sort(of)
 

@@ -78,6 +78,8 @@ def _laid(
     bar: bool,
 ) -> PlacedStroke | None:
     """A stroke of a glyph's line on the graph of the placed glyph, whose ways are other than they were."""
+    if not sections:
+        return PlacedStroke(vertices, late, None, None)
     of = section[vertices]
     bounds = [0, *(np.flatnonzero(np.diff(of)) + 1).tolist(), len(of)]
     parts: list[Indices] = []
@@ -114,23 +116,20 @@ def _some(vertices: Indices, section: Indices, chain: Indices) -> Indices:
 
 def _chains(graph: LineGraph, form: Form) -> list[Indices | None]:
     """For each way of a form its vertices in a placed graph, anchor first; told by where their ink is from."""
-    count = len(form.xy)
     ways = [way for way, _ in outwards(form)]
+    if not ways:
+        return []
+    count = len(form.xy)
     chains: list[Indices | None] = [None] * len(ways)
     added = graph.edges[len(form.edges) :]
     starts = np.flatnonzero(added[:, 0] < count)
     for a, b in pairwise([*starts.tolist(), len(added)]):
         chain = np.concatenate([added[a : a + 1, 0], added[a:b, 1]])
-        uv = graph.uv[chain[-1]]
-        best, chosen = np.inf, None
-        for k, way in enumerate(ways):
-            if chains[k] is not None or way.anchor != chain[0]:
-                continue
-            away = float(np.hypot(*(way.uv - uv).T).min()) + float(
-                np.hypot(*(way.uv - graph.uv[chain[len(chain) // 2]]).T).min()
-            )
-            if away < best:
-                best, chosen = away, k
+        free = [k for k, way in enumerate(ways) if chains[k] is None and way.anchor == chain[0]]
+        chosen = free[0] if free else None
+        if len(free) > 1:
+            far, middle = graph.uv[chain[-1]], graph.uv[chain[len(chain) // 2]]
+            chosen = min(free, key=lambda k: sum(float(np.hypot(*(ways[k].uv - uv).T).min()) for uv in (far, middle)))
         if chosen is not None:
             chains[chosen] = chain
     return chains

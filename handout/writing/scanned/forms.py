@@ -8,9 +8,10 @@ Source: seed 000, §6.3, §6.4.
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -97,17 +98,9 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self.paths = ways(hand)
-        self._taken = Taken(hand, self.paths, self.centre)
+        self.paths, self._taken, self._edges, self._loose = _taken(hand)
         self.bodies = self._taken.bodies
-        self._edges = self._taken.edges()
         self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
-        entry, leave = tails(hand, self._taken)
-        clear = _CLEAR / hand.pitch
-        self._loose = (
-            _loose(self._taken.entries, entry, clear, entering=True),
-            _loose(self._taken.exits, leave, clear, entering=False),
-        )
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -182,6 +175,27 @@ def _fractions(xy: Array) -> Array:
 def is_mark(letter: str) -> bool:
     """Whether a grapheme is punctuation or a symbol."""
     return bool(letter) and unicodedata.category(letter[0])[0] in "PS"
+
+
+_Loose: TypeAlias = "tuple[Indices, Indices]"
+
+
+@lru_cache(maxsize=4)
+def _taken(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], Taken, list[Indices], _Loose]:
+    """A hand's ways between glyphs, all its lines, the edges of its bodies, and how much of entries and exits is there
+    where nothing joins.
+
+    A hand's forms are asked for when a text is set and again when it is traced; to take them off takes a while.
+    """
+    paths = ways(hand)
+    taken = Taken(hand, paths, hand.centres)
+    entry, leave = tails(hand, taken)
+    clear = _CLEAR / hand.pitch
+    loose = (
+        _loose(taken.entries, entry, clear, entering=True),
+        _loose(taken.exits, leave, clear, entering=False),
+    )
+    return paths, taken, taken.edges(), loose
 
 
 def _loose(strokes: Strokes, share: float, clear: float, *, entering: bool) -> Indices:

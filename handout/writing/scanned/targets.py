@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from handout.branching import branches
+from handout.peaks import peaks
 from handout.values import Array, Indices
 
 _ARM = 8  # vertices on either side, whose directions are compared
@@ -35,11 +36,9 @@ def targets(xy: Array, radius: Array, edges: Indices) -> Array:
 
 def _bends(line: Array) -> list[int]:
     """Where a line (n, 2) bends most."""
-    from scipy.signal import find_peaks
-
     if len(line) < 2 * _ARM:
         return []
     arm = min(_ARM, len(line) // 4)
     ahead = line[arm:] @ np.array([1.0, 1j]) - line[:-arm] @ np.array([1.0, 1j])
     turned = np.abs(np.angle(ahead[arm:] * np.conj(ahead[:-arm])))
-    return [int(peak) + arm for peak in find_peaks(turned, prominence=_BEND, distance=_BETWEEN)[0]]
+    return [int(peak) + arm for peak in peaks(turned, prominence=_BEND, apart=_BETWEEN)]

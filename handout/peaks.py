@@ -1,0 +1,65 @@
+"""Where a row of values has its peaks, without the seconds that `scipy.signal` takes to be imported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Indices = NDArray[np.intp]
+
+
+def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> Indices:
+    """Places of values higher than those on either side; of a level top its middle.  What `scipy.signal.find_peaks`
+    finds.
+
+    Parameters
+    ----------
+    values : (n,) float.
+    prominence : > 0: how far one must go down from a peak, on both sides, before anything higher comes.
+    apart : least distance of two peaks; the higher one stays.
+    """
+    found = _tops(values)
+    if apart > 1:
+        found = _parted(found, values[found], apart)
+    found = found[values[found] - values.min(initial=np.inf) >= prominence]
+    row = values.tolist()
+    stands = [
+        _falls(row, range(top - 1, -1, -1), row[top], prominence)
+        and _falls(row, range(top + 1, len(row)), row[top], prominence)
+        for top in found.tolist()
+    ]
+    return np.asarray(found[np.array(stands, dtype=bool)])
+
+
+def _tops(values: NDArray[np.float64]) -> Indices:
+    """Middles of level stretches that are higher than what is on both sides of them."""
+    if len(values) < 3:
+        return np.zeros(0, dtype=np.intp)
+    rises = np.diff(values)
+    steps = np.flatnonzero(rises != 0)
+    up = rises[steps] > 0
+    top = up[:-1] & ~up[1:]
+    return np.asarray((steps[:-1][top] + 1 + steps[1:][top]) // 2)
+
+
+def _parted(found: Indices, height: NDArray[np.float64], apart: int) -> Indices:
+    """Peaks without those that are too near to a higher one."""
+    keep = np.ones(len(found), dtype=bool)
+    for one in np.argsort(height)[::-1].tolist():
+        if keep[one]:
+            near = np.abs(found - found[one]) < apart
+            near[one] = False
+            keep[near] = False
+    return found[keep]
+
+
+def _falls(row: list[float], way: Iterable[int], top: float, by: float) -> bool:
+    """Whether a way leads down so far before it leads higher than where it begins."""
+    for place in way:
+        if row[place] > top:
+            return False
+        if top - row[place] >= by:
+            return True
+    return False
