@@ -160,8 +160,8 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
         known, laid = fitting(known, net.xy[own], _FORMS)
         marks = _marks(net, body, own, laid, known) if body else []
-        barred = {int(v) for bar in line.bars for v in bar}
-        marks = [v for v in marks if v not in barred]
+        known_bars = {int(v) for bar in line.bars for v in bar}
+        marks = [v for v in marks if v not in known_bars]
     net = part(net, rest, [*marks, *ends])
     begin, finish, through = (_ends(net, own) for own in (line.begin, line.finish, line.through))
     others = [chain for bar in line.others for chain in spans(net, bar, line.begin)]
