@@ -100,7 +100,7 @@ def _written(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weig
     found = _walks(net, line, letter, begin, finish, through, costs)
     least = min(walk.cost for walk in found)
     found = [walk for walk in found if walk.cost <= least + _MARGIN]
-    if known is not None and not known.drawn.all():
+    if known is not None and not known.drawn.all() and not through:
         led = np.flatnonzero(~known.drawn)
         there = {walk.strokes for walk in found}
         follow = guided(net, line.small, guides(net, laid[led], known.of[led]), begin=begin, finish=finish, costs=costs)
