@@ -55,15 +55,8 @@ class Models:
     def take(self, forms: NDArray[np.intp]) -> Models:
         """Some of the forms."""
         ends = tuple(self.ends[i] for i in forms)
-        return Models(
-            self.xy[forms],
-            self.of[forms],
-            self.late[forms],
-            self.strokes[forms],
-            ends,
-            self.cost[forms],
-            self.drawn[forms],
-        )
+        xy, of, late, strokes = self.xy[forms], self.of[forms], self.late[forms], self.strokes[forms]
+        return Models(xy, of, late, strokes, ends, self.cost[forms], self.drawn[forms])
 
 
 def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HANDS) -> Models | None:
@@ -84,14 +77,16 @@ def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HAND
 def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Models | None:
     each = [_chosen(load(hand).glyphs.get(letter, ()), entered, left) for hand in hands]
     glyphs = [glyph for some in zip_longest(*each) for glyph in some if glyph is not None]
-    # letters that are led into have the manners of joined hands
-    taught = ductus.ways(letter) if hands and not entered else ()
+    # letters that are joined to others have the manners of joined hands
+    taught = ductus.ways(letter) if hands and not entered and not left else ()
     found = [made for one in (*glyphs, *taught) if (made := _model(one)) is not None]
     if not found:
         return None
     xy, of, late, ends, cost, drawn = zip(*found, strict=True)
     strokes = np.array([int(which[-1]) + 1 for which in of], dtype=np.intp)
-    return Models(np.array(xy), np.array(of), np.array(late), strokes, ends, np.array(cost), np.array(drawn))
+    return Models(
+        np.array(xy), np.array(of), np.array(late), strokes, ends, np.array(cost) - min(cost), np.array(drawn)
+    )
 
 
 def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
