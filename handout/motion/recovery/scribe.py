@@ -97,9 +97,9 @@ class Scribe:
         half = float(np.median(form.radius))
         best, found, chance = 0.0, [], prior(self.rate)
         for one in ours:
-            for other in theirs:
-                there = other.place + shift
-                good = odds(one, replace(other, place=there), half) + chance
+            for facing in theirs:
+                there = facing.place + shift
+                good = odds(one, replace(facing, place=there), half) + chance
                 if good > best and one.vertex not in anchors and (there[0] < one.place[0] + half) == entering:
                     best, found = good, [one.vertex]
         return found
