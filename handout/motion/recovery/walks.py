@@ -264,7 +264,7 @@ def _gaps(net: Network, tips: Sequence[int], costs: Costs) -> Iterator[tuple[int
             aim = way / (far * net.half)
             straight = min(-float(net.leaving[a] @ aim), float(net.leaving[b] @ aim))
             if straight > _AHEAD or far < 2.5:
-                yield a, b, costs.gap * far / costs.gap_far + costs.turn * ((1 - straight) / 2) ** 1.5
+                yield a, b, costs.gap * far / costs.gap_far + costs.turn * (max(0.0, 1 - straight) / 2) ** 1.5
 
 
 def _turn(net: Network, arrived: int, end: int, degree: int, costs: Costs) -> float:
@@ -272,7 +272,7 @@ def _turn(net: Network, arrived: int, end: int, degree: int, costs: Costs) -> fl
     if arrived == end:
         return costs.tip if degree == 1 else costs.corner if degree == 2 else costs.turn
     straight = -float(net.leaving[arrived] @ net.leaving[end])  # cosine of the turn
-    return float(costs.turn * ((1 - straight) / 2) ** 1.5)
+    return float(costs.turn * (max(0.0, 1 - straight) / 2) ** 1.5)
 
 
 def _missed(net: Network, arrived: int, end: int, costs: Costs) -> float:
