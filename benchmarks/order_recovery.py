@@ -214,9 +214,8 @@ def seconds() -> tuple[float, float]:
 
 def main() -> None:
     """Print the table."""
-    print(
-        f"{'':<34}{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}{'off ink':>9}{'lifts kept':>12}"
-    )
+    names = f"{'strokes':>9}{'found':>8}{'direction':>11}{'words':>7}{'in order':>10}{'all right':>11}"
+    print(f"{'':<34}{names}{'off ink':>9}{'lifts kept':>12}")
     for name in HANDS:
         hand, true, words = simulated(name)
         others = tuple(other for other in HANDS if other != name)

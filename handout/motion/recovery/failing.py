@@ -19,7 +19,7 @@ from handout.values import Array, Indices
 # logarithm of the odds, fitted to 2071 gaps of pages whose true strokes are known (three simulated, three recorded);
 # how the directions of the two sides agree says nothing more
 _ODDS, _FAR, _THIN, _WITHIN, _RATE = 0.2, 4.3, 9.0, 2.5, 0.4
-_TORN = 1.8  # so much more a movement torn apart costs than a little way over no ink
+_TORN = 1.0  # so much more a movement torn apart costs than a little way over no ink
 _LITTLE = 0.5  # half widths
 _THINNEST, _WIDEST = 0.5, 1.1  # of the usual width, between which it counts
 _CHAIN = 10  # vertices from a tip that tell its direction
