@@ -30,6 +30,8 @@ _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
 _LOOP = 4.0  # cost of a loop that is the wrong way round
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
+_DASH = 0.9  # one no longer is, too, that lies over all the rest
+_UNDER = 0.1  # of a small letter that it may begin lower
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +148,11 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
     edges = mended(line.xy, line.radius, line.edges, half, line.joints, _DOT * line.small if dotted(letter) else 0.0)
     net = network(line.xy, line.radius, line.density, edges, half)
     dots = _dots(net, line) if dotted(letter) else {}
+    last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
+    more = (True,) * len(last)
     rest = [b for b in range(len(net.branches)) if b not in dots]
+    if not rest:
+        return [Way(tuple(last), 0.0, lambda: (more, more))]
     foreign = {int(v) for bar in line.others for v in bar}
     ends = [int(bar[end]) for bar in (*line.bars, *line.others) for end in (0, -1)]
     known, laid, marks = models(letter, bool(line.begin), bool(line.finish), hands), np.zeros((0, 0, 2)), list[int]()
@@ -189,8 +195,6 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         unlike -= _SPARED * np.minimum(lifts[:, None], known.strokes - 1)
         total += unlike.min(axis=1)
         nearest = np.where(known.drawn, unlike, np.inf).argmin(axis=1)
-    last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
-    more = (True,) * len(last)
 
     def later(way: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
         flags: tuple[bool, ...] = (False,) * len(paths[way])
@@ -276,13 +280,25 @@ def dotted(letter: str) -> bool:
 
 
 def _dots(net: Network, line: Line) -> dict[int, Indices]:
-    """Branch → vertices, from left to right, of pieces that are dots; none if there is nothing else."""
-    found = {}
-    for b, path in enumerate(net.branches):
-        alone = all(len(net.at[int(net.knot[end])]) == 1 for end in (2 * b, 2 * b + 1)) or len(path) == 1
-        if alone and net.length[b] * net.half < _DOT * line.small and not {*path.tolist()} & line.joints:
-            found[b] = path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
-    return found if len(found) < len(net.branches) else {}
+    """Branch → vertices, from left to right, of pieces that are dots or accents.
+
+    Where there is nothing else, only what is known to be over the height of small letters is one.
+    """
+    alone = [
+        b
+        for b, path in enumerate(net.branches)
+        if all(len(net.at[int(net.knot[end])]) == 1 for end in (2 * b, 2 * b + 1)) or len(path) == 1
+    ]
+    free = [b for b in alone if not {*net.branches[b].tolist()} & line.joints]
+    length = net.length * net.half / line.small
+    rest = [net.xy[path, 1].max() for b, path in enumerate(net.branches) if b not in free or length[b] >= _DASH]
+    top = max(rest, default=np.inf) - _UNDER * line.small
+    found = [b for b in free if length[b] < _DOT or (length[b] < _DASH and net.xy[net.branches[b], 1].min() > top)]
+    if len(found) == len(net.branches):
+        least = np.inf if line.base is None else line.base + line.small
+        found = [b for b in found if net.xy[net.branches[b], 1].min() > least]
+    paths = {b: net.branches[b] for b in found}
+    return {b: path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1] for b, path in paths.items()}
 
 
 def _late(strokes: Sequence[Array], form: Array, late: NDArray[np.bool_]) -> tuple[bool, ...]:
