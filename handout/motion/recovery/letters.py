@@ -30,6 +30,7 @@ _CLEAR = 7.0  # half widths from a knot to another that is put on a branch
 _CUTS = 2
 _LOOP = 4.0  # cost of a loop that is the wrong way round
 _DOT = 0.35  # of a small letter: a piece no longer is a dot
+_POINTS = frozenset(".:…")
 _DASH = 0.9  # one no longer is, too, that lies over all the rest
 _UNDER = 0.1  # of a small letter that it may begin lower
 
@@ -147,6 +148,9 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
     half = float(np.median(line.radius))
     edges = mended(line.xy, line.radius, line.edges, half, line.joints, _DOT * line.small if dotted(letter) else 0.0)
     net = network(line.xy, line.radius, line.density, edges, half)
+    points = _points(net) if letter in _POINTS else ()
+    if points:
+        return [Way(points, 0.0, lambda: ((False,) * len(points),) * 2)]
     dots = _dots(net, line) if dotted(letter) else {}
     last = sorted(dots.values(), key=lambda v: float(line.xy[v, 0].mean()))
     more = (True,) * len(last)
@@ -277,6 +281,17 @@ def _beside(
 def dotted(letter: str) -> bool:
     """Whether pieces apart from a letter's line are dots or accents."""
     return letter in ("i", "j") or len(unicodedata.normalize("NFD", letter)) > 1
+
+
+def _points(net: Network) -> tuple[Indices, ...]:
+    """The points of a mark that has nothing else, from above or from left to right; none if it has."""
+    if any(len(ends) > 1 for ends in net.at.values()):
+        return ()
+    middle = np.array([net.xy[path].mean(axis=0) for path in net.branches])
+    across = np.ptp(middle, axis=0)
+    order = np.argsort(-middle[:, 1] if across[1] > across[0] else middle[:, 0])
+    paths = (net.branches[b] for b in order.tolist())
+    return tuple(path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1] for path in paths)
 
 
 def _dots(net: Network, line: Line) -> dict[int, Indices]:
