@@ -207,9 +207,9 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         strokes, barred = found[way].strokes, found[way].barred
         bars = tuple(flag or stroke in barred for flag, stroke in zip(flags, strokes, strict=True))
         # a bar waits only where the pen must first go on to the next letter
-        waits = bool(line.joints) or (line.joining and letter in WAITING)
+        waits = bool(line.joints if line.joining else line.finish) or (line.joining and letter in WAITING)
         waiting = (
-            stroke in others or (waits and stroke in barred) or (flag and bool(line.joints))
+            stroke in others or (waits and (flag or stroke in barred))
             for flag, stroke in zip(flags, strokes, strict=True)
         )
         return (*waiting, *more), (*bars, *more)

@@ -102,9 +102,25 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
             whole = [m for m in before if stroke.begin in joined and joined[stroke.begin] == m.leaving]
             part = (glyph, trimmed(glyph, stroke, joined if whole else {}))
             before = [m for m in before if m not in whole]
+            if not whole and _led_on(done, part, stroke, joined):
+                continue
             late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
         late = [*(_Movement(m.parts, None) for m in before), *late]
     yield from _ended(_stitched([*done, current], glyphs, scribe), late)
+
+
+def _led_on(
+    done: list[_Movement], part: tuple[PlacedGlyph, Indices], stroke: PlacedStroke, joined: dict[int, int]
+) -> bool:
+    """Whether a bar that did not wait comes over from the letter before; then it is led on there."""
+    if stroke.begin not in joined:
+        return False
+    for i, movement in enumerate(done):
+        if movement.bar and movement.leaving == joined[stroke.begin] and movement.parts[-1][0] is not part[0]:
+            rest = (part[0], trimmed(part[0], stroke, joined))
+            done[i] = _Movement([*movement.parts, rest], stroke.end, bar=True)
+            return True
+    return False
 
 
 @dataclass(frozen=True, eq=False)
