@@ -10,6 +10,7 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand
 from handout.motion.optimal_control import follow
+from handout.motion.recovery.bars import BARRED, CROSSED
 from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, place, shared, trimmed
 from handout.motion.recovery.scribe import Scribe, scribe_of
@@ -18,6 +19,7 @@ from handout.motion.recovery.weaving import unwound, weave
 from handout.values import ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # of a small letter that the pen goes back over its ink rather than be lifted
+_WAITING = BARRED | CROSSED | frozenset("AEFHT")  # letters whose last strokes may come after the next letter
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 
@@ -172,11 +174,17 @@ def _parted(glyph: PlacedGlyph, onward: dict[int, int]) -> tuple[list[PlacedStro
     leads = set(onward.values())
     main = [s for s in glyph.strokes if not s.late]
     exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
-    last = exits[0] + 1 if exits else len(main)
     # a bar by which alone the word goes on is no bar
     if not exits and (led := [s for s in glyph.strokes if s.late and s.end in leads]):
         return [*main, led[0]], [s for s in glyph.strokes if s.late and s is not led[0]]
-    return main[:last], [*main[last:], *(s for s in glyph.strokes if s.late)]
+    late = [s for s in glyph.strokes if s.late]
+    if not exits:
+        return main, late
+    leaving = next((n for n in exits if main[n].end in leads), exits[-1])
+    if glyph.placed.glyph.letter in _WAITING or main[leaving].begin is not None:
+        return main[: exits[0] + 1], [*main[exits[0] + 1 :], *late]
+    # who has no bar to come back for leaves a letter when all of it is there
+    return [*main[:leaving], *main[leaving + 1 :], main[leaving]], late
 
 
 def _goes_on(
