@@ -1,4 +1,8 @@
-"""Where the constants of the recovery of writing order come from: a random search with a fixed budget.
+"""A random search for the constants of the recovery of writing order, with a fixed budget.
+
+Those of `walks.Costs` and of `likeness` were found by such a search, on fewer sets; those of forms that few people
+write by one over ways that had been found before; `guide` and `loops` by hand.  The whole budget of this one has not
+been run since.
 
 Every try multiplies a few of the constants below, those of `walks.Costs` and those by which ways over a letter are
 compared with forms, by random factors near 1 and measures again; what is better is kept and changed further.  Measured

@@ -42,8 +42,8 @@ class Costs:
     first : of beginning elsewhere than where the pen comes from the letter before, or of going back to that.
     gap : of going on over a gap in the ink of `gap_far` half widths, the widest.
 
-    The figures were found by random search on pages of the simulated author and on recorded letters
-    (`benchmarks.order_recovery`): shares of strokes found and right, and of words all right, were to be greatest.
+    The figures were found by random search on pages of the simulated author and on recorded letters: shares of strokes
+    found and right, and of words all right, were to be greatest.  `benchmarks.order_search` searches anew.
     """
 
     turn: float = 1.6
