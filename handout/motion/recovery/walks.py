@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -24,6 +25,7 @@ _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
 _AHEAD = 0.5  # cosine: ink that fails leaves a gap along the way
+_ROUNDED = 1e-9  # costs that differ less may be equal
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out, and may be passed thrice
 
 
@@ -157,8 +159,14 @@ def _search(
         states.append((cost, end, 1 << (end >> 1), 0, 0, None, True))
     for _ in range(len(first) // 2 - 1):
         found: list[_State] = []
+        bound, look = inf, 2 * width
         for state in states:
-            _steps(state, prices, costs, found)
+            if len(found) >= look:
+                # what costs more than the last that is kept so far is not kept; nor is any of it looked at again
+                found = _kept(found, width)
+                bound = found[-1][0] + _ROUNDED if len(found) == width else inf
+                look = len(found) + width
+            _steps(state, prices, costs, found, bound)
         states = _kept(found, width)
     done = [(state[0] + prices.leaving[state[1] ^ 1], state) for state in states]
     done.sort(key=itemgetter(0))
@@ -201,13 +209,17 @@ def _cost(strokes: Sequence[Sequence[int]], prices: _Prices, first: Sequence[flo
 _State: TypeAlias = "tuple[float, int, int, int, int, _State | None, bool]"
 
 
-def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State]) -> None:
-    """Walks that cover one branch more, added to those found."""
+def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State], bound: float) -> None:
+    """Walks that cover one branch more and cost no more than a bound, added to those found."""
     cost, end, covered, twice, thrice, _, _ = state
-    _onward(state, prices, costs, found, _DEEP, cost + costs.lift + costs.landing + costs.leaving)
+    if cost > bound:
+        return
+    _onward(state, prices, costs, found, _DEEP, min(cost + costs.lift + costs.landing + costs.leaving, bound))
     stop = cost + prices.leaving[end ^ 1] + costs.lift + (costs.after if end ^ 1 in prices.finish else 0.0)
     count = 0
     for air, landing in prices.air[end ^ 1]:
+        if stop + air > bound:
+            break
         bit = 1 << (landing >> 1)
         if not covered & bit:
             found.append((stop + air + prices.passing[landing], landing, covered | bit, twice, thrice, state, True))
