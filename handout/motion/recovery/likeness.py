@@ -39,7 +39,7 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
     laid = letter.xy @ frame(xy - middle).T + middle
     flat = laid.reshape(-1, 2)
     apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1)
-    apart -= 2 * flat @ places.T
+    apart += (-2 * flat) @ places.T
     square = apart.reshape(*laid.shape[:2], -1)
     there, back = (np.sqrt(np.maximum(square.min(axis=k), 0.0)).mean(axis=1) for k in (2, 1))
     nearest = np.argsort(there + back, kind="stable")
@@ -82,8 +82,12 @@ def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
     # all ways lie one behind the other, apart
     step[first[:-1]] = 1.0
     run = step.cumsum()
-    at = np.linspace(run[first[:-1]], run[first[1:] - 1], count, axis=1)
-    return np.stack([np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])], axis=2)
+    low, high = run[first[:-1]], run[first[1:] - 1]
+    at = low[:, None] + ((high - low) / (count - 1))[:, None] * np.arange(count)
+    at[:, -1] = high
+    found = np.empty((*at.shape, 2))
+    found[..., 0], found[..., 1] = np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])
+    return found
 
 
 def aims(paths: Array) -> Array:
@@ -128,12 +132,13 @@ def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:
     scale = 1 / (size * _NEAR)
     a, aim_a = (_by_place(values) for values in ((ours - middle) * scale, aims(ours)))
     b, aim_b = (_by_place(values) for values in ((theirs - middle) * scale, aims(theirs)))
-    cost = b @ (-2 * a.T)
-    cost += (a**2).sum(axis=1)
-    cost += (b**2).sum(axis=1)[:, None]
-    np.minimum(cost, np.float32(_FARTHEST), out=cost)
-    cost += np.float32(_AIMED)
-    cost -= np.float32(_AIMED) * (aim_b @ aim_a.T)
+    # squared distance and, once that is cut off, what the directions add: each in one product
+    free = np.float32(_AIMED)
+    one_a, one_b = np.ones((len(a), 1), np.float32), np.ones((len(b), 1), np.float32)
+    square_a, square_b = ((values**2).sum(axis=1, keepdims=True) for values in (a, b))
+    cost = np.hstack([b, square_b + free, one_b]) @ np.hstack([-2 * a, one_a, square_a]).T
+    np.minimum(cost, np.float32(_FARTHEST) + free, out=cost)
+    cost += (-free * aim_b) @ aim_a.T
     # every pair of paths beside the next: a row is one place of each of the two
     return cost.reshape(count, forms, count, ways).transpose(2, 0, 1, 3).reshape(count * count, forms * ways)
 

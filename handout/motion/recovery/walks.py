@@ -25,6 +25,7 @@ _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
 _AHEAD = 0.5  # cosine: ink that fails leaves a gap along the way
+_HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing
 _ROUNDED = 1e-9  # costs that differ less may be equal
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out, and may be passed thrice
 
@@ -294,7 +295,7 @@ def _prices(
         net, [e for e in range(2 * count) if degree[int(net.knot[e])] == 1 and e not in loose], costs
     ):
         onward[a].append((b, price))
-    passing = [_against(net, end, small, costs) for end in range(2 * count)]
+    passing = _against(net, small, costs)
     again = [costs.retrace + costs.retraced * float(run[e >> 1]) + passing[e] for e in range(2 * count)]
     at = [degree[knot] for knot in net.knot.tolist()]
     loops = [int(net.knot[e]) == int(net.knot[e ^ 1]) for e in range(2 * count)]
@@ -310,12 +311,14 @@ def _prices(
         landing[end] += costs.first
     for end in (*begin, *through):
         leaving[end] += costs.first
-    places = np.array([net.place(e) for e in range(2 * count)])
+    places = net.xy[net.knot]
     away = places[None] - places[:, None]
     # back to the left a pen goes only for what it has left out
     jump = costs.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / small
     jump += np.array(landing)
-    air = [[(float(row[e]), e) for e in np.argsort(row, kind="stable").tolist()] for row in jump]
+    order = np.argsort(jump, axis=1, kind="stable")
+    ranked = zip(np.take_along_axis(jump, order, axis=1).tolist(), order.tolist(), strict=True)
+    air = [list(zip(row, ends, strict=True)) for row, ends in ranked]
     tiny = sum(1 << b for b in np.flatnonzero(net.length < _TINY).tolist())
     return _Prices(onward, passing, again, landing, leaving, air, tiny, frozenset(finish))
 
@@ -355,13 +358,18 @@ def _missed(net: Network, arrived: int, end: int, costs: Costs) -> float:
     return costs.cross * max(0.0, straight) if back == arrived and end != ahead else 0.0
 
 
-def _against(net: Network, end: int, small: float, costs: Costs) -> float:
-    """Of passing a branch in a direction that is not the habitual one."""
-    way: Array = net.xy[net.way(end)]
-    if len(way) < 2:
-        return 0.0
-    step = np.diff(way, axis=0)
-    size = np.hypot(step[:, 0], step[:, 1])
-    # down and to the right costs nothing
-    along = (step @ np.array([0.5, -0.866])) / np.maximum(size, 1e-12)
-    return float(costs.against * (size * (1 - along) / 2).sum() / small)
+def _against(net: Network, small: float, costs: Costs) -> list[float]:
+    """Of passing each branch, left by each of its ends, in a direction that is not the habitual one."""
+    found: list[float] = []
+    for path in net.branches:
+        way: Array = net.xy[path]
+        if len(way) < 2:
+            found += [0.0, 0.0]
+            continue
+        step = way[1:] - way[:-1]
+        size = np.hypot(step[:, 0], step[:, 1])
+        # down and to the right costs nothing
+        along = (step @ _HABITUAL) / np.maximum(size, 1e-12)
+        there, back = size * (1 - along) / 2, size * (1 + along) / 2
+        found += [float(costs.against * sums / small) for sums in (there.sum(), back[::-1].copy().sum())]
+    return found
