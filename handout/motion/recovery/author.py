@@ -7,7 +7,7 @@ others of them are the author's own, and beside the forms of the built-in hands 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,20 +69,22 @@ class Habit:
     models : the ways in which its instances may have been written, as forms.
     owner : (f,) int: which instance each is of.
     share : (f,) float: how likely that one was written so.
+    alike : number of an instance that the habit was learned from → (w, f) 0–1: how like its ways are to the forms.
     """
 
     models: Models
     owner: Indices
     share: Array
+    alike: Mapping[int, Array]
 
     def choose(self, one: Instance, own: int = -1) -> Way:
         """How an instance was written; `own` is its number among those that the habit was learned from."""
         if len(one.ways) == 1 or not all(one.parts):
             return one.ways[0]
-        kept = np.flatnonzero(self.owner != own)
-        alike = _alike(one, self.models.take(kept))
-        count = len(np.unique(self.owner[kept]))
-        return one.ways[int((_costs(one) + _cost(alike @ self.share[kept], count)).argmin())]
+        others = self.owner != own
+        alike = self.alike[own] if own in self.alike else _alike(one, self.models)
+        count = len(np.unique(self.owner[others]))
+        return one.ways[int((_costs(one) + _cost(alike @ (self.share * others), count)).argmin())]
 
 
 def habit(pool: Sequence[Instance]) -> Habit | None:
@@ -102,7 +104,8 @@ def habit(pool: Sequence[Instance]) -> Habit | None:
         share = _shares(costs + _cost(alike @ share, len(known) - 1), owner)
     kept = np.flatnonzero(share >= _LEAST)
     numbers = np.array([k for k, one in enumerate(pool) if all(one.parts)], dtype=np.intp)
-    return Habit(models.take(kept), numbers[owner[kept]], share[kept])
+    own = {k: alike[owner == i][:, kept] for i, k in enumerate(numbers.tolist())}
+    return Habit(models.take(kept), numbers[owner[kept]], share[kept], own)
 
 
 def _models(pool: Sequence[Instance]) -> Models:

@@ -184,15 +184,19 @@ def _ways(line: Line, letter: str, hands: tuple[str, ...], costs: Costs, weight:
         there = {walk.strokes for walk in found}
         follow = guided(net, line.small, guides(net, laid[led], known.of[led]), begin=begin, finish=finish, costs=costs)
         found += [walk for walk in follow if walk.strokes not in there]
-    paths = [[vertices(net, stroke) for stroke in walk.strokes] for walk in found]
+    # walks have many of their strokes in common
+    different = dict.fromkeys(stroke for walk in found for stroke in walk.strokes)
+    way_of = {stroke: vertices(net, stroke) for stroke in different}
+    paths = [[way_of[stroke] for stroke in walk.strokes] for walk in found]
     total = np.array([walk.cost for walk in found])
     total += _LOOP * np.array([amiss(net, walk.strokes, letter, line.base, line.small) for walk in found])
     nearest = np.zeros(len(found), dtype=np.intp)
     if known is not None:
+        places = {stroke: net.xy[way] for stroke, way in way_of.items()}
         parts = [
-            [net.xy[v] for v, stroke in zip(way, walk.strokes, strict=True) if stroke not in others]
-            or [net.xy[v] for v in way]
-            for way, walk in zip(paths, found, strict=True)
+            [places[stroke] for stroke in walk.strokes if stroke not in others]
+            or [places[stroke] for stroke in walk.strokes]
+            for walk in found
         ]
         unlike = weight * unlikeness(parts, known, laid, entered=bool(line.begin), left=bool(line.finish)) + known.cost
         lifts = np.array([len(walk.strokes) - 1 for walk in found])
@@ -342,34 +346,42 @@ def vertices(net: Network, stroke: Sequence[int]) -> Indices:
 def _marks(net: Network, body: Sequence[int], own: Indices, laid: Array, letter: Models) -> list[int]:
     """Vertices on branches where the nearest forms of the letter begin, cease or turn back."""
     xy = net.xy[own]
+    middle = xy.mean(axis=0)
     size = float(np.sqrt((xy.std(axis=0) ** 2).sum()))
-    matrix, middle = frame(xy - xy.mean(axis=0)), xy.mean(axis=0)
-    place = {int(v): (b, i) for b in body for i, v in enumerate(net.branches[b])}
+    marks = np.concatenate(letter.ends[:_LOOKED]) @ frame(xy - middle).T + middle
+    gap = np.hypot(xy[:, 0] - marks[:, :1], xy[:, 1] - marks[:, 1:])
+    near = gap.argmin(axis=1)
+    near = near[gap[np.arange(len(near)), near] <= 0.3 * size]
+    place = {v: (b, i) for b in body for i, v in enumerate(net.branches[b].tolist())}
+    runs: dict[int, Array] = {}
     found: list[int] = []
-    for ends in letter.ends[:_LOOKED]:
-        for mark in ends @ matrix.T + middle:
-            gap = np.hypot(*(xy - mark).T)
-            near = int(gap.argmin())
-            if gap[near] > 0.3 * size:
-                continue
-            vertex = _settled(net, int(own[near]), place)
-            if vertex is not None and vertex not in found and _clear(net, vertex, found, place):
-                found.append(vertex)
-    return found[:_CUTS]
+    # many marks of different forms are at one vertex
+    for mark in dict.fromkeys(own[near].tolist()):
+        vertex = _settled(net, mark, place, runs)
+        if vertex is not None and vertex not in found and _clear(net, vertex, found, place):
+            found.append(vertex)
+            if len(found) == _CUTS:
+                break
+    return found
 
 
-def _settled(net: Network, vertex: int, place: dict[int, tuple[int, int]]) -> int | None:
-    """The sharpest bend near a vertex of a branch, if that is far enough from both its knots."""
+def _settled(net: Network, vertex: int, place: dict[int, tuple[int, int]], runs: dict[int, Array]) -> int | None:
+    """The sharpest bend near a vertex of a branch, if that is far enough from both its knots.
+
+    runs : for branches how far along them their vertices are, half widths; more are added.
+    """
     b, i = place[vertex]
     path = net.branches[b]
     if path[0] == path[-1]:
         return vertex if len(path) > 8 else None
-    step = np.hypot(*np.diff(net.xy[path], axis=0).T)
-    run = np.concatenate([[0.0], np.cumsum(step)]) / net.half
+    if b not in runs:
+        step = net.xy[path[1:]] - net.xy[path[:-1]]
+        runs[b] = np.concatenate([[0.0], np.cumsum(np.hypot(step[:, 0], step[:, 1]))]) / net.half
+    run = runs[b]
     near = np.flatnonzero((np.abs(run - run[i]) < _CLEAR) & (run > _CLEAR) & (run < run[-1] - _CLEAR))
     if not len(near):
         return None
-    reach = max(2, round(2 * net.half / max(float(step.mean()), 1e-9)))
+    reach = max(2, round(2 * (len(path) - 1) / max(float(run[-1]), 1e-9)))
     before, after = np.maximum(near - reach, 0), np.minimum(near + reach, len(path) - 1)
     a, c = net.xy[path[near]] - net.xy[path[before]], net.xy[path[after]] - net.xy[path[near]]
     bend = (a * c).sum(axis=1) / np.maximum(np.hypot(*a.T) * np.hypot(*c.T), 1e-12) + 0.02 * np.abs(run[near] - run[i])

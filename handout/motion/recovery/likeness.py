@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from handout.motion.recovery.models import Models, frame
@@ -39,7 +40,7 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
     laid = letter.xy @ frame(xy - middle).T + middle
     flat = laid.reshape(-1, 2)
     apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1)
-    apart -= 2 * flat @ places.T
+    apart += (-2 * flat) @ places.T
     square = apart.reshape(*laid.shape[:2], -1)
     there, back = (np.sqrt(np.maximum(square.min(axis=k), 0.0)).mean(axis=1) for k in (2, 1))
     nearest = np.argsort(there + back, kind="stable")
@@ -82,8 +83,12 @@ def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
     # all ways lie one behind the other, apart
     step[first[:-1]] = 1.0
     run = step.cumsum()
-    at = np.linspace(run[first[:-1]], run[first[1:] - 1], count, axis=1)
-    return np.stack([np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])], axis=2)
+    low, high = run[first[:-1]], run[first[1:] - 1]
+    at = low[:, None] + ((high - low) / (count - 1))[:, None] * np.arange(count)
+    at[:, -1] = high
+    found = np.empty((*at.shape, 2))
+    found[..., 0], found[..., 1] = np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])
+    return found
 
 
 def aims(paths: Array) -> Array:
@@ -99,43 +104,57 @@ def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: floa
     (ways, count), forms = ours.shape[:2], len(theirs)
     costs = _costs(ours, theirs, size)
     before2 = np.full((count + 1, ways * forms), np.inf, dtype=np.float32)
-    before, here, least = before2.copy(), before2.copy(), before2[0].copy()
-    before[1] = 2 * costs[0]
+    before, here = before2.copy(), before2.copy()
+    before[1] = 2 * costs[0, 0]
+    # of skipping so many places, and of what may then begin or have ceased
+    most = int(np.ceil(_MOST_OPEN * count))
+    skipped = np.arange(most, dtype=np.float32)[:, None]
+    entries = (
+        np.float32(opened) * skipped + costs[np.arange(most), np.arange(most)] if opened < np.inf else costs[0, :0]
+    )
+    exits = np.empty((most, ways * forms), dtype=np.float32)
     for total in range(1, 2 * count - 1):
         # diagonal by diagonal: what place i of ours costs at place total - i of theirs
         low, high = max(0, total - count + 1), min(total, count - 1) + 1
-        step = costs[low * (count - 1) + total : (high - 1) * (count - 1) + total + 1 : count - 1]
+        step = costs[total, low:high]
         # going on along one path only counts once, along both twice: all ways then have the same weight
         now = here[low + 1 : high + 1]
         np.add(before2[low:high], step, out=now)
         np.minimum(now, before[low + 1 : high + 1], out=now)
         np.minimum(now, before[low:high], out=now)
-        if total < _MOST_OPEN * count and opened < np.inf:
-            np.minimum(now[-1], opened * np.float32(total) + step[-1], out=now[-1])
+        if total < len(entries):
+            np.minimum(now[-1], entries[total], out=now[-1])
         now += step
         before2, before, here = before, here, before2
         left = 2 * count - 2 - total
-        if left < _MOST_OPEN * count and closed < np.inf:
-            np.minimum(least, before[count - left] + closed * np.float32(left), out=least)
-    np.minimum(least, before[count], out=least)
-    return np.asarray(least.reshape(forms, ways).T / (2 * count), dtype=np.float64)
+        if left < most:
+            exits[left] = before[count - left]
+    if closed < np.inf:
+        exits += np.float32(closed) * skipped
+        exits[0] = exits.min(axis=0)
+    return np.asarray(exits[0].reshape(forms, ways).T / (2 * count), dtype=np.float64)
 
 
 def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:
-    """(s · s, f · w): of every place of one path, row by row, at every place of the other."""
+    """(2 s - 1, s, f · w): of place i of one path at place k - i of the other, at [k, i], where there are both."""
     (ways, count), forms = ours.shape[:2], len(theirs)
     middle = ours[0].mean(axis=0)
     scale = 1 / (size * _NEAR)
     a, aim_a = (_by_place(values) for values in ((ours - middle) * scale, aims(ours)))
     b, aim_b = (_by_place(values) for values in ((theirs - middle) * scale, aims(theirs)))
-    cost = b @ (-2 * a.T)
-    cost += (a**2).sum(axis=1)
-    cost += (b**2).sum(axis=1)[:, None]
-    np.minimum(cost, np.float32(_FARTHEST), out=cost)
-    cost += np.float32(_AIMED)
-    cost -= np.float32(_AIMED) * (aim_b @ aim_a.T)
-    # every pair of paths beside the next: a row is one place of each of the two
-    return cost.reshape(count, forms, count, ways).transpose(2, 0, 1, 3).reshape(count * count, forms * ways)
+    # squared distance and, once that is cut off, what the directions add: each in one product
+    free = np.float32(_AIMED)
+    one_a, one_b = np.ones((len(a), 1), np.float32), np.ones((len(b), 1), np.float32)
+    square_a, square_b = ((values**2).sum(axis=1, keepdims=True) for values in (a, b))
+    cost = np.hstack([b, square_b + free, one_b]) @ np.hstack([-2 * a, one_a, square_a]).T
+    np.minimum(cost, np.float32(_FARTHEST) + free, out=cost)
+    cost += (-free * aim_b) @ aim_a.T
+    # every pair of paths beside the next, and what a step needs together: a view in which i and k - i count
+    found = np.empty((2 * count - 1, count, forms * ways), dtype=np.float32)
+    down, across, along = found.strides
+    view = as_strided(found, (count, count, forms, ways), (down + across, down, along * ways, along))
+    view[...] = cost.reshape(count, forms, count, ways).transpose(2, 0, 1, 3)
+    return found
 
 
 def _by_place(paths: Array) -> NDArray[np.float32]:

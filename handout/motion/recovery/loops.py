@@ -37,16 +37,16 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
         heights = np.concatenate([net.xy[path, 1] for path in net.branches])
         low, high = float(heights.min()), float(heights.max())
         stem = low + _HIGH * (high - low)
-    wrong = 0
+    wrong, knots = 0, net.knot.tolist()
     for stroke in strokes:
         seen: dict[int, int] = {}
         for step, end in enumerate(stroke):
-            knot = int(net.knot[end])
+            knot = knots[end]
             first = seen.get(knot)
             if first is not None:
                 wrong += _wrong([net.extent(e) for e in stroke[first:step]], net.half, letter, base, stem, small)
             seen[knot] = step
-        last = int(net.knot[stroke[-1] ^ 1])
+        last = knots[stroke[-1] ^ 1]
         if last in seen:
             wrong += _wrong([net.extent(e) for e in stroke[seen[last] :]], net.half, letter, base, stem, small)
     return wrong

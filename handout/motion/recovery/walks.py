@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -24,6 +25,8 @@ _ALIKE = 3  # of them that have covered the same and stand at the same place
 _LIFTS = 6  # places where a lifted pen may land
 _DEEP = 4  # branches that are retraced in one go
 _AHEAD = 0.5  # cosine: ink that fails leaves a gap along the way
+_HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing
+_ROUNDED = 1e-9  # costs that differ less may be equal
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out, and may be passed thrice
 
 
@@ -157,8 +160,14 @@ def _search(
         states.append((cost, end, 1 << (end >> 1), 0, 0, None, True))
     for _ in range(len(first) // 2 - 1):
         found: list[_State] = []
+        bound, look = inf, 2 * width
         for state in states:
-            _steps(state, prices, costs, found)
+            if len(found) >= look:
+                # what costs more than the last that is kept so far is not kept; nor is any of it looked at again
+                found = _kept(found, width)
+                bound = found[-1][0] + _ROUNDED if len(found) == width else inf
+                look = len(found) + width
+            _steps(state, prices, costs, found, bound)
         states = _kept(found, width)
     done = [(state[0] + prices.leaving[state[1] ^ 1], state) for state in states]
     done.sort(key=itemgetter(0))
@@ -201,13 +210,17 @@ def _cost(strokes: Sequence[Sequence[int]], prices: _Prices, first: Sequence[flo
 _State: TypeAlias = "tuple[float, int, int, int, int, _State | None, bool]"
 
 
-def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State]) -> None:
-    """Walks that cover one branch more, added to those found."""
+def _steps(state: _State, prices: _Prices, costs: Costs, found: list[_State], bound: float) -> None:
+    """Walks that cover one branch more and cost no more than a bound, added to those found."""
     cost, end, covered, twice, thrice, _, _ = state
-    _onward(state, prices, costs, found, _DEEP, cost + costs.lift + costs.landing + costs.leaving)
+    if cost > bound:
+        return
+    _onward(state, prices, costs, found, _DEEP, min(cost + costs.lift + costs.landing + costs.leaving, bound))
     stop = cost + prices.leaving[end ^ 1] + costs.lift + (costs.after if end ^ 1 in prices.finish else 0.0)
     count = 0
     for air, landing in prices.air[end ^ 1]:
+        if stop + air > bound:
+            break
         bit = 1 << (landing >> 1)
         if not covered & bit:
             found.append((stop + air + prices.passing[landing], landing, covered | bit, twice, thrice, state, True))
@@ -282,7 +295,7 @@ def _prices(
         net, [e for e in range(2 * count) if degree[int(net.knot[e])] == 1 and e not in loose], costs
     ):
         onward[a].append((b, price))
-    passing = [_against(net, end, small, costs) for end in range(2 * count)]
+    passing = _against(net, small, costs)
     again = [costs.retrace + costs.retraced * float(run[e >> 1]) + passing[e] for e in range(2 * count)]
     at = [degree[knot] for knot in net.knot.tolist()]
     loops = [int(net.knot[e]) == int(net.knot[e ^ 1]) for e in range(2 * count)]
@@ -298,12 +311,14 @@ def _prices(
         landing[end] += costs.first
     for end in (*begin, *through):
         leaving[end] += costs.first
-    places = np.array([net.place(e) for e in range(2 * count)])
+    places = net.xy[net.knot]
     away = places[None] - places[:, None]
     # back to the left a pen goes only for what it has left out
     jump = costs.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / small
     jump += np.array(landing)
-    air = [[(float(row[e]), e) for e in np.argsort(row, kind="stable").tolist()] for row in jump]
+    order = np.argsort(jump, axis=1, kind="stable")
+    ranked = zip(np.take_along_axis(jump, order, axis=1).tolist(), order.tolist(), strict=True)
+    air = [list(zip(row, ends, strict=True)) for row, ends in ranked]
     tiny = sum(1 << b for b in np.flatnonzero(net.length < _TINY).tolist())
     return _Prices(onward, passing, again, landing, leaving, air, tiny, frozenset(finish))
 
@@ -343,13 +358,18 @@ def _missed(net: Network, arrived: int, end: int, costs: Costs) -> float:
     return costs.cross * max(0.0, straight) if back == arrived and end != ahead else 0.0
 
 
-def _against(net: Network, end: int, small: float, costs: Costs) -> float:
-    """Of passing a branch in a direction that is not the habitual one."""
-    way: Array = net.xy[net.way(end)]
-    if len(way) < 2:
-        return 0.0
-    step = np.diff(way, axis=0)
-    size = np.hypot(step[:, 0], step[:, 1])
-    # down and to the right costs nothing
-    along = (step @ np.array([0.5, -0.866])) / np.maximum(size, 1e-12)
-    return float(costs.against * (size * (1 - along) / 2).sum() / small)
+def _against(net: Network, small: float, costs: Costs) -> list[float]:
+    """Of passing each branch, left by each of its ends, in a direction that is not the habitual one."""
+    found: list[float] = []
+    for path in net.branches:
+        way: Array = net.xy[path]
+        if len(way) < 2:
+            found += [0.0, 0.0]
+            continue
+        step = way[1:] - way[:-1]
+        size = np.hypot(step[:, 0], step[:, 1])
+        # down and to the right costs nothing
+        along = (step @ _HABITUAL) / np.maximum(size, 1e-12)
+        there, back = size * (1 - along) / 2, size * (1 + along) / 2
+        found += [float(costs.against * sums / small) for sums in (there.sum(), back[::-1].copy().sum())]
+    return found
