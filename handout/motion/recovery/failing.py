@@ -117,12 +117,15 @@ def bridges(xy: Array, radius: Array, edges: Indices, half: float, owner: Indice
 def _pieces(edges: Indices, count: int) -> Indices:
     """(n,): the first vertex of the piece of a graph that each vertex is in; for graphs so small as a word's."""
     lower = list(range(count))  # a vertex of the same piece, none later
-    for one, other in edges.tolist():
+    for one, other in zip(edges[:, 0].tolist(), edges[:, 1].tolist(), strict=True):
         while lower[one] != one:
             lower[one] = one = lower[lower[one]]
         while lower[other] != other:
             lower[other] = other = lower[lower[other]]
-        lower[max(one, other)] = min(one, other)
+        if one < other:
+            lower[other] = one
+        else:
+            lower[one] = other
     for vertex, before in enumerate(lower):
         lower[vertex] = lower[before]
     return np.array(lower, dtype=np.intp)
