@@ -59,7 +59,7 @@ def tips(xy: Array, radius: Array, edges: Indices, half: float) -> list[Tip]:
 def tip(xy: Array, radius: Array, chain: Indices | list[int], half: float) -> Tip:
     """The end of a line, given its vertices from there on."""
     aim = xy[chain[0]] - xy[chain[min(len(chain) - 1, _CHAIN)]]
-    width = float(radius[chain[:_TAPER]].mean()) / half
+    width = float(radius[chain[:_TAPER]].sum()) / min(len(chain), _TAPER) / half
     return Tip(int(chain[0]), xy[chain[0]], aim / max(math.hypot(*aim), 1e-9), width)
 
 

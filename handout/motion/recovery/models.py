@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from handout.hand.library import load
 from handout.motion.recovery import ductus
 from handout.motion.recovery.ductus import Way, curve
-from handout.values import Array, Glyph
+from handout.values import Array, Glyph, Hand
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SAMPLES = 24  # of a path
@@ -76,7 +76,7 @@ def models(letter: str, entered: bool, left: bool, hands: tuple[str, ...] = HAND
 
 @lru_cache(maxsize=512)
 def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> Models | None:
-    each = [_chosen(load(hand).glyphs.get(letter, ()), entered, left) for hand in hands]
+    each = [_chosen(hand.glyphs.get(letter, ()), entered, left) for hand in _loaded(hands)]
     glyphs = [glyph for some in zip_longest(*each) for glyph in some if glyph is not None]
     # letters that are joined to others have the manners of joined hands
     taught = ductus.ways(letter) if hands and not entered and not left else ()
@@ -88,6 +88,11 @@ def _models(letter: str, entered: bool, left: bool, hands: tuple[str, ...]) -> M
     return Models(
         np.array(xy), np.array(of), np.array(late), strokes, ends, np.array(cost) - min(cost), np.array(drawn)
     )
+
+
+@lru_cache(maxsize=4)
+def _loaded(hands: tuple[str, ...]) -> tuple[Hand, ...]:
+    return tuple(load(hand) for hand in hands)
 
 
 def _chosen(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
@@ -106,8 +111,7 @@ def _model(one: Glyph | Way) -> tuple[Array, NDArray[np.intp], NDArray[np.bool_]
     drawn = isinstance(one, Glyph)
     curves = [curve(stroke) for stroke in one.strokes] if isinstance(one, Glyph) else list(one.strokes)
     xy, which = along(curves, SAMPLES)
-    spread = xy.std(axis=0)
-    if spread.max() < 1e-6:
+    if max(map(_deviation, xy.T)) < 1e-6:
         return None
     late = np.array(one.late if isinstance(one, Glyph) else (False,) * len(curves), dtype=bool)[which]
     marks = np.concatenate([[curve[0], curve[-1], *_turns(curve)] for curve in curves])
@@ -138,9 +142,9 @@ def _turns(curve: Array) -> Iterator[Array]:
     step = _STEP
     if len(curve) <= 2 * step:
         return
-    before, after = curve[step:-step] - curve[: -2 * step], curve[2 * step :] - curve[step:-step]
-    size = np.hypot(*before.T) * np.hypot(*after.T)
-    cosine = (before * after).sum(axis=1) / np.maximum(size, 1e-12)
+    chord = curve[step:] - curve[:-step]
+    size = np.hypot(*chord.T)
+    cosine = (chord[:-step] * chord[step:]).sum(axis=1) / np.maximum(size[:-step] * size[step:], 1e-12)
     inner = np.flatnonzero((cosine[1:-1] < -0.2) & (cosine[1:-1] <= cosine[:-2]) & (cosine[1:-1] < cosine[2:])) + 1
     yield from curve[step + inner]
 
