@@ -67,13 +67,13 @@ class Network:
         found = []
         for path in self.branches:
             x, y = self.xy[path].T
-            found.append((float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])))
+            low, high, twice = float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
+            found += [(low, high, twice), (low, high, -twice)]
         return found
 
     def extent(self, end: int) -> tuple[float, float, float]:
         """Lowest and highest place of a branch, and twice the area that it sweeps seen from (0, 0), left by an end."""
-        low, high, twice = self._extents[end >> 1]
-        return low, high, -twice if end & 1 else twice
+        return self._extents[end]
 
     def place(self, end: int) -> Array:
         """(2,): where an end is."""

@@ -107,7 +107,7 @@ class Spanning:
         leaving = np.repeat(stop - np.cumsum(count), count) + np.arange(count.sum())
         near = edges[np.sort(order[leaving])]
         at = np.minimum(np.searchsorted(every, near[:, 1]), len(every) - 1)
-        return near[every[at] == near[:, 1]]
+        return np.asarray(near[every[at] == near[:, 1]])
 
 
 def _level(net: Network, small: float) -> Iterator[tuple[tuple[int, ...], float]]:
@@ -133,9 +133,9 @@ def _rightwards(net: Network, end: int, small: float) -> bool:
     """Whether a bar may leave a knot by an end: to the right, or over what is no more than a crossing drawn out."""
     xy = net.xy[net.way(end)]
     along = xy[-1] - xy[0]
-    if xy[:, 1].mean() < 0.6 * small or len(xy) < 2:
+    if len(xy) < 2 or not (along[0] > 0.6 * np.hypot(*along) or _tiny(net, end)):
         return False
-    return _tiny(net, end) or bool(along[0] > 0.6 * np.hypot(*along))
+    return bool(xy[:, 1].mean() >= 0.6 * small)
 
 
 def _worth(net: Network, chain: tuple[int, ...], small: float) -> float | None:
