@@ -23,7 +23,7 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     """
     degree = np.bincount(edges.ravel(), minlength=count)
     through = degree == 2
-    touching = edges[~through[edges].all(axis=1)]
+    touching = edges[~(through[edges[:, 0]] & through[edges[:, 1]])]
     # a vertex with two edges leads from either neighbour to the other: what both add up to, less the one
     both = np.bincount(edges.ravel(), edges[:, ::-1].ravel(), minlength=count).astype(np.intp).tolist()
     runs = _between(touching, through, both)

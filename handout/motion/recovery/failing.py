@@ -11,8 +11,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from handout.values import Array, Indices
 
@@ -45,19 +43,15 @@ class Tip:
 
 def tips(xy: Array, radius: Array, edges: Indices, half: float) -> list[Tip]:
     """The loose ends of a line whose usual radius is `half`."""
-    both = np.concatenate([edges, edges[:, ::-1]])
-    both = both[np.argsort(both[:, 0], kind="stable")]
-    first = np.searchsorted(both[:, 0], np.arange(len(xy) + 1))
-    found = []
-    for end in np.flatnonzero(np.diff(first) == 1).tolist():
-        chain, before = [end], -1
-        for _ in range(_CHAIN):
-            here = chain[-1]
-            following = [v for v in both[first[here] : first[here + 1], 1].tolist() if v != before]
-            if len(following) != 1:
-                break
-            before = here
-            chain.append(following[0])
+    degree = np.bincount(edges.ravel(), minlength=len(xy))
+    ends = np.flatnonzero(degree == 1).tolist()
+    # a vertex with two edges leads from either neighbour to the other: what both add up to, less the one
+    both = np.bincount(edges.ravel(), edges[:, ::-1].ravel(), minlength=len(xy)).astype(np.intp)
+    through, found = degree == 2, []
+    for end in ends:
+        chain = [end, int(both[end])]
+        while len(chain) <= _CHAIN and through[chain[-1]]:
+            chain.append(int(both[chain[-1]]) - chain[-2])
         found.append(tip(xy, radius, chain, half))
     return found
 
@@ -65,7 +59,7 @@ def tips(xy: Array, radius: Array, edges: Indices, half: float) -> list[Tip]:
 def tip(xy: Array, radius: Array, chain: Indices | list[int], half: float) -> Tip:
     """The end of a line, given its vertices from there on."""
     aim = xy[chain[0]] - xy[chain[min(len(chain) - 1, _CHAIN)]]
-    width = float(radius[chain[:_TAPER]].mean()) / half
+    width = float(radius[chain[:_TAPER]].sum()) / min(len(chain), _TAPER) / half
     return Tip(int(chain[0]), xy[chain[0]], aim / max(math.hypot(*aim), 1e-9), width)
 
 
@@ -100,10 +94,8 @@ def bridges(xy: Array, radius: Array, edges: Indices, half: float, owner: Indice
     owner : (n,) int: number of the letter that each vertex belongs to in its word, −1 for what is not looked at.
     rate : share of letters that are joined to the next.
     """
-    count = len(xy)
-    joined = csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    pieces, piece = connected_components(joined, directed=False)
-    if pieces == 1:
+    piece = _pieces(edges, len(xy))
+    if not piece.any():
         return np.zeros((0, 2), dtype=np.intp)
     loose = [one for one in tips(xy, radius, edges, half) if owner[one.vertex] >= 0]
     chances = prior(), prior(rate)
@@ -120,6 +112,23 @@ def bridges(xy: Array, radius: Array, edges: Indices, half: float, owner: Indice
         if best > 0:
             added.add((min(v, w), max(v, w)))
     return np.array(sorted(added), dtype=np.intp).reshape(-1, 2)
+
+
+def _pieces(edges: Indices, count: int) -> Indices:
+    """(n,): the first vertex of the piece of a graph that each vertex is in; for graphs so small as a word's."""
+    lower = list(range(count))  # a vertex of the same piece, none later
+    for one, other in zip(edges[:, 0].tolist(), edges[:, 1].tolist(), strict=True):
+        while lower[one] != one:
+            lower[one] = one = lower[lower[one]]
+        while lower[other] != other:
+            lower[other] = other = lower[lower[other]]
+        if one < other:
+            lower[other] = one
+        else:
+            lower[one] = other
+    for vertex, before in enumerate(lower):
+        lower[vertex] = lower[before]
+    return np.array(lower, dtype=np.intp)
 
 
 def _inner(one: Tip, xy: Array, beyond: Indices, loose: list[Tip], half: float) -> list[int]:
@@ -141,8 +150,7 @@ def mended(xy: Array, radius: Array, edges: Indices, half: float, cut: set[int],
     owner = np.zeros(len(xy), dtype=np.intp)
     owner[list(cut)] = -1
     if least:
-        joined = csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(xy), len(xy)))
-        pieces, piece = connected_components(joined, directed=False)
-        dots = [k for k in range(pieces) if np.ptp(xy[piece == k], axis=0).max() < least]
+        piece = _pieces(edges, len(xy))
+        dots = [k for k in np.unique(piece) if np.ptp(xy[piece == k], axis=0).max() < least]
         owner[np.isin(piece, dots)] = -1
     return np.concatenate([edges, bridges(xy, radius, edges, half, owner)])

@@ -67,13 +67,13 @@ class Network:
         found = []
         for path in self.branches:
             x, y = self.xy[path].T
-            found.append((float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])))
+            low, high, twice = float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
+            found += [(low, high, twice), (low, high, -twice)]
         return found
 
     def extent(self, end: int) -> tuple[float, float, float]:
         """Lowest and highest place of a branch, and twice the area that it sweeps seen from (0, 0), left by an end."""
-        low, high, twice = self._extents[end >> 1]
-        return low, high, -twice if end & 1 else twice
+        return self._extents[end]
 
     def place(self, end: int) -> Array:
         """(2,): where an end is."""
@@ -90,7 +90,7 @@ def network(xy: Array, radius: Array, density: Array, edges: Indices, half: floa
     """
     wide = half if half is not None else float(np.median(radius))
     paths = branches(edges, len(xy))
-    places = _places(xy)
+    places = complexes(xy)
     return _made(xy, radius, density, wide, paths, [_measured(places[path], wide) for path in paths])
 
 
@@ -103,7 +103,7 @@ def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network
         return Network(
             net.xy, net.radius, net.density, net.half, kept, net.knot[ends], net.length[rows], net.leaving[ends]
         )
-    places, found, measured = _places(net.xy), list[Indices](), list[tuple[float, Array]]()
+    places, found, measured = complexes(net.xy), list[Indices](), list[tuple[float, Array]]()
     for b in keep:
         path = net.branches[b]
         closed = len(path) > 1 and path[0] == path[-1] and len(net.at[int(path[0])]) == 2
@@ -130,7 +130,7 @@ def _made(
     return Network(xy, radius, density, half, tuple(found), knots, length, leaving)
 
 
-def _places(xy: Array) -> Complexes:
+def complexes(xy: Array) -> Complexes:
     """(n,) complex, of places (n, 2)."""
     return np.ascontiguousarray(xy, dtype=np.float64).view(np.complex128)[:, 0]
 

@@ -143,7 +143,7 @@ def _stitched(movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], scr
     written = [movement for movement in movements if movement.parts]
     if len(written) < 2:
         return written
-    ink = Ink(glyphs, scribe.rate)
+    ink: Ink | None = None
     half = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
     found = written[:1]
     for movement in written[1:]:
@@ -151,7 +151,10 @@ def _stitched(movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], scr
         # capitals and marks are lifted for by nearly everybody; of a recorded pen it is known when it was lifted
         free = all(g.placed.glyph.letter.islower() and g.clocks is None for g, _ in (before, after))
         free = free and not (found[-1].bar or movement.bar)
-        way = ink.way(before, after, _BACK * half * scribe.small_in_halves) if free else None
+        way = None
+        if free:
+            ink = ink or Ink(glyphs, scribe.rate)
+            way = ink.way(before, after, _BACK * half * scribe.small_in_halves)
         if way is None:
             found.append(movement)
         else:

@@ -116,11 +116,13 @@ class Scribe:
         line = self._crossed(number, line, sections)
         begin, through, either = list(line.begin), list(line.through), list(line.either)
         finish = list(line.finish)
-        facing = self._facing(glyph.before, number, line, entering=True) if glyph.before != NOBODY else []
         tips = [int(section[-1]) for section in sections[: len(form.entries)]]
         high = [t for t, way in zip(tips, form.entries, strict=True) if way.height > _BAR * self._small and t in begin]
         known = any(bar.letter == glyph.before for bar in self._spanning[number])
         barred = not known and glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
+        facing: list[int] = []
+        if glyph.before != NOBODY and (not begin or (barred and high)):
+            facing = self._facing(glyph.before, number, entering=True)
         if barred and high:
             begin = [tip for tip in begin if tip not in high]
             sure = bool(begin or facing)
@@ -128,7 +130,7 @@ class Scribe:
         if not begin and not either:
             begin += facing
         if glyph.after != NOBODY and not finish:
-            finish += self._facing(glyph.after, number, line, entering=False)
+            finish += self._facing(glyph.after, number, entering=False)
         return replace(
             line,
             begin=tuple(begin),
@@ -182,19 +184,21 @@ class Scribe:
             shared=(*shared[0], *shared[1]),
         )
 
-    def _facing(self, other: int, number: int, line: Line, *, entering: bool) -> list[int]:
+    def _facing(self, other: int, number: int, *, entering: bool) -> list[int]:
         """The tip of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
         form = self.forms[number]
-        shift = self.forms.centre[other] - self.forms.centre[number]
-        ours, theirs = self._tips(number), self._tips(other)
         anchors = {way.anchor for way in (*form.entries, *form.exits)}
+        ours = [one for one in self._tips(number) if one.vertex not in anchors]
+        if not ours:
+            return []
+        theirs, shift = self._tips(other), self.forms.centre[other] - self.forms.centre[number]
         half = float(np.median(form.radius))
         best, found, chance = 0.0, [], prior(self.rate)
         for one in ours:
             for facing in theirs:
                 there = facing.place + shift
                 good = odds(one, replace(facing, place=there), half) + chance
-                if good > best and one.vertex not in anchors and (there[0] < one.place[0] + half) == entering:
+                if good > best and (there[0] < one.place[0] + half) == entering:
                     best, found = good, [one.vertex]
         return found
 

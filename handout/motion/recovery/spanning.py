@@ -51,7 +51,7 @@ class Spanning:
 
     def __init__(self, hand: ScannedHand, paths: Mapping[int, Sequence[Indices]]) -> None:
         self._hand, self._paths = hand, paths
-        self._edges: dict[int, Indices] = {}
+        self._first: dict[int, tuple[Indices, Indices]] = {}
         self._known: dict[int, tuple[Bar, ...]] = {}
 
     def __getitem__(self, number: int) -> tuple[Bar, ...]:
@@ -69,23 +69,21 @@ class Spanning:
         return found
 
     def _found(self, word: Sequence[int]) -> tuple[Bar, ...]:
-        page = self._hand.pages[self._hand.glyphs[word[0]].page]
+        number = self._hand.glyphs[word[0]].page
+        page = self._hand.pages[number]
         own = [np.concatenate([self._hand.glyphs[n].vertices, *self._paths.get(n, ())]) for n in word]
         every = np.unique(np.concatenate(own))
-        edges = page.graph.edges
-        inside = np.zeros(len(page.graph), dtype=bool)
-        inside[every] = True
-        local = np.searchsorted(every, edges[inside[edges].all(axis=1)])
+        local = np.searchsorted(every, self._between(number, every))
         xy = page.to_line(self._hand.glyphs[word[0]].line, page.graph.uv[every])
         net = network(xy, page.graph.radius[every] / page.pitch, page.graph.density[every], local)
         small = page.x_height / page.pitch
         chains = list(_level(net, small))
         found: list[Bar] = []
-        for number, vertices in zip(word, own, strict=True):
-            if self._hand.glyphs[number].letter not in BARRED:
+        for glyph, vertices in zip(word, own, strict=True):
+            if self._hand.glyphs[glyph].letter not in BARRED:
                 continue
             theirs = np.searchsorted(every, vertices)
-            following = [self._hand.glyphs[n].vertices for n in word[word.index(number) + 1 :]]
+            following = [self._hand.glyphs[n].vertices for n in word[word.index(glyph) + 1 :]]
             later = set(np.searchsorted(every, np.concatenate([every[:0], *following])).tolist())
             bar = _best(net, chains, set(theirs.tolist()), later)
             if bar:
@@ -93,8 +91,23 @@ class Spanning:
                 loose = (_loose(net, bar[0]), _loose(net, bar[-1] ^ 1))
                 if not any(np.isin(every[way], other.vertices).mean() > 0.5 for other in found):
                     before, after = _beyond(net, bar, right=False), _beyond(net, bar, right=True)
-                    found.append(Bar(every[way], every[before[::-1]], every[after], loose, number))
+                    found.append(Bar(every[way], every[before[::-1]], every[after], loose, glyph))
         return tuple(found)
+
+    def _between(self, page: int, every: Indices) -> Indices:
+        """(m, 2): the edges of a page between some of its vertices, which are rising, in the page's order."""
+        edges = self._hand.pages[page].graph.edges
+        known = self._first.get(page)
+        if known is None:
+            order = np.argsort(edges[:, 0], kind="stable")
+            known = self._first[page] = order, edges[order, 0]
+        order, first = known
+        start, stop = np.searchsorted(first, every), np.searchsorted(first, every, side="right")
+        count = stop - start
+        leaving = np.repeat(stop - np.cumsum(count), count) + np.arange(count.sum())
+        near = edges[np.sort(order[leaving])]
+        at = np.minimum(np.searchsorted(every, near[:, 1]), len(every) - 1)
+        return np.asarray(near[every[at] == near[:, 1]])
 
 
 def _level(net: Network, small: float) -> Iterator[tuple[tuple[int, ...], float]]:
@@ -120,9 +133,9 @@ def _rightwards(net: Network, end: int, small: float) -> bool:
     """Whether a bar may leave a knot by an end: to the right, or over what is no more than a crossing drawn out."""
     xy = net.xy[net.way(end)]
     along = xy[-1] - xy[0]
-    if xy[:, 1].mean() < 0.6 * small or len(xy) < 2:
+    if len(xy) < 2 or not (along[0] > 0.6 * np.hypot(*along) or _tiny(net, end)):
         return False
-    return _tiny(net, end) or bool(along[0] > 0.6 * np.hypot(*along))
+    return bool(xy[:, 1].mean() >= 0.6 * small)
 
 
 def _worth(net: Network, chain: tuple[int, ...], small: float) -> float | None:

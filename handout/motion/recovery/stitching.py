@@ -15,6 +15,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from handout.motion.recovery.failing import bridges
+from handout.motion.recovery.network import complexes
 from handout.motion.recovery.placing import PlacedGlyph
 from handout.values import Indices
 
@@ -34,16 +35,15 @@ class Ink:
         self._first = np.cumsum([0, *(len(glyph.graph) for glyph in glyphs)])
         self._number = {id(glyph): k for k, glyph in enumerate(glyphs)}
         xy = np.concatenate([glyph.graph.xy for glyph in glyphs])
-        _, self._one, self._of = np.unique(
-            np.rint(xy / _GRAIN).astype(np.int64), axis=0, return_index=True, return_inverse=True
-        )
-        self._of = self._of.ravel()
+        # complex numbers are sorted far faster than pairs
+        _, self._one, self._of = np.unique(complexes(np.rint(xy / _GRAIN)), return_index=True, return_inverse=True)
         edges = self._of[np.concatenate([g.graph.edges + f for g, f in zip(glyphs, self._first[:-1], strict=True)])]
         place = xy[self._one]
         length = np.hypot(*(place[edges[:, 0]] - place[edges[:, 1]]).T) + 1e-9
         count = len(place)
         # an edge that two letters share is there once
-        pairs, kept = np.unique(np.sort(edges, axis=1), axis=0, return_index=True)
+        _, kept = np.unique(edges.min(axis=1) * count + edges.max(axis=1), return_index=True)
+        pairs = np.sort(edges[kept], axis=1)
         radius = np.concatenate([glyph.graph.radius for glyph in glyphs])
         owner = np.repeat(np.arange(len(glyphs)), np.diff(self._first))[self._one]
         over = bridges(place, radius[self._one], pairs, float(np.median(radius)), owner, rate)
