@@ -33,11 +33,13 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import letters, pages, scribe
-from handout.motion.recovery.letters import Line as LetterLine
-from handout.motion.recovery.letters import Way, Written, write
+from handout.motion.recovery.letters import write
+from handout.motion.recovery.lines import Line as LetterLine
+from handout.motion.recovery.lines import Way, Written
 from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.network import network
-from handout.motion.recovery.walks import Costs, walks
+from handout.motion.recovery.prices import Costs
+from handout.motion.recovery.walks import walks
 from handout.scanning.reading import read_page
 from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
@@ -239,9 +241,8 @@ def main() -> None:
             _print(f"recorded {said}", tallies)
         _print("recorded words", recorded_words(folder))
     composing, tracing = seconds()
-    print(
-        f"300 words to a drawing: {tracing / composing:.2f} of the time to compose them (goal 1.4); {tracing:.1f} s CPU (goal 5)"
-    )
+    share = tracing / composing
+    print(f"300 words to a drawing: {share:.2f} of the time to compose them (goal 1.4); {tracing:.1f} s CPU (goal 5)")
 
 
 def _print(what: str, found: dict[str, Tally]) -> None:

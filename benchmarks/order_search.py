@@ -31,9 +31,10 @@ from benchmarks.followed import Tally, tally
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import ductus, guide, letters, likeness, loops, models
-from handout.motion.recovery.letters import Line, Written, write
+from handout.motion.recovery.letters import write
+from handout.motion.recovery.lines import Line, Written
 from handout.motion.recovery.models import HANDS
-from handout.motion.recovery.walks import USUAL
+from handout.motion.recovery.prices import USUAL
 from handout.values import Array
 
 TRIES, SEED = 60, 1

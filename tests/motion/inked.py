@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.motion.recovery.letters import Line
+from handout.motion.recovery.lines import Line
 
 STEP = 0.06  # x-heights between vertices
 RADIUS = 0.08

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from inked import arc
 
 from handout.motion.recovery.author import habit, instance, usual
-from handout.motion.recovery.letters import Line, Way
+from handout.motion.recovery.lines import Line, Way
 from handout.motion.recovery.scribe import Scribe
 
 FORTH, BACK = "anticlockwise", "clockwise"

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.motion.recovery.letters import Line, Way
 from handout.motion.recovery.likeness import unlikeness
+from handout.motion.recovery.lines import Line, Way
 from handout.motion.recovery.models import SAMPLES, Models, along, frame
 from handout.values import Array, Indices
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
-from handout.motion.recovery.letters import Line, Written
+from handout.motion.recovery.lines import Line, Written
 from handout.values import Array, Indices, LineGraph
 from handout.writing.scanned.forms import Forms
 

@@ -11,7 +11,8 @@ import numpy as np
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.author import MARGIN, POOL, WAYS, Habit, Instance, habit, instance, usual
 from handout.motion.recovery.failing import Tip, odds, prior, tips
-from handout.motion.recovery.letters import Line, Way, Written, ways
+from handout.motion.recovery.letters import ways
+from handout.motion.recovery.lines import Line, Way, Written
 from handout.motion.recovery.recorded import clocks, recorded
 from handout.motion.recovery.spanning import Spanning
 from handout.values import Array, Indices
