@@ -86,10 +86,12 @@ def prices(
     run = net.length * (net.half / small)
     degree = {knot: len(ends) for knot, ends in net.at.items()}
     loose = {*begin, *finish, *through}  # where the letter is cut off, nobody turns
+    # cosines of the turns from each end to each other
+    straight = np.negative(net.leaving @ np.ascontiguousarray(net.leaving.T)).tolist()
     onward = [
         [
-            (b, _turn(net, a, b, degree[knot], costs) + _missed(net, a, b, costs))
-            for b in net.at[knot]
+            (b, _turn(straight, a, b, degree[knot], costs) + missed)
+            for b, missed in zip(net.at[knot], _missed(straight, a, net.at[knot], costs), strict=True)
             if a != b or a not in loose
         ]
         for a, knot in enumerate(net.knot.tolist())
@@ -142,23 +144,24 @@ def _gaps(net: Network, tips: Sequence[int], costs: Costs) -> Iterator[tuple[int
                 yield a, b, costs.gap * far / costs.gap_far + costs.turn * (max(0.0, 1 - straight) / 2) ** 1.5
 
 
-def _turn(net: Network, arrived: int, end: int, degree: int, costs: Costs) -> float:
+def _turn(straight: Sequence[Sequence[float]], arrived: int, end: int, degree: int, costs: Costs) -> float:
     """Of arriving by one end and leaving by another of the same knot."""
     if arrived == end:
         return costs.tip if degree == 1 else costs.corner if degree == 2 else costs.turn
-    straight = -float(net.leaving[arrived] @ net.leaving[end])  # cosine of the turn
-    return float(costs.turn * (max(0.0, 1 - straight) / 2) ** 1.5)
+    return float(costs.turn * (max(0.0, 1 - straight[arrived][end]) / 2) ** 1.5)
 
 
-def _missed(net: Network, arrived: int, end: int, costs: Costs) -> float:
-    """Of not going straight on where two lines cross."""
-    ends = net.at[int(net.knot[arrived])]
+def _missed(straight: Sequence[Sequence[float]], arrived: int, ends: Sequence[int], costs: Costs) -> list[float]:
+    """Of leaving by each end of a knot, and not going straight on where two lines cross there."""
+    none = [0.0] * len(ends)
     if len(ends) < 4:
-        return 0.0
-    ahead = max((e for e in ends if e != arrived), key=lambda e: -float(net.leaving[arrived] @ net.leaving[e]))
-    back = max((e for e in ends if e != ahead), key=lambda e: -float(net.leaving[ahead] @ net.leaving[e]))
-    straight = -float(net.leaving[arrived] @ net.leaving[ahead])
-    return costs.cross * max(0.0, straight) if back == arrived and end != ahead else 0.0
+        return none
+    ahead = max((e for e in ends if e != arrived), key=straight[arrived].__getitem__)
+    back = max((e for e in ends if e != ahead), key=straight[ahead].__getitem__)
+    if back != arrived:
+        return none
+    price = costs.cross * max(0.0, straight[arrived][ahead])
+    return [0.0 if end == ahead else price for end in ends]
 
 
 def _against(net: Network, small: float, costs: Costs) -> list[float]:

@@ -146,9 +146,8 @@ _State: TypeAlias = "tuple[float, int, int, int, int, _State | None, bool]"
 def _steps(state: _State, prices: Prices, costs: Costs, found: list[_State], bound: float) -> None:
     """Walks that cover one branch more and cost no more than a bound, added to those found."""
     cost, end, covered, twice, thrice, _, _ = state
-    if cost > bound:
-        return
-    _onward(state, prices, costs, found, _DEEP, min(cost + costs.lift + costs.landing + costs.leaving, bound))
+    if cost <= bound:
+        _onward(state, prices, costs, found, _DEEP, min(cost + costs.lift + costs.landing + costs.leaving, bound))
     stop = cost + prices.leaving[end ^ 1] + costs.lift + (costs.after if end ^ 1 in prices.finish else 0.0)
     count = 0
     for air, landing in prices.air[end ^ 1]:
