@@ -122,6 +122,16 @@ def test_a_dot_is_a_plan_of_one_target():
     assert b"<polyline" in fit_svg.to_svg(dot, page)
 
 
+def test_samples_minutes_apart_tell_only_a_shape(moving):
+    stroke = moving[0]
+    few = np.linspace(0, len(stroke.xy) - 1, 8).astype(int)
+    slow = Stroke(np.linspace(0.0, 1700.0, 8), stroke.xy[few])
+    alone = pages.fit(Drawing((slow,), Page(50, 50)))
+    assert not alone.timed and alone.fits[0].plan.end < 60 and alone.fits[0].place > 28
+    beside = pages.fit(Drawing((stroke, slow), Page(50, 50)))
+    assert beside.timed and beside.fits[0].speed is not None and beside.fits[1].speed is None
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -16,6 +16,7 @@ from handout.values import Array, Drawing, Page, Stroke
 
 _DOT = 0.2  # mm: a stroke of no more extent is a dot
 _RATE = 200.0  # samples a second of a drawing made of plans
+_SPARSE = 4.0  # samples a second, of fewer nobody can tell how a pen moved
 _LIFT = 0.1  # s between strokes whose plan has no times of its own
 
 
@@ -48,18 +49,26 @@ class PlannedPage:
 def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
     """Explain every stroke of a page by lognormal strokes.
 
-    timed : keep the times of the drawing; otherwise only its shapes count, and it gets the times of its plans.
+    timed : keep the times of the drawing; otherwise only its shapes count, and it gets the times of its plans.  So it
+        does where its samples are minutes apart, and with single strokes that are like that.
 
     Source: seed 002, §3.2.
     """
     clock, fits = 0.0, []
+    timed = timed and not all(_sparse(stroke) for stroke in drawing.strokes)
     for stroke in drawing.strokes:
         if timed:
-            fits.append(_timed(stroke))
+            fits.append(_shaped(stroke, float(stroke.t[0])) if _sparse(stroke) else _timed(stroke))
         else:
             fits.append(_shaped(stroke, clock))
             clock = fits[-1].plan.end + _LIFT
     return PlannedPage(tuple(fits), drawing.page, timed, drawing.about)
+
+
+def _sparse(stroke: Stroke) -> bool:
+    """Whether a stroke has too few samples for the time that it took."""
+    lasted = float(stroke.t[-1] - stroke.t[0])
+    return lasted > timing.SHORTEST and (len(stroke.t) - 1) / lasted < _SPARSE
 
 
 def _dot(stroke: Stroke, start: float) -> Fit:
