@@ -120,7 +120,7 @@ def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, 
 
     def only(line: LetterLine, letter: str, hands: tuple[str, ...], **_: float) -> list[Way]:
         found = recover(line, letter, hands)
-        return [Way(found.strokes, 0.0, lambda: found.late)]
+        return [Way(found.strokes, 0.0, lambda: (found.late, found.bars or found.late))]
 
     with patch.object(scribe, "ways", only):
         return _traced(hand, hands, late)
