@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from handout.errors import InputError
+from handout.motion.recovery import pages
 from handout.motion.recovery.pages import paths
 from handout.motion.recovery.timing import smoothed
 from handout.motion.trace import trace
@@ -109,3 +110,17 @@ def test_smoothing_keeps_ends_and_straight_lines():
     made = smoothed(zigzag, 3.0)
     assert np.abs(made - way)[6:-6].max() < 0.01
     assert made[[0, -1]] == pytest.approx(zigzag[[0, -1]])
+
+
+def test_only_the_bar_of_the_letter_before_is_led_on():
+    earlier, last, here = (object() for _ in range(3))
+    some = np.arange(3)
+    done = [
+        pages._Movement([(earlier, some)], 0, bar=True),
+        pages._Movement([(last, some)], 0),
+        pages._Movement([(last, some)], 0, bar=True),
+    ]
+    kept = done[:2]
+    assert pages._led_on(done, last, 0, (here, some), None)
+    assert done[:2] == kept and [glyph for glyph, _ in done[2].parts] == [last, here]
+    assert done[2].leaving is None and not pages._led_on(done, last, 0, (here, some), None)

@@ -83,7 +83,9 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
         weave(a, b, joined)
     current, late, done = _Movement([], None), list[_Movement](), list[_Movement]()
     patient = patient or any(glyph.clocks is not None for glyph in glyphs)
-    for glyph, joined, onward in zip(glyphs, joins, [*map(_led, glyphs[1:], joins[1:]), {}], strict=True):
+    behind = [None, *glyphs[:-1]]
+    leads = [*map(_led, glyphs[1:], joins[1:]), {}]
+    for glyph, last, joined, onward in zip(glyphs, behind, joins, leads, strict=True):
         if late and not joined and not patient:
             yield from _ended(_stitched([*done, current], glyphs, scribe), late)
             current, late, done = _Movement([], None), [], []
@@ -104,23 +106,22 @@ def _word(placed: Sequence[Placed], scribe: Scribe, patient: bool) -> Iterator[P
             whole = [m for m in before if stroke.begin in joined and joined[stroke.begin] == m.leaving]
             part = (glyph, trimmed(glyph, stroke, joined if whole else {}))
             before = [m for m in before if m not in whole]
-            if not whole and _led_on(done, part, stroke, joined):
-                continue
+            if not whole and last is not None and stroke.begin in joined:
+                over = (glyph, trimmed(glyph, stroke, joined))
+                if _led_on(done, last, joined[stroke.begin], over, stroke.end):
+                    continue
             late.append(_Movement([*(p for m in whole[:1] for p in m.parts), part], stroke.end))
         late = [*(_Movement(m.parts, None) for m in before), *late]
     yield from _ended(_stitched([*done, current], glyphs, scribe), late)
 
 
 def _led_on(
-    done: list[_Movement], part: tuple[PlacedGlyph, Indices], stroke: PlacedStroke, joined: dict[int, int]
+    done: list[_Movement], last: PlacedGlyph, way: int, over: tuple[PlacedGlyph, Indices], end: int | None
 ) -> bool:
-    """Whether a bar that did not wait comes over from the letter before; then it is led on there."""
-    if stroke.begin not in joined:
-        return False
+    """Whether a bar of the last letter, which did not wait, has left it by a way; then it is led on over this one."""
     for i, movement in enumerate(done):
-        if movement.bar and movement.leaving == joined[stroke.begin] and movement.parts[-1][0] is not part[0]:
-            rest = (part[0], trimmed(part[0], stroke, joined))
-            done[i] = _Movement([*movement.parts, rest], stroke.end, bar=True)
+        if movement.bar and movement.leaving == way and movement.parts[-1][0] is last:
+            done[i] = _Movement([*movement.parts, over], end, bar=True)
             return True
     return False
 

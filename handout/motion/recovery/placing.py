@@ -79,7 +79,7 @@ def _laid(
 ) -> PlacedStroke | None:
     """A stroke of a glyph's line on the graph of the placed glyph, whose ways are other than they were."""
     if not sections:
-        return PlacedStroke(vertices, late, None, None)
+        return PlacedStroke(vertices, late, None, None, bar)
     of = section[vertices]
     bounds = [0, *(np.flatnonzero(np.diff(of)) + 1).tolist(), len(of)]
     parts: list[Indices] = []
