@@ -68,7 +68,7 @@ _RASTER = (
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
     click.option(
-        "--ink", help="Colour of the ink, in pictures: #rrggbb, or a CSS name such as navy; default: the pen's own."
+        "--ink", help="Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own."
     ),
     click.option(
         "--paper",

@@ -75,8 +75,8 @@ def named(colour: str) -> str:
         raise InputError(f"colour: {colour!r} can be seen through, and ink is opaque here: give a colour such as navy.")
     if not parts or max(parts) > 255:
         raise InputError(
-            f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e", or by its CSS name, such as '
-            "navy or rebeccapurple."
+            f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e", or by its name in CSS, '
+            "such as navy or rebeccapurple."
         )
     return "#{:02x}{:02x}{:02x}".format(*parts[:3])
 

@@ -221,6 +221,6 @@ def test_inks_go_by_the_names_that_css_has(given: str, colour: str) -> None:
 
 @pytest.mark.parametrize("given", ["transparent", "#00008000", "rgba(0, 0, 0, 10)", "nayv", "", "rgb(300, 0, 0)"])
 def test_what_is_no_ink_is_refused_in_a_sentence(given: str) -> None:
-    with pytest.raises(InputError, match="colour: .* (is not a colour|can be seen through)") as error:
+    with pytest.raises(InputError, match=r"colour: .* (is not a colour|can be seen through)") as error:
         usual("ballpoint", colour=given)
     assert "navy" in str(error.value) and "\n" not in str(error.value)
