@@ -8,11 +8,11 @@ import numpy as np
 
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths, replay
+from handout.sinks import about, paths, replay, travel
 from handout.values import Array, Drawing, Stroke
 
 
-def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False) -> bytes:
     """A page as an SVG file; units are mm.
 
     Every stroke is a ``<path class="stroke">`` of cubic Béziers that stays within 0.01 mm of the samples, with
@@ -30,6 +30,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
         greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
     colour : str
         ``"#rrggbb"``.
+    show_travel : bool
+        Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
 
     Raises
     ------
@@ -39,16 +41,18 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     pen.rgb(colour)
     pen.check_width(pen_width)
     script = f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>"
-    parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing), script, "</svg>\n"]
+    ink, moves = _ink(drawing, pen_width, colour), _travel(drawing, show_travel)
+    parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")
 
 
-def _head(drawing: Drawing) -> list[str]:
+def _head(drawing: Drawing, show_travel: bool) -> list[str]:
+    shown = ' class="show-travel"' if show_travel else ""
     width, height = _mm(drawing.page.width), _mm(drawing.page.height)
     return [
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
-        f'viewBox="0 0 {width} {height}">',
+        f'viewBox="0 0 {width} {height}"{shown}>',
         f"<title>{about.escaped(about.title(drawing))}</title>",
         f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
         f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
@@ -119,9 +123,11 @@ def _path(curve: Curve) -> str:
     return begin + "".join("c" + paths.joined(leg) for leg in legs.reshape(len(legs), 6).tolist())
 
 
-def _travel(drawing: Drawing) -> list[str]:
+def _travel(drawing: Drawing, shown: bool) -> list[str]:
     # the attribute hides it in programs that do not read the style sheet; for others the sheet decides
-    group = '<g id="travel" class="travel" display="none" fill="none" stroke="#c8503c" stroke-width=".15">'
+    hidden = "" if shown else ' display="none"'
+    look = f'stroke="{travel.COLOUR}" stroke-width="{_mm(travel.WIDTH)}"'
+    group = f'<g id="travel" class="travel"{hidden} fill="none" {look}>'
     return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
 
 
