@@ -129,11 +129,15 @@ def drop(folder: Path) -> None:
 def write(path: Path, data: bytes) -> None:
     """A file that is there whole or not at all; it survives a power cut when its name does too: see `sync_folder`."""
     part = path.with_name(f".{path.name}.new-{os.getpid()}")
-    with part.open("wb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-    part.replace(path)
+    try:
+        with part.open("wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def sync_folder(path: Path) -> None:
