@@ -202,7 +202,7 @@ def export(name: str, output: str, as_json: bool, quiet: bool) -> None:
     from handout.hand import file, library
 
     source, path = library.scanned_file(name), hand_path(output)
-    file.load(source)
+    file.check(source)
     atomic.write(path, source.read_bytes())
     results.report({"files": [str(path)]}, f"Wrote {path}.", as_json=as_json, quiet=quiet)
 
@@ -218,7 +218,7 @@ def import_(source: str, name: str | None, replace: bool, as_json: bool, quiet: 
     from handout import atomic
     from handout.hand import file, library
 
-    hand = file.load(Path(source))
+    hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
     called = name or Path(source).stem
     path = library.own_file(called)
     if path.exists() and not replace:

@@ -75,10 +75,11 @@ class Archive:
         From every method: the file cannot be opened, is damaged, or does not hold what it must.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, data: bytes | None = None) -> None:
+        """Open the file `path`, or `data`, which are to become it."""
         self._path = path
         with self._refusing():
-            self._zip = zipfile.ZipFile(path)
+            self._zip = zipfile.ZipFile(path if data is None else io.BytesIO(data))
             infos = self._zip.infolist()
         if len(infos) > _MOST_MEMBERS:
             raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")

@@ -21,6 +21,7 @@ from handout.values import Array, Indices, LineGraph, Moments, readonly, readonl
 
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
+_OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -149,6 +150,9 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
+        uv = self.graph.uv
+        if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
+            raise ValueError("a vertex lies outside its picture")
         for known in (self.moments.times, self.moments.pressure) if self.moments else ():
             if known is not None and len(known) != len(self.graph):
                 raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")

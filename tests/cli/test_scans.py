@@ -108,6 +108,17 @@ def test_a_damaged_hand_does_not_stop_the_list(call, kept):
     call("hand", "remove", "mine")
 
 
+def test_a_hand_whose_ink_is_damaged_is_not_imported(call, kept):
+    data = bytearray(Path(kept).read_bytes())
+    at = data.index(b"pages/0/ink.png") + 500
+    data[at : at + 200] = bytes(200)
+    Path("bad.hand").write_bytes(data)
+    for arguments in (("import", "bad.hand"), ("export", "bad.hand", "-o", "copy.hand")):
+        _, err = call("hand", *arguments, code=2)
+        assert "bad.hand cannot be used" in err
+    assert not Path("copy.hand").exists() and not list(Path("config").rglob("bad.hand"))
+
+
 def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
     scan, text = small_scan.scan, small_scan.text
     Path("empty.txt").write_text("\n")
