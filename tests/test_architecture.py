@@ -24,6 +24,8 @@ GROUND = {
     "markup",
     "pathdata",
     "tables",
+    "notebook",
+    "summary",
 }
 MAY = {
     "scanning": set(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from itertools import pairwise
 
 import numpy as np
@@ -46,13 +47,26 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     return "\n".join(parts).encode("utf-8")
 
 
+def to_inline_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> str:
+    """A page as an element that may stand among others on one web page: no script, no style, no name twice."""
+    parts = [part for stroke in drawing.strokes for part in (stroke.xy, stroke.width, stroke.rotation)]
+    seen = zlib.crc32(b"".join(part.tobytes() for part in parts if part is not None))
+    key = f"d{seen:08x}-"  # drawings with equal marks may share their names
+    first = f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)} style="background:#fff;max-width:100%">'
+    title = f"<title>{about.escaped(about.title(drawing))}</title>"
+    return "\n".join([first, title, *_ink(drawing, pen_width, colour, key), "</svg>"])
+
+
+def _size(drawing: Drawing) -> str:
+    width, height = _mm(drawing.page.width), _mm(drawing.page.height)
+    return f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
+
+
 def _head(drawing: Drawing, show_travel: bool) -> list[str]:
     shown = ' class="show-travel"' if show_travel else ""
-    width, height = _mm(drawing.page.width), _mm(drawing.page.height)
     return [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
-        f'viewBox="0 0 {width} {height}"{shown}>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)}{shown}>',
         f"<title>{about.escaped(about.title(drawing))}</title>",
         f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
         f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
@@ -60,21 +74,22 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
     ]
 
 
-def _ink(drawing: Drawing, pen_width: float, colour: str) -> list[str]:
+def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
+    """The strokes; `key` stands before every name."""
     fitted = curves.fit(drawing.strokes)
     return [
-        f'<g id="ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
+        f'<g id="{key}ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
         'stroke-linecap="round" stroke-linejoin="round">',
         *(
-            _stroke(stroke, curve, pen_width, number)
+            _stroke(stroke, curve, pen_width, f"{key}mark-{number}")
             for number, (stroke, curve) in enumerate(zip(drawing.strokes, fitted, strict=True))
         ),
         "</g>",
     ]
 
 
-def _stroke(stroke: Stroke, curve: Curve, pen_width: float, number: int) -> str:
-    mark = f"mark-{number}" if outline.needed(stroke) else ""
+def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
+    mark = name if outline.needed(stroke) else ""
     width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
     own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
