@@ -25,6 +25,8 @@ GROUND = {
     "markup",
     "pathdata",
     "tables",
+    "notebook",
+    "summary",
 }
 MAY = {
     "scanning": set(),

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
     from handout.writing.sheets import Sheet
+    from handout.writing.text import Borrowed
 
 _HURRIED = 2.5  # --speed fast, for a file
 # what a page in a scanned hand may be wanted as
@@ -188,9 +189,22 @@ def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
     from handout.values import Hand
 
     if isinstance(job.hand, Hand):
-        return job, []
+        return job, _instead(text, job.hand) if job.fallback else []
     hand, told = supplied(text, job.hand, job.fallback, job.seed)
     return replace(job, hand=hand), told
+
+
+def _instead(text: str, hand: Hand) -> list[dict[str, Any]]:
+    """What a drawn hand writes for the characters of a text that it lacks."""
+    from handout.writing import text as texts
+    from handout.writing.drawn import repertoire
+
+    return [_told(one) for one in texts.borrowed(texts.normalise(text), repertoire(hand))]
+
+
+def _told(one: Borrowed) -> dict[str, Any]:
+    """What `--json` prints of a borrowed letter."""
+    return {"letter": one.letter, "from": one.source, "own": one.own, "count": len(one.at), "at": list(one.at)}
 
 
 def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[ScannedHand, list[dict[str, Any]]]:
@@ -198,7 +212,7 @@ def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[S
     from handout.inking.lending import lend
 
     lent, found = lend(hand, text, fallback=fallback, seed=seed)
-    return lent, [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
+    return lent, [_told(one) for one in found]
 
 
 def traced(

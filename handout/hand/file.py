@@ -31,6 +31,7 @@ FORMAT = 2
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _TIME, _PRESSURE = 1e5, 1e3  # steps a second, 1
+_MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -224,7 +225,7 @@ def _page(
         slant=facts.slant,
         pen=facts.pen,
         texture=texture,
-        paper=archive.picture(folder + "paper.png", "RGB"),
+        paper=archive.picture(folder + "paper.png", "RGB", _MOST_PAPER),
         moments=_moments(archive, folder, count),
     )
 
@@ -249,7 +250,7 @@ def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
 
 def _ink(path: Path, data: bytes | None, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
     with Archive(path, data) as archive:
-        pixels = archive.picture(part, "RGBA")
+        pixels = archive.picture(part, "RGBA", shape[0] * shape[1])
     if pixels.shape[:2] != shape:
         raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
     return pixels

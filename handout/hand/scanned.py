@@ -16,7 +16,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from handout import notebook
 from handout.hand.places import Place
+from handout.summary import one_line
 from handout.values import Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1
@@ -36,6 +38,8 @@ class Ligature:
     path: Indices
     start: Array
     end: Array
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readonly_indices(self.path, None))
@@ -72,6 +76,8 @@ class ScannedGlyph:
     ligatures: tuple[Ligature, ...] = ()
     confidence: float = 1.0
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         vertices = readonly_indices(self.vertices, None)
         if not len(vertices) or (np.diff(vertices) <= 0).any():
@@ -91,6 +97,8 @@ class Texture:
     corner: tuple[int, int]
     shape: tuple[int, int]
     load: Callable[[], NDArray[np.uint8]] = field(repr=False)
+
+    __repr__ = one_line
 
     @cached_property
     def rgba(self) -> NDArray[np.uint8]:
@@ -135,6 +143,8 @@ class ScannedPage:
     texture: Texture
     paper: NDArray[np.uint8]
     moments: Moments | None = None
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "baselines", readonly(self.baselines, None, 5))
@@ -203,6 +213,13 @@ class ScannedHand:
     title: str
     pages: tuple[ScannedPage, ...]
     glyphs: tuple[ScannedGlyph, ...]
+
+    __repr__ = one_line
+
+    def _repr_png_(self) -> bytes:
+        from handout.hand.pictures import on_paper
+
+        return notebook.pixels_png(on_paper(self.pages[0]), self.pages[0].dpi)
 
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):

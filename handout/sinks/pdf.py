@@ -16,13 +16,15 @@ from handout import __version__
 from handout.errors import InputError
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths
+from handout.sinks import about, paths, travel
 from handout.values import Array, Drawing
 
 _POINT = 72 / 25.4  # points a mm
 
 
-def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+def to_pdf(
+    drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False
+) -> bytes:
     """Pages as one PDF file.
 
     Parameters
@@ -33,6 +35,8 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
         mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it is.
     colour : str
         ``"#rrggbb"``, device RGB, of strokes without a colour of their own.
+    show_travel : bool
+        Draw the moves between strokes, thin and red.
 
     Raises
     ------
@@ -55,7 +59,8 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
         objects.append(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
-        objects.append(_stream(_content(drawing, pen_width, colour)))
+        moves = travel.moves(drawing) if show_travel else []
+        objects.append(_stream("\n".join([_content(drawing, pen_width, colour), *_travel(moves)])))
     return _file(objects)
 
 
@@ -100,6 +105,14 @@ def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
             before = width
         lines.append(_path(curve))
     return "\n".join(lines)
+
+
+def _travel(moves: Sequence[Array]) -> list[str]:
+    if not moves:
+        return []
+    points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
+    lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
+    return [f"{_rgb(travel.COLOUR)} RG {paths.short(round(travel.WIDTH * 1000))} w", *lines]
 
 
 def _rgb(colour: str) -> str:

@@ -20,6 +20,7 @@ from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, Sc
 from handout.scanning.belonging import owners
 from handout.scanning.reading import WrittenPage
 from handout.scanning.rules import Rules, find_rules
+from handout.summary import one_line
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
@@ -62,6 +63,8 @@ class MadePage:
     poor: tuple[int, ...] = ()
     missing: tuple[Missing, ...] = ()
     fits: tuple[tuple[int, float], ...] = ()
+
+    __repr__ = one_line
 
 
 def with_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) -> WrittenPage:
