@@ -25,6 +25,7 @@ _STRIPS = 40
 _NOISE = 4.0  # deviations over which a peak of a strip may be a line
 _FAINTEST = 0.006  # of the paper's light that a line takes at least, averaged over `_ALONG`
 _STEEPEST = 0.12  # slope
+_TURNED = 0.008  # slope by which a line may differ from those beside it
 _SKIPPED = 6  # strips in which a line may be hidden
 _SHARE = 0.5  # of the strips, in which a line must be seen
 _NEAR = 0.6  # mm from where a line is expected in the next strip
@@ -34,7 +35,7 @@ _FEWEST = 3
 _SEEN = 0.75  # share of the strips, median of the rules: lines of writing are seen in 0.5 to 0.7 of them
 _HEAVIER = 1.35  # times the contrast of the fine lines between them
 _PITCHES = (4.5, 20.0)  # mm: what people write on
-_OTHER = np.cos(np.radians(16))  # of the colours of a margin line and of the rest
+_OTHER, _SPREAD = 0.12, 4.0  # rad between the colours of a margin line and of the rest; times what these differ by
 _STRONGER = 1.7  # times the contrast of the other lines: a margin line's
 
 
@@ -122,7 +123,9 @@ def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
     seen = [_peaks(profile) for profile in profiles]
     slope = _usual_slope(seen, middles)
     free = [np.ones(len(peaks), dtype=bool) for peaks in seen]
-    seeds = [(s, k) for s in sorted(range(_STRIPS), key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(seen[s]))]
+    # what is seen in half of the strips is seen in one of these
+    begun = range(_STRIPS // 4, 3 * _STRIPS // 4, 2)
+    seeds = [(s, k) for s in sorted(begun, key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(seen[s]))]
     found = []
     for s, k in seeds:
         if free[s][k]:
@@ -132,7 +135,16 @@ def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
             line = _fitted(chain, seen, middles, profiles, length)
             if line is not None:
                 found.append(line)
-    return sorted(found, key=lambda line: line.at)
+    return _parallel(sorted(found, key=lambda line: line.at))
+
+
+def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
+    """The lines that are turned as those beside them are: one that runs out of the picture is not known well."""
+    slope = np.array([line.slope for line in lines])
+    if len(lines) < _FEWEST:
+        return lines
+    near = [np.median(np.delete(slope, k)[max(0, k - 3) : k + 3]) for k in range(len(slope))]
+    return [line for line, usual in zip(lines, near, strict=True) if abs(line.slope - usual) < _TURNED]
 
 
 def _peaks(profile: NDArray[np.float32]) -> Array:
@@ -202,7 +214,9 @@ def _fitted(
     colour = np.median(profiles[strips, rows], axis=0).astype(np.float64)
     half = 0.5 * (middles[1] - middles[0])
     at = float(start + slope * 0.5 * length)
-    return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, float(np.percentile(rest, 90)), len(x) / _STRIPS)
+    return PrintedLine(
+        at, float(slope), x.min() - half, x.max() + half, colour, float(np.percentile(rest, 90)), len(x) / _STRIPS
+    )
 
 
 def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
@@ -252,20 +266,13 @@ def _places(at: Array, pitch: float) -> tuple[Indices, NDArray[np.bool_]]:
 
 
 def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine, ...], float]:
-    """The lines to write on: all, or those every few that are heavier; none missing between; and the finest distance."""
+    """The lines to write on, all or those every few that are heavier, none missing; and the finest distance."""
     fine = float(np.median(np.diff([line.at for line in lines]) / np.diff(place)))
     contrast = np.array([line.contrast for line in lines])
-    best, chosen = _HEAVIER, (1, 0)
-    for every in range(2, 11):
-        if not _PITCHES[0] <= every * fine <= _PITCHES[1] or np.ptp(place) < 2 * every:
-            continue
-        for first in range(every):
-            own = place % every == first
-            if own.sum() >= _FEWEST - 1 and (~own).any():
-                ratio = float(np.median(contrast[own]) / max(np.median(contrast[~own]), 1e-9))
-                if ratio > best and np.median(contrast[own]) > 1.1 * np.percentile(contrast[~own], 80):
-                    best, chosen = ratio, (every, first)
-    every, first = chosen
+    ratios = {(every, first): _ratio(contrast, place % every == first) for every, first in _classes(fine, place)}
+    best = max(ratios.values(), default=0.0)
+    # every second one of the heavy lines is as heavy as all of them
+    every, first = next((c for c, ratio in ratios.items() if ratio > max(_HEAVIER, 0.8 * best)), (1, 0))
     own = place % every == first
     if every > 1:  # without what has the place of a heavy line but is none
         own &= contrast > np.sqrt(np.median(contrast[own]) * np.median(contrast[~own]))
@@ -273,11 +280,27 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     return _filled(known, every), fine
 
 
+def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
+    """Which lines may be those to write on: every so many, from one on, the closest first."""
+    apart = [every for every in range(2, 11) if _PITCHES[0] <= every * fine <= _PITCHES[1]]
+    return [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
+
+
+def _ratio(contrast: Array, own: NDArray[np.bool_]) -> float:
+    """How much heavier some lines are than the rest; 0 where many of the rest are as heavy."""
+    if own.sum() < _FEWEST - 1 or own.all():
+        return 0.0
+    heavy, rest = float(np.median(contrast[own])), contrast[~own]
+    return heavy / max(float(np.median(rest)), 1e-9) if heavy > 1.1 * np.percentile(rest, 80) else 0.0
+
+
 def _filled(known: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
     """The lines of a row, with those between two that were not seen."""
     places = np.array(sorted(known))
     between = partial(np.interp, xp=places)
-    values = {name: [getattr(known[int(p)], name) for p in places] for name in ("at", "slope", "start", "end", "bend", "seen")}
+    values = {
+        name: [getattr(known[int(p)], name) for p in places] for name in ("at", "slope", "start", "end", "bend", "seen")
+    }
     found = []
     for place in range(int(places[0]), int(places[-1]) + 1, every):
         if place in known:
@@ -299,12 +322,15 @@ def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[f
     direction = np.median(usual, axis=0)
     direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
     strength = float(np.median([np.linalg.norm(colour) for colour in usual]))
-    margins = []
-    for line in down:
-        alike = float(line.colour @ direction) / max(line.contrast, 1e-9)
-        other = row is None or alike < _OTHER or line.contrast > _STRONGER * strength
-        if other and line.contrast > 0.5 * strength and line.seen >= _SEEN:
-            margins.append(line)
+    turned = [float(np.arccos(np.clip(line.colour @ direction / max(line.contrast, 1e-9), -1, 1))) for line in down]
+    least = max(_OTHER, _SPREAD * float(np.median(turned))) if row else 0.0
+    margins = [
+        line
+        for line, angle in zip(down, turned, strict=True)
+        if (angle > least or line.contrast > _STRONGER * strength)
+        and line.contrast > 0.5 * strength
+        and line.seen >= _SEEN
+    ]
     return (_pitch(tuple(row[0])) if row else None), margins
 
 

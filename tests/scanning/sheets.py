@@ -81,20 +81,16 @@ def photographed(made, rng, tilt=0.03, turn=1.0, shade=0.45, noise=0.02, quality
 
 def kinds():
     """Sheets that are sold, by name: how they are made, the rules to write on, the margin line and the columns."""
+    narrow, college, wide = np.arange(25, 202, 6.35), np.arange(24, 202, 7.1), np.arange(28, 202, 8.7)
+    five, seyes = np.arange(2.5, 209, 5), np.arange(22, 200, 8)
+    fine = {"fine": np.arange(16, 206, 2), "columns": np.arange(41, 147, 8), "tint": VIOLET}
     return {
-        "narrow": (dict(rules=np.arange(25, 202, 6.35), margins=(32.0,)), np.arange(25, 202, 6.35), 32.0, None),
-        "college": (dict(rules=np.arange(24, 202, 7.1), margins=(30.0,)), np.arange(24, 202, 7.1), 30.0, None),
-        "wide": (dict(rules=np.arange(28, 202, 8.7), colour=GREY), np.arange(28, 202, 8.7), None, None),
-        "squared": (dict(rules=np.arange(2.5, 209, 5), columns=np.arange(4, 147, 5)), np.arange(2.5, 209, 5), None, 5.0),
+        "narrow": ({"rules": narrow, "margins": (32.0,)}, narrow, 32.0, None),
+        "college": ({"rules": college, "margins": (30.0,)}, college, 30.0, None),
+        "wide": ({"rules": wide, "colour": GREY}, wide, None, None),
+        "squared": ({"rules": five, "columns": five[:29]}, five, None, 5.0),
         "squared with margin": (
-            dict(rules=np.arange(5, 209, 5), columns=np.arange(5, 147, 5), margins=(25.0,), colour=GREY),
-            np.arange(5, 209, 5), 25.0, 5.0,
+            {"rules": five, "columns": five[:29], "margins": (25.0,), "colour": GREY}, five, 25.0, 5.0,
         ),
-        "seyes": (
-            dict(
-                rules=np.arange(22, 200, 8), fine=np.arange(16, 206, 2), columns=np.arange(41, 147, 8),
-                margins=(33.0,), tint=VIOLET,
-            ),
-            np.arange(22, 200, 8), 33.0, 8.0,
-        ),
+        "seyes": ({"rules": seyes, "margins": (33.0,), **fine}, seyes, 33.0, 8.0),
     }  # fmt: skip
