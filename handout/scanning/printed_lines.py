@@ -25,6 +25,7 @@ _STRIPS = 40
 _NOISE = 4.0  # deviations over which a peak of a strip may be a line
 _FAINTEST = 0.006  # of the paper's light that a line takes at least, averaged over `_ALONG`
 _STEEPEST = 0.12  # slope
+_CROOKED = 1.0  # mm that a line may leave a straight one by: more has been followed from one line to another
 _TURNED = 0.008  # slope by which a line may differ from those beside it
 _SKIPPED = 6  # strips in which a line may be hidden
 _SHARE = 0.5  # of the strips, in which a line must be seen
@@ -214,9 +215,10 @@ def _fitted(
     colour = np.median(profiles[strips, rows], axis=0).astype(np.float64)
     half = 0.5 * (middles[1] - middles[0])
     at = float(start + slope * 0.5 * length)
-    return PrintedLine(
-        at, float(slope), x.min() - half, x.max() + half, colour, float(np.percentile(rest, 90)), len(x) / _STRIPS
-    )
+    bend = float(np.percentile(rest, 90))
+    if bend > _CROOKED:
+        return None
+    return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, bend, len(x) / _STRIPS)
 
 
 def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
@@ -317,7 +319,8 @@ def _pitch(rules: tuple[PrintedLine, ...]) -> float:
 
 def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[float | None, list[PrintedLine]]:
     """The distance of lines that run down evenly, if they do, and those that are margin lines."""
-    row = _evenly(_strong(down), 5)
+    down = _strong(down)
+    row = _evenly(down, 5)
     usual = [line.colour for line in row[0]] if row else [rule.colour for rule in rules if rule.contrast > 0]
     direction = np.median(usual, axis=0)
     direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
@@ -327,9 +330,7 @@ def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[f
     margins = [
         line
         for line, angle in zip(down, turned, strict=True)
-        if (angle > least or line.contrast > _STRONGER * strength)
-        and line.contrast > 0.5 * strength
-        and line.seen >= _SEEN
+        if (angle > least or line.contrast > _STRONGER * strength) and line.seen >= _SEEN
     ]
     return (_pitch(tuple(row[0])) if row else None), margins
 
