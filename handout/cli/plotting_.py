@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,23 @@ def profile(device: str | None, port: str | None) -> Plotter:
     return found
 
 
+def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
+    """The profile with other heights of the pen: servo values, or of a Z axis lengths."""
+    from handout.plotting.trying.heights import replaced
+
+    def height(text: str | None, what: str) -> float | None:
+        if text is None:
+            return None
+        if profile.pen.lift == "z":
+            return units.length(text, what)
+        try:
+            return float(text)
+        except ValueError:
+            raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
+
+    return replaced(profile, height(up, "pen up"), height(down, "pen down"))
+
+
 class _AtTheTerminal:
     """The person at the plotter, asked at the terminal; a `running.Person`.
 
@@ -66,6 +83,28 @@ class _AtTheTerminal:
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
         click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
         return True
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the button of the plotter is pressed once more, or Enter."""
+        enter = ", or Enter," if sys.stdin.isatty() else ""
+        click.echo(
+            f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the job "
+            "is kept.",
+            err=True,
+        )
+        while not (pressed() or _entered()):
+            pass
+        click.echo("It goes on.", err=True)
+
+
+def _entered() -> bool:
+    """Whether somebody at the terminal has pressed Enter."""
+    import select
+
+    with contextlib.suppress(OSError, ValueError):  # what cannot be looked at is not waited for
+        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0)[0]:
+            return bool(sys.stdin.readline())
+    return False
 
 
 class Account:
@@ -101,7 +140,15 @@ class Account:
 
 
 def run(
-    job: Job, address: str, told: Account, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool
+    job: Job,
+    address: str,
+    told: Account,
+    port: Port | None = None,
+    *,
+    yes: bool,
+    at_zero: bool,
+    quiet: bool,
+    home_after: bool = False,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
     from handout.plotting import open_port
@@ -119,6 +166,7 @@ def run(
             _AtTheTerminal(address, yes),
             supply=supply,
             at_zero=at_zero,
+            home_after=home_after,
             progress=_progress(quiet),
             plotted=told.plotted,
             log=results.talk(quiet),

@@ -21,7 +21,7 @@ LISTEN = b"\x1b.(\x1b.R\x1b.@;0:"  # hear this port; as after power-on; no hands
 MARKED = b"\x1b.M;;;10:"  # from now on answers end with a line feed; once it has been off, with a carriage return again
 POSITION, ERROR, LIMITS, WHO = b"OA;", b"OE;", b"OH;", b"OI;"  # answered when all before them has been obeyed
 STATUS = b"OS;"
-START, PEN_UP = b"IN;", b"PU;"
+START, PEN_UP, PEN_DOWN = b"IN;", b"PU;", b"PD;"
 
 VIEWING, LEVER = 16, 32  # bits of ESC.O
 STARTED = 8  # bit of OS: it has been switched on, or told IN, since it was last asked
@@ -98,7 +98,12 @@ def velocity(block: Move) -> str:
 
 def opening(profile: Plotter) -> list[bytes]:
     """As after power-on, in the direction the profile says, and a pen in the holder."""
-    return [START, *turning(profile), f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+    return [START, *turning(profile), fetching(profile), PEN_UP]
+
+
+def fetching(profile: Plotter) -> bytes:
+    """A pen comes into the holder, if it is not there."""
+    return f"SP{profile.hpgl.pen};".encode()
 
 
 def turning(profile: Plotter) -> list[bytes]:
