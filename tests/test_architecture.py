@@ -14,6 +14,7 @@ GROUND = {
     "",
     "values",
     "branching",
+    "hues",
     "peaks",
     "units",
     "errors",

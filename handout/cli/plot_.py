@@ -160,7 +160,7 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=quiet)
+    results.report(result, said + results.lent(result) + results.slipped(result), as_json=given["as_json"], quiet=quiet)
 
 
 def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
@@ -225,7 +225,7 @@ def _resume(given: dict[str, Any]) -> None:
     reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
-    results.report(result, said, as_json=given["as_json"], quiet=quiet)
+    results.report(result, said + results.lent(result), as_json=given["as_json"], quiet=quiet)
 
 
 def _positive(text: str, what: str) -> float:
@@ -258,7 +258,9 @@ def _preview(
     told.planned(plans)
     result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
+    results.report(
+        result, said + results.lent(result) + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"]
+    )
 
 
 def _sheets(number: int) -> str:

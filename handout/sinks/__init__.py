@@ -45,7 +45,8 @@ def _png(page: Drawing, look: _Look) -> bytes:
     pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
-    if page.ink is None and pen.model == "plain" and look.paper.name == "none" and not look.travel:
+    one = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.travel
+    if one and pen.model == "plain" and look.paper.name == "none":
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for

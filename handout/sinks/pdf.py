@@ -34,7 +34,7 @@ def to_pdf(
     pen_width : float
         mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it is.
     colour : str
-        ``"#rrggbb"``, device RGB.
+        ``"#rrggbb"``, device RGB, of strokes without a colour of their own.
     show_travel : bool
         Draw the moves between strokes, thin and red.
 
@@ -46,7 +46,7 @@ def to_pdf(
     if not drawings:
         raise InputError("There is no page to write.")
     pen.check_width(pen_width)
-    ink = " ".join(f"{part:.4g}" for part in pen.rgb(colour))
+    pen.rgb(colour)
     count = len(drawings)
     kids = " ".join(f"{4 + 2 * i} 0 R" for i in range(count))
     objects = [
@@ -60,7 +60,7 @@ def to_pdf(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
         moves = travel.moves(drawing) if show_travel else []
-        objects.append(_stream("\n".join([_content(drawing, pen_width, ink), *_travel(moves)])))
+        objects.append(_stream("\n".join([_content(drawing, pen_width, colour), *_travel(moves)])))
     return _file(objects)
 
 
@@ -84,13 +84,18 @@ def _stream(content: str) -> bytes:
     return f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream"
 
 
-def _content(drawing: Drawing, pen_width: float, ink: str) -> str:
+def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
     """The strokes in mm, y down, under a matrix that turns these into points, y up."""
+    ink = _rgb(colour)
     lines = [f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm 1 J 1 j {ink} RG"]
     before = ""
-    if any(outline.needed(stroke) for stroke in drawing.strokes):
+    filled = any(outline.needed(stroke) for stroke in drawing.strokes)
+    if filled:
         lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
+        if (own := _rgb(stroke.colour or colour)) != ink:
+            ink = own
+            lines += [f"{ink} RG", *([f"{ink} rg"] if filled else [])]
         if outline.needed(stroke):
             lines += [_filled(piece) for piece in outline.pieces(stroke, curve)]
             continue
@@ -107,8 +112,11 @@ def _travel(moves: Sequence[Array]) -> list[str]:
         return []
     points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
     lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
-    colour = " ".join(f"{part:.4g}" for part in pen.rgb(travel.COLOUR))
-    return [f"{colour} RG {paths.short(round(travel.WIDTH * 1000))} w", *lines]
+    return [f"{_rgb(travel.COLOUR)} RG {paths.short(round(travel.WIDTH * 1000))} w", *lines]
+
+
+def _rgb(colour: str) -> str:
+    return " ".join(f"{part:.4g}" for part in pen.rgb(colour))
 
 
 def _path(curve: Curve) -> str:

@@ -30,7 +30,7 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
         mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in its
         greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
     colour : str
-        ``"#rrggbb"``.
+        ``"#rrggbb"``, of strokes without a colour of their own.
     show_travel : bool
         Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
 
@@ -77,6 +77,8 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
 def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
     """The strokes; `key` stands before every name."""
     fitted = curves.fit(drawing.strokes)
+    own = {stroke.colour for stroke in drawing.strokes}
+    colour = own.pop() or colour if len(own) == 1 else colour
     return [
         f'<g id="{key}ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
         'stroke-linecap="round" stroke-linejoin="round">',

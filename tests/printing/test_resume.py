@@ -223,9 +223,7 @@ def test_ctrl_c_cancels_the_job_in_flight(what, tmp_path):
         queue.send = slower
         with pytest.raises(KeyboardInterrupt) as caught:
             run(begin(what, tmp_path), queue, 3)
-        assert caught.value.__notes__ == [
-            "Stopped at row 3. Rows 2 were sent; go on with the same command and --resume."
-        ]
+        assert caught.value.__notes__ == ["Stopped at row 3. Row 2 was sent; go on with the same command and --resume."]
         assert printer.jobs[1].state.name == "CANCELED" and printed(printer) == [2]
         printer.faults = Faults()
         run(resume(what, tmp_path), queue_of(printer), 3)
@@ -244,7 +242,7 @@ def test_what_the_printer_still_has_is_waited_for_and_not_sent_again(what, tmp_p
 
 def test_copies_are_envelopes_of_their_own(what, tmp_path):
     with SimulatedPrinter(faults=Faults(jam_at=4)) as printer:
-        with pytest.raises(PrintingStopped, match=r"Row 3: .* Rows 2 were sent and 2 of 2 copies of row 3"):
+        with pytest.raises(PrintingStopped, match=r"Row 3: .* Row 2 was sent and 2 of 2 copies of row 3"):
             run(begin(what, tmp_path), queue_of(printer), 3, copies=2)
         printer.clear()
         run(resume(what, tmp_path), queue_of(printer), 3, copies=2)
