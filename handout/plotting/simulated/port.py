@@ -191,7 +191,7 @@ class SimulatedPlotter:
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0
         soonest = self.now + self.options.latency + len(data) * self._wire.byte + late
-        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), data))
+        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
 
     def _receive(self) -> None:
         for piece in self._wire.receive(self.now):
