@@ -43,6 +43,9 @@ class Controller(Protocol):
     sent : commands written to the port, whole or in part.
     taken : commands it has acknowledged.
     executed : commands that have certainly been executed; never more than were.
+    proven : of these, how many have also been found right since, as far as the machine can tell: no damaged command is
+        among them.
+    spoilt : whether a command has come over wrong behind those; told by `halt`, after a break of any kind.
     queued : moves it has in hand, as last heard; None as long as it has not said.
     """
 
@@ -51,6 +54,11 @@ class Controller(Protocol):
     taken: int
     executed: int
     queued: int | None
+    spoilt: bool
+
+    @property
+    def proven(self) -> int:
+        """See above."""
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as the machine has room for it, hearing what it says meanwhile."""

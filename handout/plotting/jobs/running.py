@@ -222,6 +222,7 @@ class _Run:
                 fresh=fresh,
                 progress=self._progress(number, made),
                 watch=keeper.note,
+                proved=keeper.proved,
                 secure=keeper.secure,
                 overlap=job.options.overlap,
                 log=self.log,
@@ -266,7 +267,7 @@ class _Keeper:
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
         self.start, self.reached = kept.standing.place, Milestones(made)
-        self._done = self._written = 0
+        self._done = self._written = self._proven = 0
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
         """So much is certainly drawn; not every line is worth writing."""
@@ -274,10 +275,18 @@ class _Keeper:
         if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
             self.write()
 
+    def proved(self, done: int) -> None:
+        """So much is known to be right; written at once where it was drawn before that was known."""
+        self._proven = done
+        if self.kept.standing.place != self.kept.standing.proven:
+            self._done = max(self._done, done)
+            self.write()
+
     def write(self) -> None:
         """Write down what was noted last."""
         self._written = self._done
-        self.kept.drawn(onward(self.start, self.left, self.whole, self.reached.place(self._done)))
+        place = onward(self.start, self.left, self.whole, self.reached.place(self._done))
+        self.kept.drawn(place, proven=self._proven >= self._done)
 
     def secure(self) -> None:
         """What was noted last survives a power cut."""

@@ -40,6 +40,7 @@ class Ebb:
         self.talk = Talk(port, profile.port.timeout, self._answered)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.spoilt = False
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
@@ -68,6 +69,11 @@ class Ebb:
             self.talk.put(b"QM\r")
         if self.version >= CURRENT and self.sent % _FEEL == 0:
             self.talk.put(b"QC\r")
+
+    @property
+    def proven(self) -> int:
+        """All that is executed: its count of steps is looked at before anything counts."""
+        return self.executed
 
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""

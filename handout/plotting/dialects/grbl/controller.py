@@ -33,6 +33,7 @@ class Grbl:
         self.link, self.profile, self.known = connecting.connect(port, profile, log)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.spoilt = False
         self._ahead = _AHEAD if self.known.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.known.kept and not self.known.locked  # its place, as far as it can tell
         self._offset = self.known.offset
@@ -50,6 +51,11 @@ class Grbl:
         self.link.send(Sent(self.sent - 1, data), self._acknowledged)
         if self.sent % _OFTEN == 0:
             self.link.glance()
+
+    @property
+    def proven(self) -> int:
+        """All that is executed: every place that it is heard to be at is held against its way."""
+        return self.executed
 
     def wait(self) -> None:
         """Hear what it says next; if it says nothing, it is asked for its state, of which place and queue are parts."""

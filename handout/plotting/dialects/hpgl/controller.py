@@ -19,13 +19,13 @@ from collections import deque
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.hpgl import words
+from handout.plotting.dialects.hpgl.meant import Meant
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
-_UNPROVEN = 40  # instructions after which it is asked, with the pen lifted, whether it understood them
 _GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
@@ -34,6 +34,7 @@ _LONGEST = 15.0  # s that one instruction may take, at the least velocity
 _DREGS = 40  # moments in which old answers are listened for
 _ANSWER = 80  # bytes that no answer has
 _NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
+_STARTED = "The plotter was switched off and on in between: load its paper as it was, and check its power."
 _CHECKED = 16  # questions for room between two for errors of the line
 
 
@@ -51,7 +52,8 @@ class HpglController:
         self.timeout = float(profile.port.timeout)
         self.size, self.model, self.restarted = profile.port.buffer, "", False
         self.sent = self.taken = self.executed = 0
-        self._understood = 0  # instructions of which it is known that none was damaged
+        self.proven, self.spoilt = 0, False
+        self._meant = Meant()
         self.queued: int | None = None
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
@@ -65,8 +67,11 @@ class HpglController:
 
     def send(self, data: bytes) -> None:
         """Write an instruction as soon as there is room for it."""
+        if data.startswith(words.PEN_DOWN):
+            self.finish()  # it stands with its pen lifted: what was drawn before is proven, and it has not started anew
         while self._room < len(data):
             self.wait()
+        self._meant.send(data)
         self.port.write(data)
         self.sent += 1
         self._bytes += len(data)
@@ -75,8 +80,8 @@ class HpglController:
         if data == words.START:
             self.started()
             self.restarted = False
-        elif data == words.PEN_UP and self.sent - self._understood > _UNPROVEN:
-            self.finish()
+        elif data.startswith(words.PEN_DOWN):
+            self._look()  # while it is lowered: one that starts anew between the two draws no more than it has
 
     def wait(self) -> None:
         """Ask how far it is; if that is hardly farther than before, wait a moment."""
@@ -92,19 +97,30 @@ class HpglController:
         """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
         while self._ends:
             self._look()
-            if self._ends:
-                self._rest()
-        self._place(self._patience)
-        self._check_line()
-        number = int(self.ask(words.ERROR)[0])
-        if number:
-            self.executed = self._understood
-            raise DeviceGarbled(
-                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
-                "may be wrong; check the cable."
-            )
+            if len(self._ends) <= 1:  # the question that follows waits for the last one by itself
+                break
+            self._rest()
+        self._prove()
         self._settled()
-        self._understood = self.sent
+        self.proven = self.sent
+
+    def _prove(self) -> None:
+        """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""
+        x, y, down = self._place(self._patience + _LONGEST)
+        status = int(self.ask(words.STATUS)[0])
+        if status & words.STARTED:
+            self.restarted = True
+            raise DeviceAlarm(_STARTED)
+        if status & words.WRONG:
+            raise DeviceGarbled(
+                f"The plotter reports {words.error(int(self.ask(words.ERROR)[0]))}: something was damaged on the way, "
+                "and what it drew last may be wrong; check the cable."
+            )
+        if down or self._meant.is_missed(x, y):
+            raise DeviceGarbled(
+                f"The plotter stands at {x:.0f}, {y:.0f} units{' with its pen down' if down else ''} and not as it was "
+                "told: a command came over wrong, and what it drew last may be wrong; check the cable."
+            )
 
     def _rest(self) -> None:
         """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
@@ -118,6 +134,8 @@ class HpglController:
 
     def _settled(self) -> None:
         """It stands, with nothing left to do."""
+        self._ends.clear()
+        self._read = self._bytes
         self._read_moves.clear()
         self.executed = self.taken = self.sent
         self.queued = 0
@@ -138,6 +156,7 @@ class HpglController:
                 self.drop()
             self.port.write(words.PEN_UP)
             if not self._place(self._patience)[2]:
+                self.spoilt = bool(int(self.ask(words.STATUS)[0]) & words.WRONG)
                 return
         except DeviceError:
             pass
@@ -200,7 +219,6 @@ class HpglController:
     def _check_line(self) -> None:
         number = int(self.ask(words.LINE_ERROR)[0])
         if number in (15, 16):
-            self.executed = self._understood
             raise DeviceGarbled(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
         if number:
             self.log(f"The plotter reports {words.line_error(number)}.")
@@ -256,8 +274,6 @@ class HpglController:
         answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
         if self._marked and end.group() == b"\r":
             self.restarted, self._marked = True, False
-            raise DeviceAlarm(
-                "The plotter was switched off and on in between: load its paper as it was, and check its power."
-            )
+            raise DeviceAlarm(_STARTED)
         self._marked |= question == words.STATE and end.group() == b"\n"
         return answer.strip()

@@ -26,6 +26,7 @@ class Marlin:
         self.log, self.profile = log, profile
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.spoilt = False
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
@@ -56,6 +57,11 @@ class Marlin:
         if not (self._dead or self.link.struck):
             self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
+
+    @property
+    def proven(self) -> int:
+        """All that is executed: every line has its number and its check sum."""
+        return self.executed
 
     def wait(self) -> None:
         """Hear what it says next.
