@@ -93,7 +93,7 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
     if word == "drawn":
         part, stroke, time, *unproven = rest.split()
         place = Place(int(stroke), float(time))
-        proven = standing.proven if unproven else place
+        proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
         return replace(standing, part=int(part), begun=True, place=place, proven=proven, doubtful=False)
     if word == "doubtful":
         return replace(standing, place=standing.proven, doubtful=True)
@@ -154,7 +154,7 @@ class Journal:
 
     def drawn(self, place: Place, proven: bool = True) -> None:
         """What of the part under way is certainly drawn by now, and whether it is known to be right."""
-        if place != self.standing.place or (proven and place != self.standing.proven):
+        if place != (self.standing.proven if proven else self.standing.place):
             more = "" if proven else " unproven"
             self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}{more}")
 

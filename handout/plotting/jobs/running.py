@@ -25,7 +25,7 @@ from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.parts import Part, asked
 from handout.plotting.jobs.supply import Supply
-from handout.plotting.places import Milestones
+from handout.plotting.places import Milestones, Place
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan
 from handout.plotting.ports import Port
@@ -267,7 +267,7 @@ class _Keeper:
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
         self.start, self.reached = kept.standing.place, Milestones(made)
-        self._done = self._written = self._proven = 0
+        self._done = self._written = self._proven = self._sure = 0
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
         """So much is certainly drawn; not every line is worth writing."""
@@ -276,17 +276,20 @@ class _Keeper:
             self.write()
 
     def proved(self, done: int) -> None:
-        """So much is known to be right; written at once where it was drawn before that was known."""
+        """So much is known to be right."""
         self._proven = done
-        if self.kept.standing.place != self.kept.standing.proven:
-            self._done = max(self._done, done)
+        if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
             self.write()
 
     def write(self) -> None:
         """Write down what was noted last."""
-        self._written = self._done
-        place = onward(self.start, self.left, self.whole, self.reached.place(self._done))
-        self.kept.drawn(place, proven=self._proven >= self._done)
+        self._written, self._sure = self._done, self._proven
+        self.kept.drawn(self._place(min(self._proven, self._done)))
+        if self._proven < self._done:
+            self.kept.drawn(self._place(self._done), proven=False)
+
+    def _place(self, done: int) -> Place:
+        return onward(self.start, self.left, self.whole, self.reached.place(done))
 
     def secure(self) -> None:
         """What was noted last survives a power cut."""

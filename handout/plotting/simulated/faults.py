@@ -45,7 +45,7 @@ class Faults:
             return data, ""
         self._struck = True
         before, byte, rest = data[:place], data[place : place + 1], data[place + 1 :]
-        if fault in ("unplugged", "power-cut"):
+        if fault in ("unplugged", "power-cut", "reset"):
             return before, fault
         return before + self._instead(byte) + rest, ""
 
@@ -66,7 +66,7 @@ class Faults:
 
     def _end(self, data: bytes, ends: bytes) -> int:
         """Where the end of instruction number `after` is among the bytes; −1: not among them."""
-        if self.options.fault in ("unplugged", "power-cut"):
+        if self.options.fault in ("unplugged", "power-cut", "reset"):
             return -1  # these strike when it is read
         for place, byte in enumerate(data):
             if byte in ends:

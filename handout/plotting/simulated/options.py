@@ -36,7 +36,7 @@ FAULTS = {
     "unplugged": "the connection is gone; it goes on with what it has received",
     "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
 }
-BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut")
+BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut", "reset")
 ANSWER_FAULTS = ("lost-answer", "flipped-answer", "changed-answer")
 _NUMBERS = {
     "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),

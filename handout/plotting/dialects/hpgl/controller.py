@@ -156,7 +156,10 @@ class HpglController:
                 self.drop()
             self.port.write(words.PEN_UP)
             if not self._place(self._patience)[2]:
-                self.spoilt = bool(int(self.ask(words.STATUS)[0]) & words.WRONG)
+                wrong = self.ask(words.ERROR) != (0,)
+                self.spoilt = wrong and not self.restarted  # which leaves half an instruction
+                if self.restarted:
+                    self.port.write(words.START)  # whoever asks next is to hear of it too
                 return
         except DeviceError:
             pass
