@@ -313,7 +313,7 @@ def _number(field: str) -> int:
     if not field:
         raise Refused("!4 Err: Missing parameter(s)")
     digits = field[1:] if field[0] in "+-" else field
-    stray = next((char for char in digits if not char.isdigit()), None)
+    stray = next((char for char in digits if char not in "0123456789"), None)
     if stray is not None or not digits:
         raise Refused(f"!5 Err: Need comma next, found: '{stray}'")
     if not -(2**31) <= int(field) < 2**32:
