@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _LATEST = "the latest"
-_RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
+_RESUMING = {"resume", "port", "report", "at_zero", "hold_limit", "yes", "as_json", "quiet"}  # what may be given with --resume
 
 
 @click.command("plot")
@@ -57,6 +57,12 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
     help="Go on with a plot that broke off, or the last.",
 )
 @click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted.")
+@click.option(
+    "--hold-limit",
+    metavar="TIME",
+    help="How long the plotter may stand on hold before the plot ends, its pen lifted; default: 2min with --yes or "
+    "without a terminal, else for ever.",
+)
 @click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens.")
 @options.sheet_options("A5")
 @options.writing_options
@@ -141,7 +147,7 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
-    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet)
+    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet, hold_limit=given["hold_limit"])
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
@@ -208,7 +214,8 @@ def _resume(given: dict[str, Any]) -> None:
     quiet = given["quiet"]
     results.talk(quiet)(plotting_.outlook(job))
     port = given["port"] or job.port
-    reports = plotting_.run(job, port, told, yes=given["yes"], at_zero=given["at_zero"], quiet=quiet)
+    unasked = {"yes": given["yes"], "hold_limit": given["hold_limit"]}
+    reports = plotting_.run(job, port, told, at_zero=given["at_zero"], quiet=quiet, **unasked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said, as_json=given["as_json"], quiet=quiet)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
 
 _SIMULATED = "sim"
+# s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
+_UNWATCHED = 120.0
 WORDS = ("jobs", "show", "forget")
 
 
@@ -101,9 +104,18 @@ class Account:
 
 
 def run(
-    job: Job, address: str, told: Account, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool
+    job: Job,
+    address: str,
+    told: Account,
+    port: Port | None = None,
+    *,
+    yes: bool,
+    at_zero: bool,
+    quiet: bool,
+    hold_limit: str | None = None,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    patience = _patience(hold_limit, yes)
     from handout.plotting import open_port
     from handout.plotting.jobs import running
 
@@ -119,10 +131,19 @@ def run(
             _AtTheTerminal(address, yes),
             supply=supply,
             at_zero=at_zero,
+            patience=patience,
             progress=_progress(quiet),
             plotted=told.plotted,
             log=results.talk(quiet),
         )
+
+
+def _patience(hold_limit: str | None, yes: bool) -> float:
+    """How long the plotter may stand on hold, s: where somebody can be asked, as long as they like."""
+    if hold_limit is not None:
+        return units.parse(hold_limit, "time", "hold limit")
+    watched = not yes and sys.stdin.isatty() and sys.stderr.isatty()
+    return math.inf if watched else _UNWATCHED
 
 
 @contextlib.contextmanager

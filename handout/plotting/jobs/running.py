@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -55,6 +56,7 @@ def run_job(
     *,
     supply: Supply | None = None,
     at_zero: bool = False,
+    patience: float = math.inf,
     progress: Progress | None = None,
     plotted: Callable[[Report, Port], None] | None = None,
     log: Callable[[str], None] | None = None,
@@ -66,6 +68,8 @@ def run_job(
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
     at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
+        break, the pen lifted.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
     plotted : told of every part that has been plotted.
 
@@ -87,7 +91,7 @@ def run_job(
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
-                    run.parts(port, at_zero)
+                    run.parts(port, at_zero, patience)
             except DeviceError as error:
                 at_zero = False
                 if not person.try_again(error):
@@ -145,10 +149,11 @@ class _Run:
             self.job = load(self.job.folder)
         return self.job.parts[number] if number < len(self.job.parts) else None
 
-    def parts(self, port: Port, at_zero: bool) -> None:
+    def parts(self, port: Port, at_zero: bool, patience: float) -> None:
         """All parts that are left, over one connection."""
         kept = self.kept
         controller = meet(port, self.job.profile, self.log)
+        controller.patience = patience
         self._find_zero(controller, at_zero)
         while (part := self._next()) is not None:
             self._warn()

@@ -31,6 +31,7 @@ FAULTS = {
     "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
+    "hold": "it is put on hold (GRBL, HP-GL), or waits for somebody to press its button (Marlin)",
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
     "reset": "it starts again, as after a break in its power",
     "unplugged": "the connection is gone; it goes on with what it has received",

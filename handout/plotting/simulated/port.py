@@ -268,6 +268,9 @@ class SimulatedPlotter:
             self.firmware.alarm()
         elif self.faults.strikes("reset"):
             self._begin_anew()
+        elif self.faults.strikes("hold"):
+            self.firmware.hold()
+            return False
         else:
             return False
         return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections import deque
 
 import numpy as np
@@ -41,7 +42,7 @@ class Ebb:
         self.talk = Talk(port, profile.port.timeout, self._answered)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
-        self.spoilt = False
+        self.spoilt, self.patience = False, math.inf  # it cannot be held
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off

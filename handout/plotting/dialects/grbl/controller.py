@@ -55,6 +55,15 @@ class Grbl:
             self.link.glance()
 
     @property
+    def patience(self) -> float:
+        """As the link has it."""
+        return self.link.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.link.patience = seconds
+
+    @property
     def proven(self) -> int:
         """Where it says where it is; elsewhere all that is executed."""
         return self._proven if self._track is not None else self.executed
@@ -158,6 +167,7 @@ class Grbl:
     def halt(self) -> None:
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
         link = self.link
+        link.stopping = True
         with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
             try:
                 link.timeout = min(link.timeout, _HURRY)

@@ -13,10 +13,11 @@ Source: the manuals of the HP 7470A and 7475A (device control instructions, soft
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections import deque
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.dialects.hpgl.meant import Meant
@@ -38,6 +39,7 @@ _STARTED = "The plotter was switched off and on in between: load its paper as it
 _CHECKED = 16  # questions for room between two for errors of the line
 
 
+_STATE = re.compile(rb"(?<![\d,])(\d+)[\r\n]")  # a number alone on its line
 _END = re.compile(rb"[\r\n]")
 
 
@@ -52,7 +54,8 @@ class HpglController:
         self.timeout = float(profile.port.timeout)
         self.size, self.model, self.restarted = profile.port.buffer, "", False
         self.sent = self.taken = self.executed = 0
-        self.proven, self.spoilt = 0, False
+        self.proven, self.spoilt, self.patience = 0, False, math.inf
+        self._stood = 0.0  # s that it has been on hold
         self._meant = Meant()
         self.queued: int | None = None
         self._room = 0  # bytes that may be written before it is asked again
@@ -127,9 +130,18 @@ class HpglController:
         self.port.read(_MOMENT)
         self.check_state()
         self._still = 0.0 if self._held else self._still + _MOMENT
+        self._stands(_MOMENT)
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
+            )
+
+    def _stands(self, seconds: float) -> None:
+        """Time has passed; DeviceHeld if it has been on hold for too long by now."""
+        self._stood = self._stood + seconds if self._held else 0.0
+        if self._stood > self.patience:
+            raise DeviceHeld(
+                f"The plotter has been on hold for {self._stood:.0f} s, and nobody pressed VIEW (or PAUSE) again."
             )
 
     def _settled(self) -> None:
@@ -234,10 +246,25 @@ class HpglController:
                 "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
                 "the lever."
             )
-        held = bool(state & words.VIEWING)
+        self._note_hold(bool(state & words.VIEWING))
+
+    def _note_hold(self, held: bool) -> None:
         if held and not self._held:
             self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
         self._held = held
+
+    def _is_viewed(self) -> bool:
+        """Whether it is on hold, where it still owes an answer, which may come first."""
+        self.port.write(words.STATE)
+        waited = 0.0
+        while waited < self.timeout:
+            fresh = self.port.read(_GLANCE)
+            self._partial, waited = self._partial + fresh, waited + (0.0 if fresh else _GLANCE)
+            if found := _STATE.search(self._partial):
+                self._partial = self._partial[: found.start()] + self._partial[found.end() :]
+                self._note_hold(bool(int(found.group(1)) & words.VIEWING))
+                return self._held
+        return False
 
     def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
         """So many numbers that it answers."""
@@ -266,7 +293,10 @@ class HpglController:
         while not (end := _END.search(self._partial)):
             if len(self._partial) > _ANSWER or (waited > patience and self._partial):
                 raise DeviceSilent(_NO_PLOTTER)
-            if waited > patience:
+            if waited > patience and question.startswith(b"O") and self._is_viewed():
+                self._stands(waited)
+                waited = 0.0
+            elif waited > patience:
                 raise DeviceSilent(
                     f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
                     "to this port, and its baud rate."

@@ -59,6 +59,15 @@ class Marlin:
         self.link.grace = self._held.seconds
 
     @property
+    def patience(self) -> float:
+        """As the link has it."""
+        return self.link.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.link.patience = seconds
+
+    @property
     def proven(self) -> int:
         """All that is executed: every line has its number and its check sum."""
         return self.executed
@@ -98,6 +107,7 @@ class Marlin:
         """
         link = self.link
         link.timeout = min(link.timeout, _HURRY)
+        link.go_on()
         try:
             self._come_to_rest()
             for line in [*words.MODES[:2], *words.pen(False, self.profile.pen), *words.closing()]:

@@ -233,6 +233,12 @@ class Link:
         if self._busy > _LONGEST + self.grace:
             raise DeviceSilent(f"The plotter has said for {self._busy:.0f} s that it is busy: switch it off and on.")
 
+    def go_on(self) -> None:
+        """Press its button for it, as far as that can be done; it may wait no longer than for an answer."""
+        if self._waiting:
+            self.port.write(b"\n" + words.GO_ON)
+        self.patience, self._waiting, self._paused = self.timeout, False, 0.0
+
     def _prod(self) -> None:
         """End a line that may have lost its own end; and if that does not help, ask something harmless.
 

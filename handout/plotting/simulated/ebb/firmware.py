@@ -112,6 +112,9 @@ class Firmware:
             self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
 
+    def hold(self) -> None:
+        """Its button stops nothing by itself."""
+
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""
         text = line.decode("latin-1").strip().upper()

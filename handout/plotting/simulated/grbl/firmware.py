@@ -190,6 +190,10 @@ class Firmware:
                 self._share(data)
         return False
 
+    def hold(self) -> None:
+        """As its feed-hold button does."""
+        self.urgent(b"!")
+
     def _resume(self) -> None:
         """Cycle start: go on after a hold, a pause or an open door."""
         if self.door:

@@ -125,6 +125,10 @@ class Firmware:
         """Someone presses VIEW, and again after a while."""
         self.viewing = self.now + seconds
 
+    def hold(self) -> None:
+        """VIEW is pressed, and not again."""
+        self.view(math.inf)
+
     def urgent(self, data: bytes) -> bool:
         """Obey device control; ESC.K drops the buffer and what is left of the instruction under way."""
         if len(data) < 3 or data[1:2] != b".":
