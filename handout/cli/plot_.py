@@ -13,7 +13,7 @@ from click.core import ParameterSource
 from handout import units
 from handout.cli import drawings as drawn_
 from handout.cli import jobs, making, options, plotting_, results
-from handout.errors import InputError
+from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
     from handout.plotting import Plan, Report
@@ -31,6 +31,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "hold_limit", "yes", "as_jso
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
+@click.option("--show-travel", is_flag=True, help="In previews (SVG, PDF, PNG): show how the lifted pen travels.")
 @click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
 @click.option(
@@ -99,6 +100,8 @@ def command(context: click.Context, /, text: tuple[str, ...], file: str | None, 
             plotting_.manage(text[0], text[1:], given["as_json"])
             return
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+    if given["show_travel"] and not dry_run:
+        raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.sinks import check_outputs
 
     check_outputs(dry_run)
@@ -136,7 +139,10 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     from handout.plotting.jobs import job as kept_
 
     asked, profile, quiet = _asked(wanted, given), wanted.profile, given["quiet"]
-    connected = open_port(port, profile)  # before any work is done for it
+    try:
+        connected = open_port(port, profile)  # before any work is done for it
+    except DeviceError as error:
+        raise type(error)(f"{error} No job was begun.") from error
     try:
         kept = _begun(wanted, asked, port, given)
     except BaseException:
@@ -153,7 +159,7 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=quiet)
+    results.report(result, said + results.lent(result) + results.slipped(result), as_json=given["as_json"], quiet=quiet)
 
 
 def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
@@ -218,7 +224,7 @@ def _resume(given: dict[str, Any]) -> None:
     reports = plotting_.run(job, port, told, at_zero=given["at_zero"], quiet=quiet, **unasked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
-    results.report(result, said, as_json=given["as_json"], quiet=quiet)
+    results.report(result, said + results.lent(result), as_json=given["as_json"], quiet=quiet)
 
 
 def _positive(text: str, what: str) -> float:
@@ -233,6 +239,7 @@ def _preview(
 ) -> None:
     """--dry-run."""
     from handout.plotting import fit_to_bed, plan
+    from handout.plotting.jobs.pages import laid_out
     from handout.sinks import write_drawings
 
     job, profile = wanted.job, wanted.profile
@@ -242,14 +249,17 @@ def _preview(
         pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=given["order"]) for drawing in drawings]
+    drawings = [laid_out(drawing, profile, given["layers"], given["order"]) for drawing in drawings]
+    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0) for drawing in drawings]
     planned = sum(p.duration for p in plans)
     result = results.summary(pages, drawings, job, files)
-    written = write_drawings(drawings, files, **look)
+    written = write_drawings(drawings, files, show_travel=given["show_travel"], **look)
     told.planned(plans)
     result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
+    results.report(
+        result, said + results.lent(result) + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"]
+    )
 
 
 def _sheets(number: int) -> str:

@@ -148,14 +148,18 @@ def _patience(hold_limit: str | None, yes: bool) -> float:
 
 @contextlib.contextmanager
 def _kept(job: Job) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; a job of which nothing was drawn is forgotten."""
+    """Add to what ends a job how to go on with it; one that was refused before anything was drawn is forgotten."""
     from handout.plotting.jobs import store
 
     try:
         yield
-    except (DeviceError, InputError) as error:
+    except DeviceError as error:
         if said := _how_to_go_on(job):
             raise type(error)(f"{error} {said}") from error
+        raise
+    except InputError as error:
+        if _has_begun(job):
+            raise type(error)(f"{error} {_how_to_go_on(job)}") from error
         with contextlib.suppress(InputError):
             store.forget(job)
         raise
@@ -165,12 +169,19 @@ def _kept(job: Job) -> Iterator[None]:
         raise
 
 
-def _how_to_go_on(job: Job) -> str:
+def _has_begun(job: Job) -> bool:
     try:
         standing = job.standing()
     except InputError:  # what is wrong has been said
-        return ""
-    if not (standing.begun or standing.part):
+        return False
+    return standing.begun or standing.part > 0
+
+
+def _how_to_go_on(job: Job) -> str:
+    """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
+    try:
+        job.standing()
+    except InputError:  # what is wrong has been said
         return ""
     return f"The job is kept; go on with: handout plot --resume {job.name}"
 

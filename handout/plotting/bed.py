@@ -14,6 +14,7 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.profiles import Plotter
+from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke, readonly
 
 _SLACK = 0.05  # mm beyond the bed that no machine notices
@@ -31,6 +32,8 @@ class Placement:
     turn: Array
     shift: Array
     turned: bool
+
+    __repr__ = one_line
 
     def to_machine(self, xy: Array) -> Array:
         """(n, 2) mm, page → machine."""
