@@ -22,7 +22,7 @@ _WIDEST_DOT, _FURTHEST_BACK = 0.45, 0.4  # of a dot, and how far it is moved out
 _CROSSED = "tf"  # letters whose bars are bounded; others' arms are parts of them
 _OVER = 0.2  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
-_FLIGHT = (0.5, 0.3)  # beyond its stem at most, or as this share of its word
+_FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
 
 
@@ -125,6 +125,8 @@ def _within(
     # the same to the left, seen in a mirror
     mirror = np.array([-1.0, 1.0])
     left = _reach(bar * mirror, -stem, [ink * mirror for ink in before], most[0])
+    if left == right == 1.0:
+        return bar
     offset = bar[:, 0] - stem
     return np.column_stack([stem + np.where(offset > 0, offset * right, offset * left), bar[:, 1]])
 
