@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.calibrating.reference import Reference
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Drawing, Hand, readonly
 
@@ -39,6 +40,11 @@ class Inks:
     def take(self, rows: NDArray[np.intp]) -> Inks:
         """Some of them."""
         return Inks(self.rgba[rows])
+
+
+def seen_by_chart(samples: Inks, known: Reference) -> Inks:
+    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells."""
+    return samples if known.match is None else Inks(np.asarray(known.match.inks(samples.rgba), dtype=np.float64))
 
 
 def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
@@ -103,6 +109,20 @@ def paper_of(name: str) -> Array | None:
     if not isinstance(hand, ScannedHand):
         return None
     return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
+
+
+def scanned_name(name: str) -> str:
+    """What a scanned hand calls itself; empty for a drawn one.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name)
+    return hand.name if isinstance(hand, ScannedHand) else ""
 
 
 def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:

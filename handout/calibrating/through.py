@@ -11,6 +11,7 @@ import numpy as np
 from handout.calibrating import inks, store
 from handout.calibrating.calibration import Calibration
 from handout.colour import gamut
+from handout.calibrating.reference import Kind, Reference, of_calibration
 from handout.colour.applying import apply
 from handout.errors import InputError
 from handout.values import Array, Drawing, Raster
@@ -43,6 +44,14 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
         return None, []
     found = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
     return found, _doubts(found, printer, paper) if found is not None else []
+
+
+def pen_of(found: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
+    """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
+    known = of_calibration(found, hand)
+    if known.kind is not Kind.DRAWN:
+        say(f"{'warning: ' if known.doubtful and known.kind is not Kind.CORRECTED else ''}{known.said}")
+    return known
 
 
 def _asked(asked: str) -> Calibration:
@@ -82,6 +91,7 @@ class Through:
 
     ink: Ink
     calibration: Calibration
+    reference: Reference | None = None
     _lost: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -95,6 +105,8 @@ class Through:
     def __call__(self, drawing: Drawing, dpi: int) -> Raster:
         """The page in device RGB; paper stays transparent."""
         raster = self.ink(drawing, dpi)
+        if self.reference is not None and self.reference.match is not None:
+            raster = self.reference.match.raster(raster)
         if len(self._lost) < _PAGES:
             samples = inks.of_raster(np.asarray(raster.rgba), _SAMPLED)
             if len(samples.rgba):
@@ -108,6 +120,7 @@ class Through:
         return {
             "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
             "age_days": self.calibration.age(), "out_of_reach": round(out, 4), "lost": round(mean, 2),
+            "pen": self.reference.facts() if self.reference is not None else None,
         }  # fmt: skip
 
     def said(self) -> str:

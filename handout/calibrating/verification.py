@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from handout.calibrating import inks
+from handout.calibrating import inks, reference
 from handout.calibrating import strip as strips
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.inks import Inks
@@ -19,11 +19,13 @@ from handout.calibrating.strip import FIRST_MARK, Strip
 from handout.colour import convert
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.drawing import render
+from handout.colour.ink_match import match
 from handout.colour.reading import Finding, Scan, open_scans
 from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
-from handout.colour.reading.registration import place
+from handout.colour.reading.registration import Placement, place
 from handout.colour.reading.sampling import sample
+from handout.colour.reading.scribble import scribble_of
 from handout.errors import InputError
 from handout.printing.charts import fine_enough
 from handout.profiles import Printer
@@ -41,6 +43,7 @@ _POOR = (
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
 _USUAL = 200  # samples of usual inks
+_SAME_PEN = 2.0  # ΔE00 of a pen's lines; some words written with more pressure differ by 1
 _SAME_PAPER = 4.0  # ΔE00 of the bare paper against the chart's
 _OTHER_STRIP = 0.8  # correlation of what is seen with what the calibration foresees
 
@@ -120,6 +123,8 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
         No such hand, or an ink of which the printer reaches next to nothing.
     """
     samples: Inks = inks.of_hand(hand) if hand else inks.usual(_USUAL)
+    if hand:
+        samples = inks.seen_by_chart(samples, reference.of_calibration(calibration, hand))
     made = strips.make(calibration.table(), samples, paper)
     calibration.keep_strip(made.facts())
     return made
@@ -188,6 +193,7 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     findings = [
         *scan.findings, *of_place(placement, scan.source), *of_marks(placement, scan, sampled),
         *of_pixels(scan, sampled), *_of_colours(strip, sampled.values, calibration, scan.source),
+        *_of_pen(strip, scan, placement, sampled.values, calibration),
     ]  # fmt: skip
     # few colours make few tones; the chart's scan was judged by that already
     findings = [one for one in findings if one.code != "edited"]
@@ -215,6 +221,22 @@ def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str
     return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another "
         "paper, or other settings of the scanner. Print the strip on the chart's paper and scan it like the chart.",
         source)]  # fmt: skip
+
+
+def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibration: Calibration) -> list[Finding]:
+    """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
+    bare = (strip.device == 1).all(axis=1)
+    now, before = scribble_of(scan, placement, seen[bare].mean(axis=0)), calibration.scribble()
+    if now is None or before is None:
+        return []
+    dpi = min(now.dpi, before.dpi)
+    first, other = (reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
+    found = match(first, before.paper, other, now.paper, dpi)
+    if found is None or found.difference <= _SAME_PEN:
+        return []
+    return [Finding("settings-differ", "warn", f"The pen in the strip's frame looks other than in the chart's (ΔE00 "
+        f"{found.difference:.1f} on the mean): the scanner's settings changed between the two scans, or another pen "
+        "wrote. Scan the strip just like the chart.", scan.source)]  # fmt: skip
 
 
 def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:

@@ -59,7 +59,7 @@ for _command in calibrated_.COMMANDS:
 @method_option
 @click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
 @click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left.")
-@click.option("--fault", "faults", multiple=True, help="With sim: something that is wrong with the simulated printer.")
+@click.option("--fault", "faults", multiple=True, help="With sim: something wrong with printer or scanner.")
 @results.output_options
 def wizard(**given: Any) -> int:
     """Calibrate a printer step by step; a run that was left is gone on with.
@@ -79,7 +79,7 @@ def wizard(**given: Any) -> int:
     if profile.file and not profile.simulated and given["output"] is None:
         raise InputError(f"{given['printer']} writes files: name a folder for chart and strip with -o.")
     say = results.talk(given["quiet"])
-    loop = simulated(profile, given["paper"], given["faults"]) if profile.simulated else None
+    loop = simulated(profile, given["paper"], given["faults"], given["hand"]) if profile.simulated else None
     made = Wizard(
         profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
         scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),

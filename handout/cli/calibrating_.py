@@ -69,6 +69,8 @@ class Run:
     def _scan(self) -> None:
         taken = self._until_good(lambda: self.made.take_scans(self._scans("chart")))
         self._findings(taken.findings)
+        if taken.reference is not None:
+            self.say(f"{'warning: ' if taken.reference.doubtful else ''}{taken.reference.said}")
         if taken.missing:
             self.say(taken.missing)
 
@@ -105,7 +107,7 @@ class Run:
         work = self.made.session.folder / "incoming"
         work.mkdir(exist_ok=True)
         if self.loop is not None:
-            return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif")
+            return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif", self.made.frame)
         if self.given["scanner"]:
             from handout.calibrating import scanner
 

@@ -29,7 +29,7 @@ from handout.colour import convert
 from handout.colour.strokes import LEAST, Density, Strokes, strokes_in
 from handout.values import Array, Raster, readonly
 
-SAME = 1.0  # ΔE00 on the mean up to which two scans were made alike: about what is just noticed
+SAME = 1.5  # ΔE00 on the mean up to which two scans were made alike: lines of one pen on two days differ by as much
 _GAMMA = 2.2  # what light is counted in; that of most scanners
 _RANKS = np.linspace(0.04, 0.96, 24)
 _TIGHT = 0.02  # how much each part is held back, of 1

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.printing.simulated.flatbed import SETTINGS
 from handout.values import Array
 
 FAULTS = {
@@ -40,9 +41,10 @@ def check(names: Iterable[str]) -> frozenset[str]:
     """
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
-        near = difflib.get_close_matches(name, FAULTS, 1)
+        known = [*FAULTS, *SETTINGS]
+        near = difflib.get_close_matches(name, known, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(FAULTS)}.")
+        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(known)}.")
     return asked
 
 
