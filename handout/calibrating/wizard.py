@@ -15,7 +15,7 @@ from pathlib import Path
 
 import handout
 from handout import atomic
-from handout.calibrating import inks, pages, reference, reporting, store, verification
+from handout.calibrating import inks, pages, prints, reference, reporting, store, verification
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.pages import Printed
 from handout.calibrating.reference import Reference
@@ -90,6 +90,7 @@ class Wizard:
         scanner: str = "",
         hand: str = "",
         afresh: bool = False,
+        accept: bool = False,
     ) -> None:
         """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
 
@@ -105,7 +106,9 @@ class Wizard:
         scanner : str
             What the scanner is called.
         hand : str
-            Whose ink verifies the calibration; the paper of a scanned one tells whether the chart was scanned alike.
+            Whose ink verifies the calibration; the pages of a scanned one tell whether the chart was scanned alike.
+        accept : bool
+            Calibrate with the print as it is, whatever is weak in it.
 
         Raises
         ------
@@ -115,6 +118,7 @@ class Wizard:
         fitting = charts.chart_for(profile, sheet, page_count)
         self.profile = profile
         self.hand = hand
+        self.accept = accept
         self._paper = None if not hand or (found := inks.paper_of(hand)) is None else found.tolist()
         self.writer = inks.scanned_name(hand) if hand else ""
         self._done = False
@@ -176,17 +180,21 @@ class Wizard:
             A file that cannot be read.
         """
         reading = self._read(scans)
+        known = reference.compared(reading.scribble, self.hand, self.writer)
+        state = self.session.state
+        before = prints.last(state.printer, state.paper, state.scanner)
+        reading = prints.judged(reading, known, before, self.accept)
         self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
             raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
-        warned = tuple(one for one in reading.findings if one.severity == "warn")
+        warned = prints.warned(reading.findings)
         if missing:
             return Taken(warned, missing[0].sentence)
         self._measured(reading)
-        return Taken(warned, reference=reference.compared(reading.scribble, self.hand, self.writer))
+        return Taken(warned, reference=known)
 
     def build(self, method: str = "forward") -> Calibration:
         """Build the table of what was measured.

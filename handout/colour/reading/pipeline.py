@@ -177,6 +177,7 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
         spoilt, said = print_checks.spoilt(seen, ideal, grainy)
         findings += [*stripes, *said]
         bad = bad | spoilt
+    findings = picture_checks.of_coarse(placement, scan.source, findings)
     white = seen.where(255, 255, 255)
     scribble = scribble_of(scan, placement, values[white].mean(axis=0), shading) if white.any() else None
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
