@@ -79,7 +79,9 @@ def table(name: str, inks: dict[str, object], settings: dict[str, dict[str, obje
 
 def spectrum(lobes: tuple[tuple[float, float, float], ...]) -> Array:
     """(31,) density."""
-    return np.sum([height * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0)
+    return np.sum(
+        [height * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
+    )
 
 
 def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:

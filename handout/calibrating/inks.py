@@ -8,8 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.calibrating.reference import Reference
+from handout.colour import gamut
+from handout.colour.gamut import Reach
+from handout.colour.table import ColourTable
 from handout.hand.scanned import ScannedHand
+from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Hand, readonly
+
+USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
 
 _TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
 _PAGE = "150x40mm"
@@ -76,8 +82,13 @@ def greys(count: int) -> Inks:
     return Inks(np.hstack([np.zeros((count, 3)), cover]))
 
 
-def of_hand(name: str, seed: int = 0) -> Inks:
-    """Samples of the ink that a hand writes with, a drawn one with its usual pen.
+def of_hand(name: str, pen: Pen | None = None) -> Inks:
+    """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
+
+    Parameters
+    ----------
+    name : of the hand, drawn or scanned.
+    pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
 
     Raises
     ------
@@ -86,13 +97,24 @@ def of_hand(name: str, seed: int = 0) -> Inks:
     """
     from handout.hand.library import find
 
-    drawing = _written(find(name), np.random.default_rng([seed]))
+    drawing = _written(find(name), np.random.default_rng([0]))
     if drawing.ink is not None:
         return of_raster(drawing.ink(_DPI).rgba)
     from handout.inking import pens
-    from handout.inking.pen import usual as pen
+    from handout.inking.pen import usual as usual_pen
 
-    return of_raster(pens.ink(drawing, _DPI, pen("ballpoint"), pens.noise({"seed": seed})).rgba)
+    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
+
+
+def reach_of(name: str, table: ColourTable, known: Reference | None = None, pen: Pen | None = None) -> Reach:
+    """What of the ink of a page in a hand the printer of a table reaches; `known` and `pen`: see `of_hand`.
+
+    Every figure on ink out of reach is made here.  Raises InputError: no such hand.
+    """
+    samples = of_hand(name, pen)
+    if known is not None:
+        samples = seen_by_chart(samples, known)
+    return gamut.reach(np.clip(samples.on(np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 
 def paper_of(name: str) -> Array | None:

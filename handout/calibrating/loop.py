@@ -36,9 +36,7 @@ class Loop:
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     hand: str = ""
 
-    def scan(
-        self, document: Path, to: Path, frame: tuple[float, float, float, float] | None = None
-    ) -> list[Path]:
+    def scan(self, document: Path, to: Path, frame: tuple[float, float, float, float] | None = None) -> list[Path]:
         """Print a document and scan its pages: a file each, beside `to`.
 
         Parameters
@@ -59,7 +57,6 @@ class Loop:
             paths.append(to.with_name(f"{to.stem}-{number}.tif"))
             write(picture, self.dpi, paths[-1])
         return paths
-
 
     def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
         """A line of the hand's own writing in the frame; its page counts as scanned by this flatbed as it comes."""

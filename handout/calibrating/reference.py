@@ -92,7 +92,9 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
 
     hand = find(name) if name else None
     if hand is not None and not isinstance(hand, ScannedHand):
-        said = f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
+        said = (
+            f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
+        )
         return Reference(Kind.DRAWN, said)
     if scribble is None:
         return Reference(Kind.NOTHING, _NOTHING)

@@ -16,7 +16,7 @@ from handout.calibrating.calibration import Calibration
 from handout.calibrating.inks import Inks
 from handout.calibrating.pages import Printed
 from handout.calibrating.strip import FIRST_MARK, Strip
-from handout.colour import convert
+from handout.colour import convert, gamut
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.drawing import render
 from handout.colour.ink_match import match
@@ -33,12 +33,17 @@ from handout.values import Array
 
 # ΔE00 on the mean up to which a match is called so
 _VERDICTS = (
-    (1.0, "The match is excellent: the eye sees no difference."),
-    (2.0, "The match is good: a difference is seen only side by side."),
-    (4.0, "The match is fair: differences can be seen. Scan the chart again, or print it in better quality."),
+    (1.0, "Of colours in reach the match is excellent: the eye sees no difference."),
+    (2.0, "Of colours in reach the match is good: a difference is seen only side by side."),
+    (
+        4.0,
+        "Of colours in reach the match is fair: differences can be seen. Scan the chart again, or print it in better "
+        "quality.",
+    ),
 )
 _POOR = (
-    "The match is poor: what was printed is not what was calibrated. Check that printer, paper, quality and the "
+    "Even of colours in reach the match is poor: what was printed is not what was calibrated. Check that printer, "
+    "paper, quality and the "
     "scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
@@ -66,7 +71,7 @@ class Verification:
     made : when it was read.
     before, after : of all colours, sent as they are and sent through the table.
     ink_before, ink_after, grey_before, grey_after : of the ink and of the greys alone.
-    out : share of the ink that the printer cannot reach; lost : ΔE00 there, on the mean.
+    out : share of a page's ink that the printer cannot reach; lost : ΔE00 there, on the mean; whose : ink it is.
     verdict : all this in words.
     findings : what was not as it should be with the scan.
     """
@@ -82,6 +87,7 @@ class Verification:
     lost: float
     verdict: str
     findings: tuple[str, ...] = ()
+    whose: str = ""
 
     @property
     def helps(self) -> bool:
@@ -108,10 +114,8 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
             ("all", facts["before"], facts["after"]),
         )
     ]
-    reach = f"{facts['out']:.0%} of the ink is out of the printer's reach" + (
-        f", by ΔE00 {facts['lost']:.1f} on the mean." if facts["out"] else "."
-    )
-    return [head, *rows, reach, facts["verdict"]]
+    reach = gamut.said(facts["out"], facts["lost"], facts.get("whose", ""))
+    return [head, *rows, facts["verdict"], reach]
 
 
 def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
@@ -122,10 +126,12 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     InputError
         No such hand, or an ink of which the printer reaches next to nothing.
     """
+    known = reference.of_calibration(calibration, hand) if hand else None
     samples: Inks = inks.of_hand(hand) if hand else inks.usual(_USUAL)
-    if hand:
-        samples = inks.seen_by_chart(samples, reference.of_calibration(calibration, hand))
-    made = strips.make(calibration.table(), samples, paper)
+    if known is not None:
+        samples = inks.seen_by_chart(samples, known)
+    table, whose = calibration.table(), hand or inks.USUAL_HAND
+    made = strips.make(table, samples, paper, inks.reach_of(whose, table, known), f"of {whose}")
     calibration.keep_strip(made.facts())
     return made
 
@@ -249,6 +255,7 @@ def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verificat
         _difference(lost[plain & ~strip.grey]), _difference(lost[matched & ~strip.grey]),
         _difference(lost[plain & strip.grey]), _difference(lost[matched & strip.grey]),
         strip.out, strip.lost, _verdict(before.mean, after.mean), tuple(map(str, findings)),
+        strip.whose,
     )  # fmt: skip
 
 

@@ -141,7 +141,7 @@ class ChartPage:
     @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Left, top, right and bottom of all that is printed, mm."""
-        x, y = self.origin
+        x = self.origin[0]
         return (
             x - _LABEL, self.title[1], x + self.columns * self.pitch, self.scribble_field[3] + FRAME,
         )  # fmt: skip

@@ -104,7 +104,12 @@ def _draw_names(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> Non
 def _draw_field(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
     """The frame in which a person writes with the pen itself, and what asks for it."""
     left, top, right, bottom = page.scribble_field
-    lines = [(left, top, right, top), (left, bottom, right, bottom), (left, top, left, bottom), (right, top, right, bottom)]
+    lines = [
+        (left, top, right, top),
+        (left, bottom, right, bottom),
+        (left, top, left, bottom),
+        (right, top, right, bottom),
+    ]
     boxes = np.array(lines) + np.array([-1, -1, 1, 1]) * FRAME / 2
     for x0, y0, x1, y1 in _edges(boxes, scale):
         pixels[y0:y1, x0:x1] = 0

@@ -72,7 +72,7 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Field |
     # nearest, not between: what is between two pixels would be neither's colour
     seen = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
     if shading is not None:
-        factor = shading.at(nodes.reshape(-1, 2)).reshape(nodes.shape[:2] + (3,))
+        factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
         seen /= _between(factor, height, width).astype(np.float32)
     made = Scribble(seen, paper, placement.dpi)
     lines = strokes_in(made.density, made.dpi)

@@ -58,7 +58,8 @@ class Solids:
         """What each ink adds in its own channel to each other ink, as a share of what it has alone."""
         d = self.named
         return [
-            float((d[both][_OWN[ink]] - d[other][_OWN[ink]]) / max(d[ink][_OWN[ink]], 0.05)) for ink, other, both in _PAIRS
+            float((d[both][_OWN[ink]] - d[other][_OWN[ink]]) / max(d[ink][_OWN[ink]], 0.05))
+            for ink, other, both in _PAIRS
         ]
 
     @property
@@ -146,26 +147,26 @@ _MANAGED = (
 )
 _NO_BLACK = (
     "Black is hardly darker than two inks over each other ({share:.0%} of their density; every printer we know has "
-    "120 % and more): the black ink is empty or clogged, or the driver does not use it. Print a nozzle check, clean the "
-    f"head, and print the chart again. {_ACCEPT}"
+    "120 % and more): the black ink is empty or clogged, or the driver does not use it. Print a nozzle check, clean "
+    f"the head, and print the chart again. {_ACCEPT}"
 )
 _INK_LIMIT = (
-    "Where two inks lie over each other there is less of each than where it stands alone ({share:.0%}; every printer we "
-    "know has 107 % and more): the driver limits the ink, as for another paper than is loaded. Choose the paper that is "
-    f"in the printer, and print the chart again. {_ACCEPT}"
+    "Where two inks lie over each other there is less of each than where it stands alone ({share:.0%}; every printer "
+    "we know has 77 % and more): the driver limits the ink, as for another paper than is loaded. Choose the paper that "
+    f"is in the printer, and print the chart again. {_ACCEPT}"
 )
 _WEAK_INK = (
-    "The {ink} is weaker against the other inks than in any printer we know ({share:.0%} of what it should be): print a "
-    f"nozzle check, clean the head, and print the chart again. {_ACCEPT}"
+    "The {ink} is weaker against the other inks than in any printer we know ({share:.0%} of what it should be): print "
+    f"a nozzle check, clean the head, and print the chart again. {_ACCEPT}"
 )
 _WEAK_INKS = (
     "All inks are weaker than in any printer we know ({share:.0%} of the usual): the chart was printed in draft or "
-    "economy quality, or the scanner lightens what it scans (gamma, automatic exposure). Print the chart in the quality "
-    f"that you will print with, and scan it with the settings of the handwriting's scan. {_ACCEPT}"
+    "economy quality, or the scanner lightens what it scans (gamma, automatic exposure). Print the chart in the "
+    f"quality that you will print with, and scan it with the settings of the handwriting's scan. {_ACCEPT}"
 )
 _WEAKER_INK = (
-    "The {ink} is weaker than on {when} against the other inks ({share:.0%} of what it was): print a nozzle check, clean "
-    "the head, and print the chart again. If it is to stay like that, say --accept."
+    "The {ink} is weaker than on {when} against the other inks ({share:.0%} of what it was): print a nozzle check, "
+    "clean the head, and print the chart again. If it is to stay like that, say --accept."
 )
 _WEAKER_ALL = (
     "All inks are weaker than on {when} ({share:.0%} of what they were): the chart was printed in another quality, or "
