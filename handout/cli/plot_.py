@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _LATEST = "the latest"
-_RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
+# what may be given with --resume
+_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
 @click.command("plot")
@@ -58,6 +59,15 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
     help="Go on with a plot that broke off, or the last.",
 )
 @click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted.")
+@click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up).")
+@click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down).")
+@click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too.")
+@click.option(
+    "--hold-limit",
+    metavar="TIME",
+    help="How long the plotter may stand on hold before the plot ends, its pen lifted; default: 2min with --yes or "
+    "without a terminal, else for ever.",
+)
 @click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens.")
 @options.sheet_options("A5")
 @options.writing_options
@@ -121,6 +131,8 @@ class _Wanted:
 def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _Wanted:
     profile = plotting_.profile(given["device"], given["port"])
     given["page_name"] = options.page_of(given)
+    if given["pen_up"] is not None or given["pen_down"] is not None:
+        profile = plotting_.with_heights(profile, given["pen_up"], given["pen_down"])
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
     job = job if drawing is not None else jobs.on_paper(job, given)
@@ -150,7 +162,8 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
     paper = results.noted(results.of_paper(wanted.job), wanted.job, quiet)  # before the sheet is laid in
-    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet)
+    asked_now = {name: given[name] for name in ("yes", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(kept, port, told, connected, at_zero=False, **asked_now)
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name, **paper}
@@ -217,7 +230,8 @@ def _resume(given: dict[str, Any]) -> None:
     quiet = given["quiet"]
     results.talk(quiet)(plotting_.outlook(job))
     port = given["port"] or job.port
-    reports = plotting_.run(job, port, told, yes=given["yes"], at_zero=given["at_zero"], quiet=quiet)
+    asked = {name: given[name] for name in ("yes", "at_zero", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said + results.lent(result), as_json=given["as_json"], quiet=quiet)

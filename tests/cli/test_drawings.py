@@ -74,7 +74,7 @@ def test_travel_is_shown_in_previews_when_asked(folder):
     assert 'id="travel" class="travel" display="none"' in (folder / "p.svg").read_text(encoding="utf-8")
     text = (folder / "t.svg").read_text(encoding="utf-8")
     assert 'class="show-travel"' in text and 'display="none"' not in text
-    assert red(folder / "t.png") > 50 > red(folder / "p.png") == 0
+    assert red(folder / "t.png") > red(folder / "p.png") + 50  # a stroke of the drawing is red itself
     assert len((folder / "t.pdf").read_bytes()) > len((folder / "p.pdf").read_bytes())
 
 
