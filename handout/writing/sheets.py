@@ -74,6 +74,11 @@ def paginate(rows: Iterable[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.
         Not even one line fits between the margins.
     """
     held = lines_a_page(scribe.pitch, layout)
+    if held == 0 and layout.ruling is not None:
+        raise DoesNotFit(
+            f"None of the paper's rules has room for letters of {layout.x_height:.2g} mm between the margins: use a "
+            "smaller --x-height, smaller margins, or a larger page."
+        )
     if held == 0:
         raise DoesNotFit(
             f"A line of {layout.x_height:g} mm x-height needs {(ASCENT + DESCENT) * layout.x_height:.1f} mm between "

@@ -72,6 +72,11 @@ def test_every_second_line_of_squares(call):
     assert "only ruled paper" in call("write", "a", "-o", "a.png", "--paper", "squared:5mm,3mm", code=2)[1]
 
 
+def test_rules_that_leave_no_room_are_said(call):
+    err = call("write", "nun", "--page", "A6", "--paper", "ruled:8mm,200mm", "-o", "a.png", code=2)[1]
+    assert "None of the paper's rules has room for letters of 2.7 mm" in err and not Path("a.png").exists()
+
+
 @pytest.fixture
 def photo():
     how, rules, margin, _ = kinds()["college"]
