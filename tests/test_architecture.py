@@ -26,6 +26,7 @@ GROUND = {
     "pathdata",
     "tables",
     "notebook",
+    "progress",
     "summary",
 }
 MAY = {

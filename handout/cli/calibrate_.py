@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from handout.cli import calibrated_, results
+from handout.cli import calibrated_, progress, results
 from handout.cli.calibrating_ import Run
 from handout.errors import InputError
 
@@ -89,8 +89,10 @@ def wizard(**given: Any) -> int:
         say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
     run = Run(made, loop, given, say)
     try:
-        while made.step is not Step.DONE:
-            run.step()
+        with progress.shown(given["quiet"]) as tell:
+            while made.step is not Step.DONE:
+                tell(run.share, made.step.value)
+                run.step()
     except (click.Abort, KeyboardInterrupt) as stop:
         again = f"handout calibrate wizard --printer {given['printer']} --paper {given['paper']}"
         stop.add_note(f"What was done so far is kept; go on with: {again}")
@@ -187,7 +189,9 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     """
     from handout.calibrating import store
 
-    made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
+    with progress.shown(quiet) as tell:
+        tell(0.0, "building the table")
+        made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
     said = (
         f"Stored: {made.described()}; it misses its own patches by ΔE00 {made.misses:.2f} on the mean. Verify it: "
         f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf"

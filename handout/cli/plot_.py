@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from handout import units
 from handout.cli import drawings as drawn_
-from handout.cli import jobs, making, options, plotting_, results
+from handout.cli import jobs, making, options, plotting_, progress, results
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
@@ -245,7 +245,8 @@ def _preview(
 
     job, profile = wanted.job, wanted.profile
     if wanted.drawing is None:
-        pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES)
+        with progress.shown(given["quiet"]) as tell:
+            pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES, tell=tell)
     else:
         pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
     if given["fit"]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import jobs, options, results
+from handout.cli import jobs, options, progress, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     if through is None and dry_run is None and not given["calibration"]:
         say(UNCALIBRATED)
     try:
-        with journal:
+        with journal, progress.shown(given["quiet"]) as tell:
             done = print_rows(
                 addresses,
                 write,
@@ -123,7 +123,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
                 ink=through or ink,
                 sink=lambda drawing, path: write_drawings([drawing], [path], **look),
                 about={"seed": job.seed, "hand": job.hand.name},
-                progress=results.progress(given["quiet"]),
+                progress=lambda done, total, stage: tell(done / max(total, 1), f"{stage} {done}/{total}"),
                 journal=journal,
                 again=given["again"],
                 say=say,

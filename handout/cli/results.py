@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from handout import units
+from handout.cli import progress
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -122,18 +122,12 @@ def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> 
 
 def talk(quiet: bool) -> Callable[[str], None]:
     """A function that says something on standard error, unless the user wants quiet."""
-    return (lambda message: None) if quiet else (lambda message: click.echo(message, err=True))
 
+    def say(message: str) -> None:
+        with progress.hidden():
+            click.echo(message, err=True)
 
-def progress(quiet: bool) -> Callable[[int, int, str], None]:
-    """Shows how far long work has come, on a terminal only; called as (done, all, what is being done)."""
-    if quiet or not sys.stderr.isatty():
-        return lambda done, total, stage: None
-
-    def show(done: int, total: int, stage: str) -> None:
-        click.echo(f"\r{stage} {done}/{total}\033[K", err=True, nl=done >= total)
-
-    return show
+    return (lambda message: None) if quiet else say
 
 
 def output_options(function: F) -> F:

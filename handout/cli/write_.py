@@ -7,7 +7,10 @@ from typing import Any
 
 import click
 
-from handout.cli import jobs, options, programs, results
+from handout.cli import jobs, options, programs, progress, results
+from handout.progress import within
+
+_WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
 
 
 @click.command("write")
@@ -38,8 +41,9 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
     notes = jobs.unheeded(job, given, shown >= jobs.INK)
-    pages, drawings = jobs.compose_and_trace(words, job, shown=shown)
-    files = write_drawings(drawings, paths, **look, extra=extra)
+    with progress.shown(given["quiet"]) as tell:
+        pages, drawings = jobs.compose_and_trace(words, job, shown=shown, tell=within(tell, 0.0, _WRITTEN))
+        files = write_drawings(drawings, paths, **look, extra=extra, tell=within(tell, _WRITTEN, 1.0))
     result = results.summary(pages, drawings, job, files) | ({"notes": notes} if notes else {})
     for note in notes:
         results.talk(given["quiet"])(note)
