@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _LATEST = "the latest"
 # what may be given with --resume
-_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "yes", "as_json", "quiet"}
+_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
 @click.command("plot")
@@ -62,6 +62,12 @@ _RESUMING = {"resume", "port", "report", "at_zero", "home_after", "yes", "as_jso
 @click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up).")
 @click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down).")
 @click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too.")
+@click.option(
+    "--hold-limit",
+    metavar="TIME",
+    help="How long the plotter may stand on hold before the plot ends, its pen lifted; default: 2min with --yes or "
+    "without a terminal, else for ever.",
+)
 @click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens.")
 @options.sheet_options("A5")
 @options.writing_options
@@ -153,7 +159,7 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
-    asked_now = {name: given[name] for name in ("yes", "home_after", "quiet")}
+    asked_now = {name: given[name] for name in ("yes", "home_after", "hold_limit", "quiet")}
     reports = plotting_.run(kept, port, told, connected, at_zero=False, **asked_now)
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
@@ -221,7 +227,7 @@ def _resume(given: dict[str, Any]) -> None:
     quiet = given["quiet"]
     results.talk(quiet)(plotting_.outlook(job))
     port = given["port"] or job.port
-    asked = {name: given[name] for name in ("yes", "at_zero", "home_after", "quiet")}
+    asked = {name: given[name] for name in ("yes", "at_zero", "home_after", "hold_limit", "quiet")}
     reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
 
 _SIMULATED = "sim"
+# s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
+_UNWATCHED = 120.0
 WORDS = ("jobs", "show", "forget")
 
 
@@ -152,8 +155,10 @@ def run(
     at_zero: bool,
     quiet: bool,
     home_after: bool = False,
+    hold_limit: str | None = None,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    patience = _patience(hold_limit, yes)
     from handout.plotting import open_port
     from handout.plotting.jobs import running
 
@@ -170,10 +175,19 @@ def run(
             supply=supply,
             at_zero=at_zero,
             home_after=home_after,
+            patience=patience,
             progress=(lambda share, left: tell(share, "plotting", left)) if progress.wanted(quiet) else None,
             plotted=told.plotted,
             log=results.talk(quiet),
         )
+
+
+def _patience(hold_limit: str | None, yes: bool) -> float:
+    """How long the plotter may stand on hold, s: where somebody can be asked, as long as they like."""
+    if hold_limit is not None:
+        return units.parse(hold_limit, "time", "hold limit")
+    watched = not yes and sys.stdin.isatty() and sys.stderr.isatty()
+    return math.inf if watched else _UNWATCHED
 
 
 @contextlib.contextmanager

@@ -26,6 +26,7 @@ class Marlin(Buttonless):
         self.log, self.profile = log, profile
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.spoilt = False
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
@@ -56,6 +57,20 @@ class Marlin(Buttonless):
         if not (self._dead or self.link.struck):
             self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
+
+    @property
+    def patience(self) -> float:
+        """As the link has it."""
+        return self.link.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.link.patience = seconds
+
+    @property
+    def proven(self) -> int:
+        """All that is executed: every line has its number and its check sum."""
+        return self.executed
 
     def wait(self) -> None:
         """Hear what it says next.
@@ -92,6 +107,7 @@ class Marlin(Buttonless):
         """
         link = self.link
         link.timeout = min(link.timeout, _HURRY)
+        link.go_on()
         try:
             self._come_to_rest()
             for line in [*words.MODES[:2], *words.pen(False, self.profile.pen), *words.closing()]:

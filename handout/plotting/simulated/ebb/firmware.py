@@ -126,6 +126,9 @@ class Firmware:
             self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
 
+    def hold(self) -> None:
+        """Its button stops nothing by itself."""
+
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""
         text = line.decode("latin-1").strip().upper()
@@ -331,7 +334,7 @@ def _number(field: str) -> int:
     if not field:
         raise Refused("!4 Err: Missing parameter(s)")
     digits = field[1:] if field[0] in "+-" else field
-    stray = next((char for char in digits if not char.isdigit()), None)
+    stray = next((char for char in digits if char not in "0123456789"), None)
     if stray is not None or not digits:
         raise Refused(f"!5 Err: Need comma next, found: '{stray}'")
     if not -(2**31) <= int(field) < 2**32:
