@@ -16,6 +16,7 @@ GROUND = {
     "branching",
     "peaks",
     "units",
+    "encodings",
     "errors",
     "atomic",
     "shipped",

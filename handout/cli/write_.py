@@ -7,12 +7,13 @@ from typing import Any
 
 import click
 
+from handout import units
 from handout.cli import jobs, options, programs, results
 
 
 @click.command("write")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
@@ -41,11 +42,8 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     files = write_drawings(drawings, paths, **look, extra=extra)
     result = results.summary(pages, drawings, job, files)
     said = (
-        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
+        f"Wrote {', '.join(map(str, files))}: {units.count(result['lines'], 'line')} on "
+        f"{units.count(result['pages'], 'page')}; "
         f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
