@@ -76,8 +76,10 @@ _INSIDE = -6.0  # a capital behind a small letter, or letters of two scripts in 
 _CROWD = -1.5  # a third vowel, or a third consonant, in a row
 _VOWELS = frozenset("aeiouyæœøı")
 _WORST = -8.5  # a character on average: below this no encoding makes words of the bytes
+_WORD = re.compile(r"[^\s,;|\"']+")
+_UNTEXT = re.compile(r"[\x00-\x08\x0e-\x19\x1c-\x1f]")
 _MOST_WORDS = 500
-_ZEROS = 0.3  # of every second byte: what makes bytes UTF-16 of a European language
+_ZEROS = 0.5  # of every second byte: what makes bytes UTF-16 of a European language
 
 
 def _table() -> dict[str, dict[str, float]]:
@@ -117,8 +119,8 @@ class Decoded:
     def example(self) -> str:
         """A word on which a guess can be judged; empty if there is none."""
         lines = list(io.StringIO(self.text, newline="")) if self.odd else []
-        words = (word for n in sorted(self.odd) if n < len(lines) for word in lines[n].split() if not word.isascii())
-        return next((re.split(r"[,;\t|]", word.strip(",;\t|\"'"))[0] for word in words), "")
+        words = (word for n in sorted(self.odd) if n < len(lines) for word in _WORD.findall(lines[n]))
+        return next((word for word in words if not word.isascii()), "")
 
 
 def decode(data: bytes) -> Decoded:
@@ -159,9 +161,10 @@ def _wide(data: bytes) -> Decoded | None:
         zeros, others = data[zero::2].count(0), data[letter::2].count(0)
         if zeros >= _ZEROS * pairs and not others:
             try:
-                return Decoded(data.decode(codec), f"UTF-16{codec[-3:].upper()} without a mark")
+                text = data.decode(codec)
             except UnicodeError:
                 return None
+            return None if _UNTEXT.search(text) else Decoded(text, f"UTF-16{codec[-3:].upper()} without a mark")
     return None
 
 

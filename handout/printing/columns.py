@@ -73,7 +73,11 @@ def meaning(header: str) -> Meaning | None:
         return None
     plain = _PLURAL.sub("", header)
     found = _known(plain) or _numbered(plain) or _stripped(plain)
-    return found or _combined([part for part in _BETWEEN.split(plain) if part and key(part)]) or _segmented(plain)
+    if found is not None and found.role != "name":
+        return found
+    several = _combined([part for part in _BETWEEN.split(plain) if part and key(part)]) or _segmented(plain)
+    # of a name the order of its parts matters: "Name, Vorname"
+    return several if found is None or (several and several.role == "name") else found
 
 
 def _known(header: str) -> Meaning | None:
