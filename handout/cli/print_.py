@@ -36,7 +36,7 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @click.option("--page", "page_name", default="DL", show_default=True, help="DL C6 C5 number-10 … or WxHmm.")
 @click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-.")
 @click.option("--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name".')
-@click.option("--address", "which", default="", help="Of several addresses of a row: home, business, 2 …")
+@click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …")
 @click.option("--no-name", is_flag=True, help="Print a table that has no names.")
 @click.option("--copies", type=int, default=1, show_default=True, help="Envelopes for each row.")
 @click.option("--resume", is_flag=True, help="Go on with a batch that broke off: print exactly the rest of it.")
@@ -82,7 +82,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
         raise InputError(
             f"{given['printer']} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
-    addresses = read_addresses(table, given["columns"], given["which"], given["no_name"])
+    addresses = read_addresses(table, given["columns"], given["address"], given["no_name"])
     for note in addresses.notes:
         click.echo(f"{table}: {note}.", err=True)
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")

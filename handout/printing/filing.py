@@ -15,6 +15,7 @@ from handout.printing.lexicon import KINDS, key
 
 # of these an address has one: two that differ cannot both be written
 _SINGLE = ("postcode", "city", "state", "country", "number", "place", "address")
+_TOWNS = frozenset({"place", "postcode", "city", "address"})
 _PARTS_OF_NAME = frozenset({"title", "name", "first", "middle", "last", "suffix"})
 _PREFERRED = ("", "home", "shipping", "business", "other", "billing")
 _ERROR = re.compile(r"#(N/A|REF!|VALUE!|NAME\?|DIV/0!|NULL!|NUM!|BEZUG!|WERT!|NV)\Z")
@@ -63,7 +64,8 @@ def row(number: int, cells: Sequence[str], columns: Sequence[Column], wanted: st
     if broken is not None:
         return Row(number, (), (), f"the cell under {broken[0].name} holds the error {broken[1]}", by_header)
     kind, warnings = _kind(number, told, wanted, account)
-    chosen = [pair for pair in told if pair[0].kind in ("", kind) and pair[0].role != LABEL]
+    alone = kind != "" and _stands_alone(told)  # columns without a kind hold another address
+    chosen = [pair for pair in told if _belongs(pair[0], kind, alone)]
     _check_single(number, chosen)
     fields = _fields(chosen)
     lines, more, problem = address.lines(fields, _number_first(columns))
@@ -91,6 +93,7 @@ def _by_header(columns: Sequence[Column], cells: Sequence[str]) -> dict[str, str
 def _kind(number: int, told: Sequence[tuple[Column, str]], wanted: str, account: Account) -> tuple[str, list[str]]:
     """Which of a row's addresses is written, and what to warn of; the others are noted."""
     full = list(dict.fromkeys(column.kind for column, _ in told if column.role in PLACES))
+    full = [kind for kind in full if kind or len(full) == 1 or _stands_alone(told)]
     labels = {column.kind: KINDS.get(key(cell), key(cell)) for column, cell in told if column.role == LABEL}
     order = sorted(full, key=lambda kind: _PREFERRED.index(kind) if kind in _PREFERRED else len(_PREFERRED))
     asked = [kind for kind in order if wanted and wanted in (kind, labels.get(kind))]
@@ -98,12 +101,23 @@ def _kind(number: int, told: Sequence[tuple[Column, str]], wanted: str, account:
         return "", []
     kind = (asked or order)[0]
     for other in order:
-        if other not in ("", kind):
+        if other != kind:
             account.spared.setdefault(labels.get(other) or other, []).append(number)
     if wanted and not asked and any(order):
         called = labels.get(kind) or kind or "other"
         return kind, [f"it has no {wanted} address: its {called} address is written"]
     return kind, []
+
+
+def _stands_alone(told: Sequence[tuple[Column, str]]) -> bool:
+    """Whether the columns without a kind hold an address by themselves."""
+    return any(not column.kind and column.role in _TOWNS for column, _ in told)
+
+
+def _belongs(column: Column, kind: str, alone: bool) -> bool:
+    if column.role == LABEL:
+        return False
+    return column.kind == kind or (not column.kind and not (alone and column.role in ADDRESS))
 
 
 def _check_single(number: int, chosen: Sequence[tuple[Column, str]]) -> None:
@@ -234,9 +248,8 @@ def notes(
             said.append(f"what {column.name} holds is not written in {rows}: {_why(column)}")
     for kind, spared in account.spared.items():
         has = "has" if len(spared) == 1 else "have"
-        said.append(
-            f"{_rows(spared, numbers)} {has} {_a(kind)} address too, which is not written; --address {kind} chooses it"
-        )
+        choice = f"--address {kind} chooses it" if kind else "without --address it is"
+        said.append(f"{_rows(spared, numbers)} {has} {_a(kind)} address too, which is not written; {choice}")
     if not any(column.role in ("street", "box", "address", "street2") for column in columns):
         said.append("no column is read as a street")
     return said
@@ -248,6 +261,8 @@ def holds(column: Column, cells: Iterable[Sequence[str]]) -> bool:
 
 
 def _a(kind: str) -> str:
+    if not kind:
+        return "a plain"
     return f"{'an' if kind[0] in 'aeio' else 'a'} {kind}" if not kind.isdigit() else f"a number {kind}"
 
 

@@ -93,6 +93,15 @@ def test_an_address_book_with_several_addresses_a_person(tmp_path):
         read(tmp_path, OUTLOOK, address="billing")
 
 
+def test_an_address_of_no_kind_beside_one_of_some_kind(tmp_path):
+    text = "Name,Street,City,Work Street,Work City\nAda,1 Lane,Ely,2 Road,York\n"
+    plain, work = read(tmp_path, text), read(tmp_path, text, address="work")
+    assert lines_of(plain) == [("Ada", "1 Lane", "Ely")] and lines_of(work) == [("Ada", "2 Road", "York")]
+    assert "business address too" in plain.notes[0] and "plain address too" in work.notes[0]
+    box = "Name,PO Box,Home City,Home Postal Code\nAda,Box 9,Ely,CB7\n"
+    assert lines_of(read(tmp_path, box)) == [("Ada", "Box 9", "CB7 Ely")]
+
+
 GOOGLE = (
     "Name,Given Name,Family Name,Name Prefix,Organization 1 - Title,Address 1 - Type,Address 1 - Formatted,"
     "Address 1 - Street,Address 1 - City,Address 1 - Region,Address 1 - Postal Code,Address 1 - Extended Address,"
