@@ -71,7 +71,7 @@ _LANGUAGES = {
 }
 _SCRIPTS = ("CYRILLIC", "GREEK")  # letters of which any language will do
 _FOREIGN, _RARE_SIGN, _CONTROL = -7.0, -8.0, -12.0
-_ANOTHER = 3.0  # what every further language costs
+_ANOTHER = 5.0  # what every further language costs
 _INSIDE = -6.0  # a capital behind a small letter, or letters of two scripts in a word
 _CROWD = -1.5  # a third vowel, or a third consonant, in a row
 _VOWELS = frozenset("aeiouyæœøı")

@@ -83,8 +83,9 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
             f"{given['printer']} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
     addresses = read_addresses(table, given["columns"], given["address"], given["no_name"])
+    say = results.talk(given["quiet"])
     for note in addresses.notes:
-        click.echo(f"{table}: {note}.", err=True)
+        say(f"{table}: {note}.")
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")
     job = jobs.setup(given, page_name, "0mm", 1)
     profile = _fed(media.printer_for(job.layout.page, profile), given)
@@ -97,7 +98,6 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     else:
         journal = Journal()
     look = options.look(given)
-    say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
     tally = results.Tally()
 

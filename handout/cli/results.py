@@ -102,9 +102,9 @@ def slipped(result: dict[str, Any]) -> str:
 
 
 def note(message: str) -> None:
-    """Say on standard error what was decided for the user, and keep it for `--json`."""
-    click.echo(message, err=True)
+    """Say on standard error what was decided for the user, unless they want quiet, and keep it for `--json`."""
     context = click.get_current_context(silent=True)
+    talk(bool(context and context.params.get("quiet")))(message)
     if context is not None:
         context.meta.setdefault(_NOTES, []).append(message)
 
