@@ -14,6 +14,7 @@ GROUND = {
     "",
     "values",
     "branching",
+    "hues",
     "peaks",
     "units",
     "encodings",
@@ -25,6 +26,8 @@ GROUND = {
     "markup",
     "pathdata",
     "tables",
+    "notebook",
+    "summary",
 }
 MAY = {
     "scanning": set(),
