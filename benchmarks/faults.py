@@ -31,7 +31,7 @@ from handout.plotting.jobs import running, store
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.faults import Faults
 from handout.plotting.simulated.inked import SLACK, Inked, compare
-from handout.plotting.simulated.options import BYTE_FAULTS
+from handout.plotting.simulated.options import ANSWER_FAULTS, BYTE_FAULTS
 from handout.plotting.simulated.options import Options as Simulated
 from handout.profiles import Plotter
 from handout.values import Drawing

@@ -1,13 +1,23 @@
 """The pen in the chart's frame: settings of the scanner that differ from those of the hand's scan, end to end."""
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from handout.calibrating import loop, reference
+from handout.calibrating import inks, loop, reference, store, through, verification
+from handout.calibrating.reference import Kind
+from handout.calibrating.wizard import Wizard
+from handout.cli.main import main
 from handout.colour import convert
 from handout.colour.chart import chart
+from handout.colour.ink_match import SAME
 from handout.colour.reading import Scan, read
-from handout.printing.simulated import SETTINGS, Flatbed
+from handout.colour.reading.scribble import load, save
+from handout.errors import InputError
+from handout.printing.simulated import SETTINGS, Flatbed, Inkjet
+from handout.values import Raster
 
 HAND = "house-joined-ballpoint"
 DPI = 200
