@@ -66,6 +66,10 @@ def row(number: int, cells: Sequence[str], columns: Sequence[Column], wanted: st
     kind, warnings = _kind(number, told, wanted, account)
     alone = kind != "" and _stands_alone(told)  # columns without a kind hold another address
     chosen = [pair for pair in told if _belongs(pair[0], kind, alone)]
+    foreign = _foreign(kind, chosen, columns)
+    chosen = [pair for pair in chosen if pair[0] not in foreign]
+    for column in foreign:
+        account.left.setdefault(column.number, []).append(number)
     _check_single(number, chosen)
     fields = _fields(chosen)
     lines, more, problem = address.lines(fields, _number_first(columns))
@@ -118,6 +122,18 @@ def _belongs(column: Column, kind: str, alone: bool) -> bool:
     if column.role == LABEL:
         return False
     return column.kind == kind or (not column.kind and not (alone and column.role in ADDRESS))
+
+
+def _foreign(kind: str, chosen: Sequence[tuple[Column, str]], columns: Sequence[Column]) -> list[Column]:
+    """Columns without a kind that do not go with this one: an employer on a home address, another name on a parcel."""
+    loose = [column for column, _ in chosen if not column.kind]
+    own_name = kind and any(column.kind == kind and column.role in _PARTS_OF_NAME for column, _ in chosen)
+    employed = kind == "home" and any(column.kind == "business" for column in columns)
+    return [
+        column
+        for column in loose
+        if (own_name and column.role in _PARTS_OF_NAME) or (employed and column.role in ("company", "attention"))
+    ]
 
 
 def _check_single(number: int, chosen: Sequence[tuple[Column, str]]) -> None:
@@ -269,6 +285,8 @@ def _a(kind: str) -> str:
 def _why(column: Column) -> str:
     if column.role == "title":
         return "it opens a letter"
+    if column.role in ("company", "attention"):
+        return "it belongs to the business address"
     return "other columns say it otherwise" if column.role in ADDRESS else "other columns hold the name"
 
 

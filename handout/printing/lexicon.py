@@ -14,7 +14,8 @@ _HEADERS: dict[str, str] = {
         nom complet, nom et prénom, nom prénom, prénom et nom, prénom nom, destinataire, nom
         nombre, nombre completo, nombre y apellidos, destinatario, nome, nome completo, nome e cognome, nominativo
         naam, volledige naam, ontvanger, geadresseerde
-        guest, guest name, names on envelope, name on envelope, invitee, invited, household, household name, family
+        guest, guest name, plus one, plus ones, names on envelope, name on envelope, invitee, invited, household
+        household name, family
         family names, couple, party, attendee, names, recipient names, customer, client
         Gast, Gäste, Gastname, Gästename, Namen, Familie, Eingeladene, Empfängername, Kunde
         invité, invités, noms, famille, invitado, invitados, nombres, familia, ospite, ospiti, invitati, famiglia
@@ -78,7 +79,8 @@ _HEADERS: dict[str, str] = {
     "locality": """locality, suburb, village, neighbourhood, neighborhood, dependent locality, hamlet
         Ortsteil, Ortschaft, Stadtteil, lieu-dit, quartier, hameau, barrio, colonia, frazione, quartiere
         wijk, buurt""",
-    "state": """state, province, territory, state code, Bundesland, Kanton, Provinz, canton, provincia, estado, prov.
+    "state": """state, ST, province, territory, state code, Bundesland, Kanton, Provinz, canton, provincia, estado
+        prov.
         sigla provincia, provincie, Bundesland/Kanton""",
     "county": """county, region, région, département, comunidad autónoma, regione, Landkreis, Kreis""",
     "place": """city st zip, city state zip, city state zip code, city and zip, zip city, postcode city

@@ -10,7 +10,7 @@ from typing import Any, overload
 from handout.errors import TableError
 from handout.printing import delimited, filing, mapping
 from handout.printing.address import Row
-from handout.printing.columns import Column, addressable, columns, understood
+from handout.printing.columns import LABEL, Column, addressable, columns, understood
 from handout.printing.delimited import Record, Sheet
 from handout.printing.filing import Account
 from handout.printing.lexicon import KINDS, key
@@ -131,7 +131,7 @@ def _addresses(
     numbers = [row.number for row in rows]
     said = [*sheet.notes, *notes, *filing.notes(found, [one.cells for _, one in below], account, numbers), *doubts]
     cells = [one.cells for _, one in below]
-    used = [one for one in found if one.role and (one.number in account.written or one.number not in account.left)]
+    used = [one for one in found if one.role == LABEL or one.number in account.written or _empty(one, cells)]
     unused = [one for one in found if one not in used and (one.header or filing.holds(one, cells))]
     return Addresses(
         tuple(rows),
@@ -139,6 +139,10 @@ def _addresses(
         tuple(one.header or f"column {one.number}" for one in unused),
         tuple(said),
     )
+
+
+def _empty(column: Column, cells: Sequence[Sequence[str]]) -> bool:
+    return column.role is not None and not filing.holds(column, cells)
 
 
 def _with_encoding(row: Row, sheet: Sheet, record: Record) -> Row:
@@ -210,7 +214,7 @@ def _wanted(address: str, found: Sequence[Column]) -> str:
         return ""
     kinds = list(dict.fromkeys(column.kind for column in found if column.kind))
     wanted = KINDS.get(key(address), key(address))
-    if wanted in kinds or any(column.role == "label" for column in found):
+    if wanted in kinds or any(column.role == LABEL for column in found):
         return wanted
     has = f"has {', '.join(kinds)}" if kinds else "has one address a row"
     raise TableError(f"address: the table {has}, and no {address!r}.")

@@ -84,7 +84,11 @@ OUTLOOK = (
 def test_an_address_book_with_several_addresses_a_person(tmp_path):
     found = read(tmp_path, OUTLOOK)
     assert [lines[-2:] for lines in lines_of(found)] == [("York", "YO1 1AA"), ("Bath", "BA1 1AA")]
-    assert found.notes == ("row 2 has a business address too, which is not written; --address business chooses it",)
+    assert found.notes == (
+        "what 'Company' holds is not written in row 2: it belongs to the business address",
+        "row 2 has a business address too, which is not written; --address business chooses it",
+    )
+    assert found[0].lines[:2] == ("Ada Fox", "1 Home") and "Company" in found.unused
     work = read(tmp_path, OUTLOOK, address="work")
     assert [lines[-2] for lines in lines_of(work)] == ["Leeds", "Bath"]
     home = read(tmp_path, OUTLOOK, address="privat")
@@ -100,6 +104,13 @@ def test_an_address_of_no_kind_beside_one_of_some_kind(tmp_path):
     assert "business address too" in plain.notes[0] and "plain address too" in work.notes[0]
     box = "Name,PO Box,Home City,Home Postal Code\nAda,Box 9,Ely,CB7\n"
     assert lines_of(read(tmp_path, box)) == [("Ada", "Box 9", "CB7 Ely")]
+
+
+def test_orders_of_a_shop_go_to_the_name_on_the_parcel(tmp_path):
+    text = "Name,Shipping Name,Shipping Street,Shipping City,Billing Name,Billing Street,Billing City\n"
+    found = read(tmp_path, text + "#1001,Ada Fox,1 Elm St,Ely,Bob Gil,2 Oak St,York\n")
+    assert lines_of(found) == [("Ada Fox", "1 Elm St", "Ely")]
+    assert found.unused == ("Name", "Billing Name", "Billing Street", "Billing City") and len(found.notes) == 2
 
 
 GOOGLE = (
