@@ -28,7 +28,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", 
 
 @click.command("plot")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
@@ -271,7 +271,7 @@ def _preview(
 
 
 def _sheets(number: int) -> str:
-    return "1 sheet" if number == 1 else f"{number} sheets"
+    return units.count(number, "sheet")
 
 
 def _executed(reports: list[Report]) -> dict[str, Any]:

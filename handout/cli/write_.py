@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from handout import units
 from handout.cli import jobs, options, programs, progress, results
 from handout.progress import within
 
@@ -15,7 +16,7 @@ _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is y
 
 @click.command("write")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
@@ -48,11 +49,8 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     for note in notes:
         results.talk(given["quiet"])(note)
     said = (
-        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
+        f"Wrote {', '.join(map(str, files))}: {units.count(result['lines'], 'line')} on "
+        f"{units.count(result['pages'], 'page')}; "
         f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
