@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.hand.places import Place
-from handout.values import Array, Indices, LineGraph, Moments, readonly, readonly_indices
+from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
@@ -149,8 +149,8 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
-        for known in (self.moments.times, self.moments.pressure) if self.moments else ():
-            if known is not None and len(known) != len(self.graph):
+        for name in ("times", *POSE) if self.moments else ():
+            if (known := getattr(self.moments, name)) is not None and len(known) != len(self.graph):
                 raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")
 
     @property
