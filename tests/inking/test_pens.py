@@ -228,3 +228,18 @@ def test_a_flat_nib_leaves_the_marks_of_its_edge(model: str) -> None:
     assert down[first].min() > -0.6 and down[first].max() < 6 * np.sqrt(2) + 0.6
     assert np.ptp(up[first]) == pytest.approx(4.0, abs=0.6)
     assert np.ptp(down[~first]) < 1.2
+
+
+@pytest.mark.parametrize(
+    ("given", "colour"),
+    [("navy", "#000080"), (" RebeccaPurple ", "#663399"), ("rgb(1, 2, 255)", "#0102ff"), ("#AbC", "#AbC")],
+)
+def test_inks_go_by_the_names_that_css_has(given: str, colour: str) -> None:
+    assert usual("ballpoint", colour=given).colour == colour
+
+
+@pytest.mark.parametrize("given", ["transparent", "#00008000", "rgba(0, 0, 0, 10)", "nayv", "", "rgb(300, 0, 0)"])
+def test_what_is_no_ink_is_refused_in_a_sentence(given: str) -> None:
+    with pytest.raises(InputError, match=r"colour: .* (is not a colour|can be seen through)") as error:
+        usual("ballpoint", colour=given)
+    assert "navy" in str(error.value) and "\n" not in str(error.value)
