@@ -106,7 +106,7 @@ def _sheet(
         words += len(row.units)
     lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
     ruling = {"baseline": round(layout.margin[0] + ASCENT * scale + lower, 3), "line_spacing": round(pitch, 3)}
-    about = {"hand": scribe.name, **ruling, **({"slips": slips} if slips else {})}
+    about = {"hand": scribe.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
 
 

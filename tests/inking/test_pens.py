@@ -211,6 +211,25 @@ def test_a_dot_that_only_rests_is_seen(model):
     assert page.min() < 190
 
 
+@pytest.mark.parametrize("model", ["fountain", "ballpoint", "fineliner", "pencil"])
+def test_a_flat_nib_leaves_the_marks_of_its_edge(model: str) -> None:
+    t = np.linspace(0, 1, 60)
+    angle = -np.pi / 4
+    across = Stroke(t, np.column_stack([10 + 6 * t, 10 + 6 * t]), rotation=np.full(60, angle), nib=4.0)
+    along = Stroke(2 + t, np.column_stack([20 + 6 * t, 16 - 6 * t]), rotation=np.full(60, angle), nib=4.0)
+    drawing = Drawing((across, along), Page(40, 30))
+    cover = pens.ink(drawing, 150, Pen(0.4, "#202020", model), rng()).rgba[..., 3] > 0.2
+    scale = 150 / 25.4
+    yy, xx = np.nonzero(cover)
+    x, y = (xx + 0.5) / scale, (yy + 0.5) / scale
+    down, up = (x + y - 20) / np.sqrt(2), (x - y) / np.sqrt(2)
+    first = x < 18.5
+    # square ends: the mark is as long as the way, and as wide as the edge
+    assert down[first].min() > -0.6 and down[first].max() < 6 * np.sqrt(2) + 0.6
+    assert np.ptp(up[first]) == pytest.approx(4.0, abs=0.6)
+    assert np.ptp(down[~first]) < 1.2
+
+
 @pytest.mark.parametrize(
     ("given", "colour"),
     [("navy", "#000080"), (" RebeccaPurple ", "#663399"), ("rgb(1, 2, 255)", "#0102ff"), ("#AbC", "#AbC")],
