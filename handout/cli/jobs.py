@@ -51,6 +51,7 @@ class Setup:
     fallback: bool
     slips: float = 0.0  # words in 100 that are begun wrongly
     lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
+    inked: bool = False  # whether the colour of the ink is given, which the strokes of a scanned hand then have
 
 
 def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
@@ -81,6 +82,7 @@ def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, p
         given["fallback"],
         given.get("slips", 0.0),
         _lent(given.get("pen"), hand),
+        given.get("ink") is not None,
     )
 
 
@@ -224,9 +226,36 @@ def traced(
     if isinstance(job.hand, Hand) or shown & STROKES:
         from handout.motion.trace import trace
 
-        drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+        drawing = _in_ink(trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter), job)
     if not isinstance(job.hand, Hand) and shown & INK:
         from handout.inking.scanned import drawn
 
         drawing = replace(drawn(sheet, job.hand, job.lent), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
+
+
+def unheeded(job: Setup, given: Mapping[str, Any], pictures: bool) -> list[str]:
+    """What is said of options that a scanned hand does not follow; `pictures` : whether its ink itself is shown."""
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return []
+    name = job.hand.name
+    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if given["pen_width"] is not None else []
+    if given["ink"] is not None and pictures:
+        notes.append(
+            f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "
+            "colour. --pen FILE.hand lends another pen."
+        )
+    return notes
+
+
+def _in_ink(drawing: Drawing, job: Setup) -> Drawing:
+    """A drawing in the ink that is asked for, where that is not the hand's own."""
+    from handout.hand.ink_colours import ink_colours
+
+    if not (job.inked or job.lent):
+        return drawing
+    # the colour that is given goes with the pen that pictures are drawn with
+    colour = ink_colours(job.lent).colours[0] if job.lent and not job.inked else ""
+    return replace(drawing, strokes=tuple(replace(stroke, colour=colour) for stroke in drawing.strokes))

@@ -82,6 +82,36 @@ def lend(hand: ScannedHand, text: str, *, fallback: bool = False, seed: int = 0)
     return lent, [Borrowed(one.letter, one.source, one.own, tuple(needed[one.letter])) for one in supplied]
 
 
+@dataclass(frozen=True)
+class Outlook:
+    """How a letter that a hand lacks can be written: "composed" of what the author wrote, only "lent", or not at all.
+
+    letter : what is wanted; how : "composed", "lent" or "missing"; source : what of, in words.
+    """
+
+    letter: str
+    how: str
+    source: str = ""
+
+
+def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
+    """How each letter of a text is had that a hand lacks, as `lend` would have it; in the order of the text."""
+    needed = lacking(normalise(text), Repertoire(hand.name, frozenset(hand.letters), frozenset()))
+    if not needed or not hand.letters:
+        return tuple(Outlook(letter, "missing") for letter in needed)
+    workshop, lendable = _Workshop(hand, np.random.default_rng(0)), _lendable(hand, tuple(sorted(needed)))
+    found = list[Outlook]()
+    for letter in needed:
+        made, source, _ = workshop.make(letter, fallback=False)
+        if made:
+            found.append(Outlook(letter, "composed", source))
+            continue
+        made, source, _ = workshop.make(letter, fallback=True)
+        source = source if made else workshop.instead(letter)[1]
+        found.append(Outlook(letter, "lent" if source and letter in lendable else "missing", source))
+    return tuple(found)
+
+
 @lru_cache(maxsize=8)
 def _lent(
     hand: ScannedHand, needed: tuple[str, ...], fallback: bool, seed: int
