@@ -54,7 +54,9 @@ _WRITING = (
     ),
     click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
     click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
-    click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
+    click.option(
+        "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
+    ),
 )
 _SAYING = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
