@@ -77,7 +77,8 @@ _RASTER = (
         "--paper",
         default="none",
         show_default=True,
-        help="Behind the ink, in PNG files: plain laid ruled squared (ruled:9mm), or a picture.",
+        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture of "
+        "a sheet: behind the ink in PNG files, and written on its lines in all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )
@@ -215,10 +216,22 @@ def paper(given: Mapping[str, Any]) -> Paper:
 
     name, colon, pitch = given["paper"].partition(":")
     if colon and name in ("ruled", "squared"):
-        return Paper(name, units.length(pitch, "distance of the paper's lines"))
+        pitch, comma, first = pitch.partition(",")
+        if comma and name == "squared":
+            raise InputError(f"paper: {given['paper']!r}: only ruled paper has a first rule; write squared:{pitch}.")
+        top = units.length(first, "first rule of the paper") if comma else None
+        return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
     if given["paper"] not in PAPERS and not Path(given["paper"]).is_file():
         raise InputError(f"paper: {given['paper']!r} is neither a picture nor one of {', '.join(PAPERS)}.")
     return Paper(given["paper"])
+
+
+def page_of(given: Mapping[str, Any]) -> str:
+    """The page that is written on: that of --page, or else a scanned sheet's own size."""
+    from handout.cli.lined import page_name
+
+    source = click.get_current_context().get_parameter_source("page_name")
+    return page_name(given, chosen=source is not None and source.name != "DEFAULT")
 
 
 def look(given: Mapping[str, Any]) -> dict[str, Any]:

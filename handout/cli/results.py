@@ -121,6 +121,19 @@ def note(message: str) -> None:
         context.meta.setdefault(_NOTES, []).append(message)
 
 
+def of_paper(job: Setup) -> list[str]:
+    """What is said of the lined paper that is written on."""
+    return list(job.lined.notes) if job.lined is not None else []
+
+
+def noted(notes: Sequence[str], job: Setup, quiet: bool) -> dict[str, Any]:
+    """Say some sentences; what `--json` prints of them, and of the lined paper."""
+    for note in notes:
+        talk(quiet)(note)
+    paper = {"paper": dict(job.lined.facts)} if job.lined is not None and job.lined.facts else {}
+    return {**({"notes": list(notes)} if notes else {}), **paper}
+
+
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:
     """Data to standard output, talk to standard error."""
     context = click.get_current_context(silent=True)

@@ -39,15 +39,16 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     check_outputs(paths, extra)
     look = options.look(given)
     words = options.text_of(text, file)
-    job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
+    given["page_name"] = options.page_of(given)
+    job = jobs.on_paper(jobs.setup(given, given["page_name"], given["margin"], given["pages"]), given)
     shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
-    notes = jobs.unheeded(job, given, shown >= jobs.INK)
+    notes = [*jobs.unheeded(job, given, shown >= jobs.INK), *results.of_paper(job)]
     with progress.shown(given["quiet"]) as tell:
         pages, drawings = jobs.compose_and_trace(words, job, shown=shown, tell=within(tell, 0.0, _WRITTEN))
-        files = write_drawings(drawings, paths, **look, extra=extra, tell=within(tell, _WRITTEN, 1.0))
-    result = results.summary(pages, drawings, job, files) | ({"notes": notes} if notes else {})
-    for note in notes:
-        results.talk(given["quiet"])(note)
+        files = write_drawings(
+            drawings, paths, **jobs.on_sheet(look, job), extra=extra, tell=within(tell, _WRITTEN, 1.0)
+        )
+    result = results.summary(pages, drawings, job, files) | results.noted(notes, job, given["quiet"])
     said = (
         f"Wrote {', '.join(map(str, files))}: {units.count(result['lines'], 'line')} on "
         f"{units.count(result['pages'], 'page')}; "
