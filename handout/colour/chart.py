@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import DoesNotFit, InputError
+from handout.summary import one_line
 from handout.values import Array, Page, readonly, readonly_indices
 
 _T = TypeVar("_T")
@@ -101,6 +102,8 @@ class ChartPage:
     ids: NDArray[np.intp]
     mark_cells: NDArray[np.intp]
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "device", readonly(self.device, None, 3))
         object.__setattr__(self, "cells", readonly_indices(self.cells, len(self.device), 2))
@@ -160,6 +163,8 @@ class Chart:
     version: int
     paper: Page
     pages: tuple[ChartPage, ...]
+
+    __repr__ = one_line
 
     @cached_property
     def colours(self) -> Array:

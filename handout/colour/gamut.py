@@ -11,6 +11,7 @@ from handout.colour.models import inverse
 from handout.colour.models.forward import Forward
 from handout.colour.table import ColourTable
 from handout.errors import InputError
+from handout.summary import one_line
 from handout.values import Array
 
 SEEN = 1.0  # ΔE00 from which a colour counts as out of reach: about what is just noticed
@@ -28,6 +29,8 @@ class Reach:
     wanted: Array
     shown: Array
     lost: Array
+
+    __repr__ = one_line
 
     @property
     def out(self) -> float:

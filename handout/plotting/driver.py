@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceError
+from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
 from handout.plotting.dialect import Command, Controller, dialect
@@ -23,6 +23,7 @@ from handout.values import Array
 
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
+Proved = Callable[[int], None]
 Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
 _WORTH = 0.25  # share of the overlap that is secured at a time
@@ -115,6 +116,7 @@ def draw(
     fresh: bool = True,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    proved: Proved | None = None,
     secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
@@ -127,6 +129,7 @@ def draw(
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
     watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
         how many blocks of the plan have certainly been done.
+    proved : called before `watch` whenever more is known to be right, with how many blocks that are.
     secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
         with by drawing no more than that twice.
@@ -155,12 +158,13 @@ def draw(
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    stream = _Stream(plan, commands, controller, progress, watch, secure)
+    stream = _Stream(plan, commands, controller, progress, watch, secure, proved)
     try:
         stream.run(overlap)
     except DeviceError as error:
         controller.halt()
-        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
+        kind = DeviceGarbled if controller.spoilt else type(error)
+        raise kind(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
         with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
             controller.halt()
@@ -184,12 +188,14 @@ class _Stream:
         progress: Progress | None,
         watch: Watch | None,
         secure: Secure | None,
+        proved: Proved | None = None,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch, self.secure = progress, watch, secure
+        self.progress, self.watch, self.secure, self.proved = progress, watch, secure, proved
         self.min_queue: int | None = None
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
+        self._proven = 0
         self._queued: int | None = None  # as last heard; it says nothing about any later moment
         self._secured = 0
         self._told = 0.0
@@ -243,6 +249,7 @@ class _Stream:
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
         self._watch_queue()
+        self._note_proof(machine.proven - first)
         if self._counts == before:
             return
         executed = max(self._counts[2], 0)
@@ -253,6 +260,13 @@ class _Stream:
         if self.progress is not None and at - self._told >= _OFTEN:
             self._told = at
             self.progress(at / whole, whole - at)
+
+    def _note_proof(self, proven: int) -> None:
+        """Tell of how much is known that no command came over wrong."""
+        if proven > self._proven:
+            self._proven = proven
+            if self.proved is not None:
+                self.proved(self.commands[proven - 1].done)
 
     def _watch_queue(self) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""

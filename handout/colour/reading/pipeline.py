@@ -19,6 +19,7 @@ from handout.colour.reading.print_checks import Seen
 from handout.colour.reading.registration import Placement, place
 from handout.colour.reading.sampling import Sampled, sample
 from handout.colour.reading.scribble import Scribble, scribble_of
+from handout.summary import one_line
 from handout.values import Array, readonly
 
 _DIFFER = 2.5 / 255  # two scans of one page, or whites of two pages: more is another setting of the scanner
@@ -55,6 +56,8 @@ class SheetReading:
     findings: tuple[Finding, ...]
     scribble: Scribble | None = None
 
+    __repr__ = one_line
+
     @property
     def page(self) -> ChartPage:
         """The page that it is a scan of."""
@@ -79,6 +82,8 @@ class Reading:
     deviation: Array
     findings: tuple[Finding, ...]
     sheets: tuple[SheetReading, ...] = field(repr=False, default=())
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "device", readonly(self.device, None, 3))

@@ -6,7 +6,10 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
     1c0f55b0 part 0                             the person has done what was asked; the part begins
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
-    77bd03e2 doubtful                           a command came over wrong: what was drawn behind that place may be wrong
+    4e6f3d10 drawn 0 17 14.101 unproven         the same, but whether all came over right since the last such line
+                                                without that word has not been seen yet
+    77bd03e2 doubtful                           a command came over wrong: what was drawn behind the last place without
+                                                that word may be wrong, and is drawn again
     0d4c1a9e complete 0                         all of the part is
     7be2a5c8 stopped The connection is lost     the program ended in good order, and why
     35cf0a7d finished                           all parts are complete
@@ -35,7 +38,8 @@ class Standing:
     """How far a job has come.
 
     part : the part that is under way or comes next; begun : whether it was begun.
-    place : what of its drawing is certainly drawn; doubtful : whether what lies behind may be drawn wrong.
+    place : what of its drawing is certainly drawn, or if a command came over wrong, what of it is certainly right;
+        proven : what of it is certainly right; doubtful : whether what lies behind `place` may be drawn wrong.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
     runs : when programs took it up.
     """
@@ -43,6 +47,7 @@ class Standing:
     part: int = 0
     begun: bool = False
     place: Place = START
+    proven: Place = START
     doubtful: bool = False
     finished: bool = False
     stopped: str = ""
@@ -84,14 +89,16 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
     if word == "run":
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
-        return replace(standing, part=int(rest), begun=True, place=START, doubtful=False)
+        return replace(standing, part=int(rest), begun=True, place=START, proven=START, doubtful=False)
     if word == "drawn":
-        part, stroke, time = rest.split()
-        return replace(standing, part=int(part), begun=True, place=Place(int(stroke), float(time)), doubtful=False)
+        part, stroke, time, *unproven = rest.split()
+        place = Place(int(stroke), float(time))
+        proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
+        return replace(standing, part=int(part), begun=True, place=place, proven=proven, doubtful=False)
     if word == "doubtful":
-        return replace(standing, doubtful=True)
+        return replace(standing, place=standing.proven, doubtful=True)
     if word == "complete":
-        return replace(standing, part=int(rest) + 1, begun=False, place=START)
+        return replace(standing, part=int(rest) + 1, begun=False, place=START, proven=START)
     if word == "stopped":
         return replace(standing, stopped=rest)
     return replace(standing, finished=True) if word == "finished" else standing
@@ -145,13 +152,14 @@ class Journal:
         self._write(f"part {part}")
         self.sync()
 
-    def drawn(self, place: Place) -> None:
-        """What of the part under way is certainly drawn by now."""
-        if place != self.standing.place:
-            self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}")
+    def drawn(self, place: Place, proven: bool = True) -> None:
+        """What of the part under way is certainly drawn by now, and whether it is known to be right."""
+        if place != (self.standing.proven if proven else self.standing.place):
+            more = "" if proven else " unproven"
+            self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}{more}")
 
     def doubt(self) -> None:
-        """Behind the certain place the ink may be wrong: where the machine stands does not tell how far it is."""
+        """What was drawn behind the last proven place may be wrong, wherever the machine stands: it is drawn again."""
         self._write("doubtful")
 
     def complete(self) -> None:
