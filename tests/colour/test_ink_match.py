@@ -56,7 +56,9 @@ def test_ink_becomes_what_the_charts_scan_shows_of_it(ink, name):
         convert.delta_e(convert.lab(np.clip(one, 0, 1)), convert.lab(wanted[inked])).mean()
         for one in (found.colours(given[inked].astype(float)), given[inked] / bare * other)
     )
-    assert off < (2.5 if name == "scanner-contrast" else 1.0)
+    # an S-shaped curve is seen, and corrected in part only
+    assert off < (3.5 if name == "scanner-contrast" else 1.2)
+    assert name != "scanner-contrast" or not found.alike
     if name in ("scanner-gamma", "scanner-automatic"):
         assert before > 4 and not found.alike and found.lighter > 3
 
