@@ -54,5 +54,5 @@ def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDAr
     made = cv2.resize(np.asarray(amount, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
     if sharpened:
         made = made + sharpened * (made - cv2.GaussianBlur(made, (0, 0), max(0.3, _BLUR * scale)))
-    made = np.clip(made[: bottom - top, : right - left], 0, _MOST)
-    return replace(sheet, written=(*sheet.written, Written((top, left), made, np.asarray(density))))
+    inked = np.clip(made[: bottom - top, : right - left], 0, _MOST).astype(np.float32)
+    return replace(sheet, written=(*sheet.written, Written((top, left), inked, np.asarray(density))))
