@@ -22,7 +22,16 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _LATEST = "the latest"
-_RESUMING = {"resume", "port", "report", "at_zero", "hold_limit", "yes", "as_json", "quiet"}  # what may be given with --resume
+_RESUMING = {
+    "resume",
+    "port",
+    "report",
+    "at_zero",
+    "hold_limit",
+    "yes",
+    "as_json",
+    "quiet",
+}  # what may be given with --resume
 
 
 @click.command("plot")
@@ -153,7 +162,9 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
-    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet, hold_limit=given["hold_limit"])
+    reports = plotting_.run(
+        kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet, hold_limit=given["hold_limit"]
+    )
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}

@@ -126,7 +126,9 @@ def test_a_file_says_what_the_wire_says():
     made = plan(page(words=2), PROFILE)
     data = dialect("hpgl").file(made, PROFILE)
     assert data.isascii() and max(map(len, data.splitlines())) <= 40
-    assert data.replace(b"\n", b"") == b"".join(command.data for command in words.program(made.blocks, PROFILE, absolute=True))
+    assert data.replace(b"\n", b"") == b"".join(
+        command.data for command in words.program(made.blocks, PROFILE, absolute=True)
+    )
 
 
 @settings(deadline=None, max_examples=10)

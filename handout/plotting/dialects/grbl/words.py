@@ -47,7 +47,7 @@ ALARMS: dict[int, str] = {
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 MARK = b"F600\n"  # a feed tells one that has been driven from one that has restarted
 HELD = {
-    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button); Ctrl-C ends the plot.",
+    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button). Ctrl-C ends it.",
     "Door": "The plotter stands because its safety door is open; close it and press its cycle-start button (~).",
     "Tool": "The plotter waits for a change of tool; confirm it on the plotter.",
 }

@@ -25,7 +25,8 @@ class Job:
 
     motion : works out what it moves from the accumulators as they are when it begins; None: it does not move.
     ticks : how long it lasts if it does not move.
-    servo : place and rate of change, if it moves the pen's servo; lifts : whether it was told to go up; enable : motors on or off, if it switches them.
+    servo : place and rate of change, if it moves the pen's servo; lifts : whether it was told to go up.
+    enable : motors on or off, if it switches them.
     """
 
     motion: Make | None = None

@@ -276,7 +276,9 @@ class Firmware:
             if self._beyond(request.target):
                 self.alarm()
                 return
-            self.queue.add(request.target, math.inf if request.rapid else self.modes.feed / 60.0 * self.shares["feed"] / 100)
+            self.queue.add(
+                request.target, math.inf if request.rapid else self.modes.feed / 60.0 * self.shares["feed"] / 100
+            )
             self.at = request.target
             self.stepper.replan()
             self.stepper.prepare()
