@@ -39,6 +39,7 @@ from handout.values import Drawing
 OVERLAP = 10.0  # mm
 _TRIES = 12  # times that a person goes on with a job
 _WAITS = 60.0  # s until the cable is back
+_HELD = 120.0  # s that a plotter may stand on hold
 _ENDLESS = 1800.0  # s of a plot of half a minute; whatever takes longer would never end
 
 
@@ -251,7 +252,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
         for _ in range(_TRIES):
             plotter.until = plotter.now + _ENDLESS
             try:
-                running.run_job(job, lambda: plotter, person, log=run.said.append)
+                running.run_job(job, lambda: plotter, person, patience=_HELD, log=run.said.append)
             except (DeviceError, KeyboardInterrupt) as error:
                 run.stops.append(str(error) or type(error).__name__)
                 mend(run, plotter)
