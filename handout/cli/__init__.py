@@ -17,7 +17,7 @@ _VERBS = {
     "write": "Write a text to a file: SVG, PNG, PDF, InkML or JSON.",
     "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
-    "pen": "Set up the pen of a plotter: a test sheet, and its heights.",
+    "pen": "Set up the pen of a plotter: a test sheet, its heights; move it by hand.",
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",

@@ -22,16 +22,8 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _LATEST = "the latest"
-_RESUMING = {
-    "resume",
-    "port",
-    "report",
-    "at_zero",
-    "hold_limit",
-    "yes",
-    "as_json",
-    "quiet",
-}  # what may be given with --resume
+# what may be given with --resume
+_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
 @click.command("plot")
@@ -67,6 +59,9 @@ _RESUMING = {
     help="Go on with a plot that broke off, or the last.",
 )
 @click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted.")
+@click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up).")
+@click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down).")
+@click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too.")
 @click.option(
     "--hold-limit",
     metavar="TIME",
@@ -135,6 +130,8 @@ class _Wanted:
 
 def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _Wanted:
     profile = plotting_.profile(given["device"], given["port"])
+    if given["pen_up"] is not None or given["pen_down"] is not None:
+        profile = plotting_.with_heights(profile, given["pen_up"], given["pen_down"])
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
     if drawing is not None:
@@ -162,9 +159,8 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
-    reports = plotting_.run(
-        kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet, hold_limit=given["hold_limit"]
-    )
+    asked_now = {name: given[name] for name in ("yes", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(kept, port, told, connected, at_zero=False, **asked_now)
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
@@ -231,8 +227,8 @@ def _resume(given: dict[str, Any]) -> None:
     quiet = given["quiet"]
     results.talk(quiet)(plotting_.outlook(job))
     port = given["port"] or job.port
-    unasked = {"yes": given["yes"], "hold_limit": given["hold_limit"]}
-    reports = plotting_.run(job, port, told, at_zero=given["at_zero"], quiet=quiet, **unasked)
+    asked = {name: given[name] for name in ("yes", "at_zero", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
     results.report(result, said + results.lent(result), as_json=given["as_json"], quiet=quiet)

@@ -6,7 +6,7 @@ import contextlib
 import json
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +42,23 @@ def profile(device: str | None, port: str | None) -> Plotter:
     return found
 
 
+def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
+    """The profile with other heights of the pen: servo values, or of a Z axis lengths."""
+    from handout.plotting.trying.heights import replaced
+
+    def height(text: str | None, what: str) -> float | None:
+        if text is None:
+            return None
+        if profile.pen.lift == "z":
+            return units.length(text, what)
+        try:
+            return float(text)
+        except ValueError:
+            raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
+
+    return replaced(profile, height(up, "pen up"), height(down, "pen down"))
+
+
 class _AtTheTerminal:
     """The person at the plotter, asked at the terminal; a `running.Person`.
 
@@ -69,6 +86,28 @@ class _AtTheTerminal:
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
         click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
         return True
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the button of the plotter is pressed once more, or Enter."""
+        enter = ", or Enter," if sys.stdin.isatty() else ""
+        click.echo(
+            f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the job "
+            "is kept.",
+            err=True,
+        )
+        while not (pressed() or _entered()):
+            pass
+        click.echo("It goes on.", err=True)
+
+
+def _entered() -> bool:
+    """Whether somebody at the terminal has pressed Enter."""
+    import select
+
+    with contextlib.suppress(OSError, ValueError):  # what cannot be looked at is not waited for
+        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0)[0]:
+            return bool(sys.stdin.readline())
+    return False
 
 
 class Account:
@@ -112,6 +151,7 @@ def run(
     yes: bool,
     at_zero: bool,
     quiet: bool,
+    home_after: bool = False,
     hold_limit: str | None = None,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
@@ -131,6 +171,7 @@ def run(
             _AtTheTerminal(address, yes),
             supply=supply,
             at_zero=at_zero,
+            home_after=home_after,
             patience=patience,
             progress=_progress(quiet),
             plotted=told.plotted,

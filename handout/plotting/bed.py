@@ -18,6 +18,8 @@ from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke, readonly
 
 _SLACK = 0.05  # mm beyond the bed that no machine notices
+# where the zero of a machine is, as a person sees it
+CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ def reach(profile: Plotter) -> tuple[Array, Array]:
     return (np.zeros(2), size) if zero_in_corner_ahead else (np.array([0.0, -size[1]]), np.array([size[0], 0.0]))
 
 
-def check(xy: Array, profile: Plotter) -> None:
+def check(xy: Array, profile: Plotter, way_out: str = "--fit or a larger bed") -> None:
     """Raise DoesNotFit for the machine coordinate, (n, 2) mm, that is farthest outside the bed."""
     least, greatest = reach(profile)
     for axis, name in enumerate("xy"):
@@ -93,7 +95,7 @@ def check(xy: Array, profile: Plotter) -> None:
         if value < least[axis] - _SLACK or value > greatest[axis] + _SLACK:
             raise DoesNotFit(
                 f"{name} = {value:.4g} mm is outside the bed {least[axis]:g}–{greatest[axis]:g} mm of "
-                f"{profile.name or profile.title}: use --fit or a larger bed."
+                f"{profile.name or profile.title}: use {way_out}."
             )
 
 

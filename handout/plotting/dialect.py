@@ -93,6 +93,37 @@ class Controller(Protocol):
     def home(self) -> None:
         """Find its zero by its switches."""
 
+    def pen(self, down: bool) -> None:
+        """Lower or lift the pen where it stands, and wait for it."""
+
+    def jog(self, dx: float, dy: float) -> None:
+        """Lift the pen and travel so far (machine coordinates, mm), whether or not it knows where it is."""
+
+    def release(self) -> None:
+        """Take the power from its motors; it no longer knows where it is then.  InputError: it has no way to."""
+
+    def heed_button(self) -> None:
+        """From now on `send`, `wait` and `finish` raise ButtonPressed when its button has been pressed, if it has one
+        and does not hold by itself."""
+
+    def pressed(self) -> bool:
+        """Whether its button has been pressed since it was asked last; waits a moment for that."""
+
+
+class Buttonless:
+    """A controller without a button, or one that holds by itself when a person wants it to."""
+
+    def heed_button(self) -> None:
+        """Nothing to heed."""
+
+    def pressed(self) -> bool:
+        """Never."""
+        return False
+
+
+class ButtonPressed(Exception):
+    """A person wants the plot to pause."""
+
 
 class Dialect(Protocol):
     """One language that plotters speak."""

@@ -33,6 +33,7 @@ FAULTS = {
     "alarm": "a limit switch is hit (ALARM:1)",
     "hold": "it is put on hold (GRBL, HP-GL), or waits for somebody to press its button (Marlin)",
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
+    "button": "someone presses its button, and again after a while (EBB)",
     "reset": "it starts again, as after a break in its power",
     "unplugged": "the connection is gone; it goes on with what it has received",
     "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",

@@ -10,23 +10,26 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
-from handout.plotting.dialect import Log
+from handout.plotting.dialect import ButtonPressed, Log
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
-from handout.plotting.dialects.ebb.version import CURRENT, MOTION, POSITION, STOP, Version
+from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, Version
 from handout.plotting.dialects.ebb.words import About
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
+from handout.values import Array
 
 _OPEN = 3  # commands sent and not answered; the board reads no further than the one that waits for the queue
 _LOOK = 16  # commands between two questions whether the queue ran empty
+_TOUCH = 64  # commands between two questions for the button of an old board, about a second of writing
 _FEEL = 512  # commands between two questions whether the motors still have power
 _ASTRAY = 2  # steps by which a board may count otherwise than was worked out for it
 _WRONG = 0.1  # mm by which it may do so between two looks
 _LOWER, _LIFT = b"SP,0", b"SP,1"
 _BESIDE = 0.2  # mm; a command need not lead quite straight
+_MOMENT = 0.1  # s between two looks at its button while it pauses
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
@@ -45,6 +48,8 @@ class Ebb:
         self.spoilt, self.patience = False, math.inf  # it cannot be held
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
+        self._heeds = self._pressed = False
+        self._look_at = b"QM\r"  # what it is doing
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
@@ -78,9 +83,10 @@ class Ebb:
         self.talk.put(data, self.sent)
         self.sent += 1
         if self.version >= MOTION and self.sent % _LOOK == 0:
-            self.talk.put(b"QM\r")
+            self.talk.put(self._look_at)
         if self.version >= CURRENT and self.sent % _FEEL == 0:
             self.talk.put(b"QC\r")
+        self._heed(self.sent % _TOUCH == 0)
 
     @property
     def proven(self) -> int:
@@ -90,8 +96,36 @@ class Ebb:
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
         if not self.talk.open:
-            self.talk.put(b"QM\r" if self.version >= MOTION else connecting.NOTHING)
+            self.talk.put(self._look_at if self.version >= MOTION else connecting.NOTHING)
+        self._heed(False)
         self.talk.hear()
+
+    def heed_button(self) -> None:
+        """``QG`` tells what ``QM`` does, and whether it has been pressed since it was last asked, as ``QB`` does.
+
+        What was pressed before does not count.
+        """
+        self._heeds = self.version >= BUTTON
+        self._look_at = b"QG\r" if self.version >= FLAGS else b"QM\r"
+        self.pressed()
+
+    def _heed(self, ask: bool) -> None:
+        """Look at the button, now and then."""
+        if self._heeds and ask and self.version < FLAGS:
+            self.talk.put(b"QB\r")
+        if self._heeds and self._pressed:
+            self._pressed = False
+            raise ButtonPressed
+
+    def pressed(self) -> bool:
+        """Asked a moment after the last answer: a person takes longer."""
+        if self.version < BUTTON:
+            return False
+        self.talk.drain()
+        self.talk.replies(_MOMENT)
+        self.talk.ask(b"QB\r")
+        pressed, self._pressed = self._pressed, False
+        return pressed
 
     def finish(self) -> None:
         """Wait until everything is answered and executed."""
@@ -137,6 +171,11 @@ class Ebb:
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
         if asked.name == "QC":
             connecting.check_power(numbers)
+        elif asked.name == "QB":
+            self._pressed |= numbers[:1] == (1,)
+        elif asked.name == "QG" and len(numbers) == 1:
+            self._pressed |= bool(numbers[0] & words.PRESSED)
+            self._look(busy=bool(numbers[0] & words.BUSY), waiting=bool(numbers[0] & words.WAITING))
         elif asked.name == "QP" and self._pens and self._pens.popleft() != (numbers[:1] == (1,)):
             raise DeviceGarbled(
                 f"The plotter's pen is {'lifted' if numbers[:1] == (1,) else 'down'} and should not be: a command came "
@@ -201,15 +240,33 @@ class Ebb:
                 "The plotter no longer knows where it stands: stand its pen above its zero, and start again."
             )
         self._wake()
+        self._travel(Motors(self.profile, self._steps()), np.array([x, y]))
+
+    def _travel(self, motors: Motors, there: Array) -> None:
         for data in words.lifted(self.profile.pen):
             self.talk.ask(data)
-        motors = Motors(self.profile, self._steps())
-        for _, data in motors.run(literal.travel(motors.place, np.array([x, y]), self.profile)):
+        for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
             while len(self.talk.open) >= _OPEN:
                 self.talk.hear()
             self.talk.put(data)
         self.talk.drain()
         connecting.settle(self.talk, self.version)
+
+    def pen(self, down: bool) -> None:
+        """As high and low as the profile says."""
+        for data in [*words.reach(self.profile.pen), words.pen(down, self.profile.pen)]:
+            self.talk.ask(data)
+        connecting.settle(self.talk, self.version)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """Motions are relative."""
+        self._wake()
+        motors = Motors(self.profile, self._steps() if self.version >= POSITION else (0, 0))
+        self._travel(motors, motors.place + np.array([dx, dy]))
+
+    def release(self) -> None:
+        """``EM,0,0``."""
+        self._forget()
 
     def halt(self) -> None:
         """Stop, and lift the pen."""

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Log
+from handout.plotting.dialect import Buttonless, Log
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, status
 from handout.plotting.dialects.grbl.link import Sent
@@ -25,7 +25,7 @@ _MOMENT = 0.02  # s between two looks at a machine that brakes
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class Grbl:
+class Grbl(Buttonless):
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
@@ -145,8 +145,7 @@ class Grbl:
     def home(self) -> None:
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
         if self.profile.pen.lift != "z":
-            if connecting.state(self.link) == "Alarm":
-                self.link.ask(b"$X\n")
+            self._unlock()
             for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
                 self.link.ask(line)
         connecting.home(self.link, self.log)
@@ -163,6 +162,31 @@ class Grbl:
         for line in [*words.MODES, *words.pen(False, self.profile.pen), words.move(x, y, speed), *words.closing()]:
             self.link.ask(line)
         self._track = None
+
+    def pen(self, down: bool) -> None:
+        """A machine that is locked until it is homed may move its pen."""
+        self._unlock()
+        for line in [*words.MODES, *words.pen(down, self.profile.pen), *words.closing()]:
+            self.link.ask(line)
+        self._track = None
+
+    def jog(self, dx: float, dy: float) -> None:
+        """From where it says that it is, right or wrong; it need not have been homed."""
+        self._unlock()
+        place = self._place(status(self.link))
+        if place is None:
+            raise DeviceSilent("The plotter does not say where it stands: set $10=1, and try again.")
+        self.go(place[0] + dx, place[1] + dy)
+
+    def _unlock(self) -> None:
+        if connecting.state(self.link) == "Alarm":
+            self._knows = False
+            self.link.ask(b"$X\n")
+
+    def release(self) -> None:
+        """``$SLP``, from which only a reset wakes it: its place does not outlive that."""
+        self._knows = False
+        self.link.ask(words.SLEEP)
 
     def halt(self) -> None:
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""

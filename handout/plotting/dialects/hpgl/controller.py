@@ -17,8 +17,11 @@ import math
 import re
 from collections import deque
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent
-from handout.plotting.dialect import Log
+import numpy as np
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent, InputError
+from handout.plotting import bed
+from handout.plotting.dialect import Buttonless, Log
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.dialects.hpgl.meant import Meant
 from handout.plotting.ports import Port
@@ -43,7 +46,7 @@ _STATE = re.compile(rb"(?<![\d,])(\d+)[\r\n]")  # a number alone on its line
 _END = re.compile(rb"[\r\n]")
 
 
-class HpglController:
+class HpglController(Buttonless):
     """A plotter that is connected and ready; a `Controller`.
 
     size : bytes its buffer holds; model : what it calls itself; restarted : whether it was off since its last plot.
@@ -191,6 +194,23 @@ class HpglController:
         self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
         self._place(self._patience)
         self.restarted = False
+
+    def pen(self, down: bool) -> None:
+        """A pen is fetched first, to be lowered."""
+        self.port.write(words.fetching(self.profile) + words.PEN_DOWN if down else words.PEN_UP)
+        self._place(self._patience)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """It always knows where it stands."""
+        x, y, _ = self._place(self._patience)
+        per_mm = self.profile.limits.steps_per_mm
+        there = (x / per_mm + dx, y / per_mm + dy)
+        bed.check(np.array([there]), self.profile, "a shorter way")  # it would stop at its edge, without a word
+        self.go(*there)
+
+    def release(self) -> None:
+        """There is no word for it."""
+        raise InputError("An HP-GL plotter has no command that switches its motors off: use its own switch.")
 
     def started(self) -> None:
         """From now on, a plotter that says it was started has been off in between."""

@@ -98,7 +98,12 @@ def velocity(block: Move) -> str:
 
 def opening(profile: Plotter) -> list[bytes]:
     """As after power-on, in the direction the profile says, and a pen in the holder."""
-    return [START, *turning(profile), f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+    return [START, *turning(profile), fetching(profile), PEN_UP]
+
+
+def fetching(profile: Plotter) -> bytes:
+    """A pen comes into the holder, if it is not there."""
+    return f"SP{profile.hpgl.pen};".encode()
 
 
 def turning(profile: Plotter) -> list[bytes]:

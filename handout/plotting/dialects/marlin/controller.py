@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from handout.errors import DeviceError
+from handout.errors import DeviceError, DeviceSilent
 from handout.plotting.blocks import Move, Pen
-from handout.plotting.dialect import Log
+from handout.plotting.dialect import Buttonless, Log
 from handout.plotting.dialects.marlin import connecting, words
 from handout.plotting.dialects.marlin.held import Held
 from handout.plotting.dialects.marlin.link import Line, Link
@@ -19,7 +19,7 @@ _DROPS = 1.05  # s after M410 in which it takes no moves
 _NOTICED = 1.0  # s of motion to come that a person who stops it is told of
 
 
-class Marlin:
+class Marlin(Buttonless):
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
@@ -165,4 +165,22 @@ class Marlin:
         """As the beginning of a program would."""
         way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
         for command in words.program(way, self.profile):
-            self.link.ask(command.data)
+            if command.data != words.HERE:  # where it stands is no zero
+                self.link.ask(command.data)
+
+    def pen(self, down: bool) -> None:
+        """As between two strokes."""
+        for line in [*words.MODES[:2], *words.pen(down, self.profile.pen), *words.closing()]:
+            self.link.ask(line)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """From where it says that it is, homed or not."""
+        place = next((reply for reply in self.link.ask(words.WHERE) if isinstance(reply, Position)), None)
+        if place is None:
+            raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
+        self.go(place.x + dx, place.y + dy)
+
+    def release(self) -> None:
+        """``M84``; it is left in its zero, where it is not believed to know where it is."""
+        for line in (words.STANDING, words.RELEASE, words.HERE):
+            self.link.ask(line)

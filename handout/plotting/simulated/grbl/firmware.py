@@ -54,7 +54,8 @@ class Firmware:
         self.queue.clear(self._steps())
         self.stepper = Stepper(self.queue, paper.moved)
         self.locked = self.settings.homes
-        self.dead = False  # after a limit: deaf to all but a reset
+        self.dead = False  # after a limit, or asleep: deaf to all but a reset
+        self.asleep = False  # its motors are off
         self._begin()
 
     def _begin(self) -> None:
@@ -108,6 +109,8 @@ class Firmware:
 
     @property
     def state(self) -> str:
+        if self.asleep:
+            return "Sleep"
         if self.locked:
             return "Alarm"
         if self.door:
@@ -132,7 +135,7 @@ class Firmware:
             self.say("ALARM:3")
             self.locked = True
         self._forget()
-        self.dead = False
+        self.dead = self.asleep = False
         self.banner()
 
     def _forget(self) -> None:
@@ -148,7 +151,8 @@ class Firmware:
 
     def start(self) -> None:
         """Power comes on: where it stands is its zero, and a Z axis has been cranked up and set."""
-        self.locked, self.dead, self.modes = self.settings.homes, False, Modes(work=self.modes.work)
+        self.locked, self.dead, self.asleep = self.settings.homes, False, False
+        self.modes = Modes(work=self.modes.work)
         self._begin()
         self.paper.lifted(self.now)
         self.at = (0.0, 0.0, self.paper.at[2] / self.axes.steps[2])
@@ -175,7 +179,7 @@ class Firmware:
         if data == b"\x18":
             self.reset()
             return True
-        if not self.dead:
+        if not self.dead or self.asleep:
             if data == b"?":
                 self.say(self._status())
             elif data == b"!":
@@ -343,6 +347,10 @@ class Firmware:
             self._stand(self._steps())
         elif self.stepper.moving:
             raise Refused(8)
+        elif line == "$SLP":
+            self.asleep = self.dead = True
+            self.say("ok")
+            self.say("[MSG:Sleeping]")
         elif line == "$$":
             self._tell_settings()
         elif line == "$G":
