@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from handout import __version__, units
 from handout.errors import InputError
 from handout.inking.pen import PENS
+from handout.progress import Tell, silent
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from handout.writing.sheets import Sheet
     from handout.writing.text import Borrowed
 
+_SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
 _HURRIED = 2.5  # --speed fast, for a file
 # what a page in a scanned hand may be wanted as
 INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
@@ -151,14 +153,24 @@ def _speed(text: str) -> tuple[bool, float]:
 
 
 def compose_and_trace(
-    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = INK
+    text: str,
+    job: Setup,
+    layout: Layout | None = None,
+    row: int | None = None,
+    shown: frozenset[str] = INK,
+    tell: Tell = silent,
 ) -> tuple[list[Manuscript], list[Drawing]]:
     """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way.
 
     `shown` : what is wanted of a scanned hand, its `INK` or its `STROKES` or both; a drawn one has strokes.
     """
+    tell(0.0, "setting the text")
     pages, drawings = composed(text, job, layout, row, shown)
-    return pages, list(drawings)
+    made = []
+    for number in range(1, len(pages) + 1):
+        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+        made.append(next(drawings))
+    return pages, made
 
 
 def composed(

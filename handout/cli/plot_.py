@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from handout import units
 from handout.cli import drawings as drawn_
-from handout.cli import jobs, making, options, plotting_, results
+from handout.cli import jobs, making, options, plotting_, progress, results
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", 
 
 @click.command("plot")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
@@ -254,7 +254,8 @@ def _preview(
 
     job, profile = wanted.job, wanted.profile
     if wanted.drawing is None:
-        pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES)
+        with progress.shown(given["quiet"]) as tell:
+            pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES, tell=tell)
     else:
         pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
     if given["fit"]:
@@ -274,7 +275,7 @@ def _preview(
 
 
 def _sheets(number: int) -> str:
-    return "1 sheet" if number == 1 else f"{number} sheets"
+    return units.count(number, "sheet")
 
 
 def _executed(reports: list[Report]) -> dict[str, Any]:

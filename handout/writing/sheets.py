@@ -130,7 +130,7 @@ def _sheet(
     if layout.ruling is None:  # what is written on rules stays there
         lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
     ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
-    about = {"hand": scribe.name, **ruling, **({"slips": slips} if slips else {})}
+    about = {"hand": scribe.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
 
 
