@@ -17,6 +17,7 @@ GROUND = {
     "hues",
     "peaks",
     "units",
+    "encodings",
     "errors",
     "atomic",
     "shipped",

@@ -15,6 +15,7 @@ from handout.progress import Tell, silent
 if TYPE_CHECKING:
     import numpy as np
 
+    from handout.cli.lined import Lined
     from handout.hand.scanned import ScannedHand
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
@@ -54,6 +55,7 @@ class Setup:
     slips: float = 0.0  # words in 100 that are begun wrongly
     lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
     inked: bool = False  # whether the colour of the ink is given, which the strokes of a scanned hand then have
+    lined: Lined | None = None  # the lined paper that is written on
 
 
 def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
@@ -86,6 +88,19 @@ def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, p
         _lent(given.get("pen"), hand),
         given.get("ink") is not None,
     )
+
+
+def on_paper(job: Setup, given: Mapping[str, Any]) -> Setup:
+    """The job with its lines on those of the paper, and what is said of these."""
+    from handout.cli.lined import lined
+
+    found = lined(given, job.layout, job.hand)
+    return replace(job, layout=found.layout, lined=found)
+
+
+def on_sheet(look: dict[str, Any], job: Setup) -> dict[str, Any]:
+    """How pictures look, with the paper's lines where they are written on."""
+    return look if job.lined is None or job.lined.paper is None else {**look, "paper": job.lined.paper}
 
 
 def seed(given: Mapping[str, Any]) -> int:

@@ -340,7 +340,7 @@ def _table(jobs: list[dict[str, Any]]) -> str:
     for job in jobs:
         share = job["drawn_mm"] / max(job["pen_down_mm"], 1e-9)
         state = "finished" if job["finished"] else f"{min(share, 0.99):.0%} drawn"
-        sheets = "1 sheet" if job["sheets"] == 1 else f"{job['sheets']} sheets"
+        sheets = units.count(job["sheets"], "sheet")
         sheets += "" if job["all_written"] else " so far"
         rows.append(f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip())
     return "\n".join(rows)

@@ -14,6 +14,7 @@ import click
 from handout import units
 from handout.cli import progress
 
+_NOTES = "handout.notes"
 F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
@@ -109,11 +110,36 @@ def _times(number: int) -> str:
 def slipped(result: dict[str, Any]) -> str:
     """One sentence about the words that were struck out; nothing where there are none."""
     count = len(result.get("slips", []))
-    return f" {count} slip{'' if count == 1 else 's'} of the pen struck out." if count else ""
+    return f" {units.count(count, 'slip')} of the pen struck out." if count else ""
+
+
+def note(message: str) -> None:
+    """Say on standard error what was decided for the user, unless they want quiet, and keep it for `--json`."""
+    context = click.get_current_context(silent=True)
+    talk(bool(context and context.params.get("quiet")))(message)
+    if context is not None:
+        context.meta.setdefault(_NOTES, []).append(message)
+
+
+def of_paper(job: Setup) -> list[str]:
+    """What is said of the lined paper that is written on."""
+    return list(job.lined.notes) if job.lined is not None else []
+
+
+def noted(notes: Sequence[str], job: Setup, quiet: bool) -> dict[str, Any]:
+    """Say some sentences; what `--json` prints of them, and of the lined paper."""
+    for note in notes:
+        talk(quiet)(note)
+    paper = {"paper": dict(job.lined.facts)} if job.lined is not None and job.lined.facts else {}
+    return {**({"notes": list(notes)} if notes else {}), **paper}
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:
     """Data to standard output, talk to standard error."""
+    context = click.get_current_context(silent=True)
+    notes = context.meta.get(_NOTES, []) if context is not None else []
+    if notes:
+        result = {**result, "notes": notes}
     if as_json:
         click.echo(json.dumps(result, ensure_ascii=False))
     if not quiet:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from handout import units
 from handout.cli import progress, results
 from handout.errors import InputError
 from handout.progress import within
@@ -139,7 +140,7 @@ def _said(hand: ScannedHand, path: Path, made: Sequence[MadePage]) -> str:
 
     missing, doubtful = sum(len(one.missing) for one in made), len(report.doubtful(hand))
     said = (
-        f"Wrote {path}: {len(hand.glyphs)} letters on {len(hand.pages)} page{'s' if len(made) > 1 else ''}, "
+        f"Wrote {path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{len(hand.letters)} different ones; {doubtful} doubtful, {missing} not found."
     )
     if doubtful + missing > (1 - _LEAST_SURE) * len(hand.glyphs):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.errors import InputError
 from handout.hand.joining import Joining
 from handout.hand.places import Place, graphemes, places
@@ -180,7 +181,9 @@ def read_hand(name: str, pages: Sequence[MadePage], title: str = "") -> ScannedH
         first = len(glyphs)
         glyphs += [_moved(glyph, number, first) for glyph in made.glyphs]
     if not glyphs:
-        raise InputError(f"{name}: no letter was found on {len(pages)} pages, so there is no hand to keep.")
+        raise InputError(
+            f"{name}: no letter was found on {units.count(len(pages), 'page')}, so there is no hand to keep."
+        )
     return ScannedHand(name, title or name, tuple(made.page for made in pages), tuple(glyphs))
 
 

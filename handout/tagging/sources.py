@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from handout import units
 from handout.errors import InputError
 from handout.progress import Tell, silent, within
 from handout.scanning.density import Scale, pooled
@@ -130,7 +131,7 @@ _ONE_EACH = "give one --text for each page, in the same order"
 
 
 def _counted(count: int, name: str) -> str:
-    return f"{count} {name}{'' if count == 1 else 's'}"
+    return units.count(count, name)
 
 
 def _untold(source: str, texts: int, pages: int) -> str:

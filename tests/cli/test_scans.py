@@ -139,7 +139,7 @@ def test_a_hand_whose_ink_is_damaged_is_not_imported(call, kept):
 def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
     scan, text = small_scan.scan, small_scan.text
     Path("empty.txt").write_text("\n")
-    Path("latin.txt").write_bytes(b"caf\xe9")
+    Path("latin.txt").write_bytes(b"caf\x00\x01")
     Path("no.png").write_text("no picture")
     out = ("-o", "x.hand")
     for arguments, says in (
