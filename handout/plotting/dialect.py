@@ -107,7 +107,7 @@ class Controller(Protocol):
         and does not hold by itself."""
 
     def pressed(self) -> bool:
-        """Whether its button has been pressed since it was asked last; waits a moment for that."""
+        """Whether its button has been pressed since it was asked last; waits `BUTTON_LOOK` for that."""
 
 
 class Buttonless:
@@ -119,6 +119,9 @@ class Buttonless:
     def pressed(self) -> bool:
         """Never."""
         return False
+
+
+BUTTON_LOOK = 0.1  # s between two looks at a button while a plot pauses
 
 
 class ButtonPressed(Exception):

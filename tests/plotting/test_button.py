@@ -5,6 +5,7 @@ import pytest
 from cursive import page
 
 from handout import profiles
+from handout.errors import DeviceAlarm
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.dialects import ebb
 from handout.plotting.driver import meet
@@ -79,3 +80,11 @@ def test_only_who_heeds_it_is_stopped():
         careless.send(data)
     careless.finish()
     assert careless.executed == len(commands) and np.allclose(careless.position(), careless.position())
+
+
+def test_nobody_comes_to_press_it_again(tmp_path):
+    plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=40))
+    job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
+    with pytest.raises(DeviceAlarm, match=r"nobody has pressed again for 5 s: the pen is lifted"):
+        running.run_job(job, lambda: plotter, person, patience=5.0)
+    assert not plotter.pen_is_down and not job.standing().finished

@@ -142,3 +142,12 @@ def test_other_heights_of_the_pen():
     ):
         with pytest.raises(InputError, match=says):
             heights.replaced(profile, up, down)
+
+
+def test_a_plotter_that_was_stopped_within_relative_vectors_goes_where_it_is_told():
+    plotter = SimulatedPlotter(profiles.find("hp-7475a", "plotter"), Simulated())
+    controller = again(plotter)
+    controller.go(30.0, 20.0)
+    plotter.write(b"PR40,40;")
+    controller.go(10.0, 5.0)
+    assert at(plotter) == pytest.approx((10.0, 5.0), abs=0.03)

@@ -17,9 +17,9 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceError, DeviceGarbled, InputError
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import ButtonPressed, Controller
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
 from handout.plotting.driver import Progress, Report, draw, meet, park
 from handout.plotting.jobs.finding import found
 from handout.plotting.jobs.job import Job, load
@@ -193,7 +193,7 @@ class _Run:
                 self._draw(number, self.controller, port, fresh)
                 return
             except ButtonPressed:
-                self.person.paused(self.controller.pressed)
+                self.person.paused(_for_a_while(self.controller.pressed, patience))
             if not self._left(number).strokes:
                 return
             fresh = False
@@ -300,6 +300,23 @@ class _Run:
             tell(min((begun + share * made.pen_down) / whole, 1.0), left + pace * later)
 
         return told
+
+
+def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], bool]:
+    """Whether a button is pressed, for so many seconds; DeviceAlarm when nobody has come."""
+    waited = 0.0
+
+    def looked() -> bool:
+        nonlocal waited
+        waited += BUTTON_LOOK
+        if waited > patience:
+            raise DeviceAlarm(
+                f"The plot was paused at the plotter's button, which nobody has pressed again for {patience:.0f} s: "
+                "the pen is lifted."
+            )
+        return pressed()
+
+    return looked
 
 
 class _Keeper:

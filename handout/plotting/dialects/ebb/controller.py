@@ -10,7 +10,7 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
-from handout.plotting.dialect import ButtonPressed, Log
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
@@ -29,7 +29,6 @@ _ASTRAY = 2  # steps by which a board may count otherwise than was worked out fo
 _WRONG = 0.1  # mm by which it may do so between two looks
 _LOWER, _LIFT = b"SP,0", b"SP,1"
 _BESIDE = 0.2  # mm; a command need not lead quite straight
-_MOMENT = 0.1  # s between two looks at its button while it pauses
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
@@ -122,7 +121,7 @@ class Ebb:
         if self.version < BUTTON:
             return False
         self.talk.drain()
-        self.talk.replies(_MOMENT)
+        self.talk.replies(BUTTON_LOOK)
         self.talk.ask(b"QB\r")
         pressed, self._pressed = self._pressed, False
         return pressed

@@ -190,8 +190,8 @@ class HpglController(Buttonless):
         """Its zero is on its paper and cannot be elsewhere."""
 
     def go(self, x: float, y: float) -> None:
-        """As the beginning of a stroke would."""
-        self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
+        """As the beginning of a stroke would; a stroke that was stopped has left it counting from place to place."""
+        self.port.write(words.PEN_UP + words.ABSOLUTE + words.travel(x, y, self.profile))
         self._place(self._patience)
         self.restarted = False
 

@@ -22,6 +22,7 @@ MARKED = b"\x1b.M;;;10:"  # from now on answers end with a line feed; once it ha
 POSITION, ERROR, LIMITS, WHO = b"OA;", b"OE;", b"OH;", b"OI;"  # answered when all before them has been obeyed
 STATUS = b"OS;"
 START, PEN_UP, PEN_DOWN = b"IN;", b"PU;", b"PD;"
+ABSOLUTE = b"PA;"  # from now on numbers are places, and not ways
 
 VIEWING, LEVER = 16, 32  # bits of ESC.O
 DOWN, STARTED, WRONG = 1, 8, 32  # bits of OS; STARTED: switched on, or told IN, since it was last asked
