@@ -41,7 +41,8 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut", "reset")
 ANSWER_FAULTS = ("lost-answer", "flipped-answer", "changed-answer")
 _NUMBERS = {
-    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
+    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536),
+    "queue": (2, 2000), "realtime": (0, 1),
     "blank": (0, 1), "motors": (0, 1),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
