@@ -128,4 +128,4 @@ def test_the_worst_of_dark_colours_comes_out_nearly_as_well_as_the_model_knows_t
     solved = apart(printer(np.clip(model.invert(wanted), 0, 1)), wanted)
     assert solved.mean() < known.mean() + 0.02 and solved.max() < 1.1 * known.max()
     tabled = apart(printer(build(model)(wanted)), wanted)
-    assert tabled.mean() < known.mean() + 0.04 and tabled.max() < 1.45 * known.max()
+    assert tabled.mean() < known.mean() + 0.04 and tabled.max() < 1.2 * known.max()

@@ -113,8 +113,8 @@ def test_cube_as_colour_science_reads_it(table: ColourTable, tmp_path) -> None:
 
 def test_picture_shows_wanted_over_sent(table: ColourTable, tmp_path) -> None:
     sheet = picture(table)
-    assert sheet.shape == (3 * 68, 11 * 35, 3)
-    np.testing.assert_array_equal(sheet[32, 32], [255, 255, 0])
-    np.testing.assert_array_equal(sheet[33 + 20, 20], np.rint(255 * np.clip(table.nodes[20, 20, 0], 0, 1)))
+    assert sheet.shape == (5 * 100, 11 * 51, 3)
+    np.testing.assert_array_equal(sheet[48, 48], [255, 255, 0])
+    np.testing.assert_array_equal(sheet[49 + 20, 20], np.rint(255 * np.clip(table.nodes[20, 20, 0], 0, 1)))
     write_picture(table, tmp_path / "t.png")
-    assert Image.open(tmp_path / "t.png").size == (11 * 35 * 4, 3 * 68 * 4)
+    assert Image.open(tmp_path / "t.png").size == (11 * 51 * 4, 5 * 100 * 4)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _GREYS, _WEIGHT = 256, 2.0  # the eye is more sensitive to greys (seed 000, Appendix K)
 _STAY = 10.0  # ΔE per unit of device RGB: what moving a node costs
-_STEPS, _ROUNDS = 3, 40  # of Gauss–Newton, and of conjugate gradients in each
+_STEPS, _ROUNDS = 2, 40  # of Gauss–Newton, and of conjugate gradients in each
 _PUSH, _RIM = 0.02, (0.25, 0.75)  # device; cells of the table
 _LIGHT = 0.25  # of a colour beyond what can be printed
 _WORST, _MOST = 0.5, 2.5  # ΔE: a colour that is off by it counts twice; how much the worst may count
