@@ -118,7 +118,7 @@ def _say(
     if verbose and not as_json:
         click.echo(f"{found.table()}\n{found.summary()}")
     pages = f"{facts['pages']} page{'' if facts['pages'] == 1 else 's'}"
-    said = f"Wrote {path}: {pages}, {facts['words']} words, about {_rounded(facts['minutes'])} of writing; "
+    said = f"Wrote {path}: {pages}, {facts['words']} words, about {_rounded(_minutes(prompt))} of writing; "
     said += f"{found.short()} fewer than {found.least} times{'' if verbose or as_json else ' (--verbose lists them)'}."
     results.report(facts, said, as_json=as_json, quiet=quiet)
 

@@ -67,6 +67,7 @@ def named(colour: str) -> str:
 
     if _HEX.match(colour):
         return colour
+    parts: tuple[int, ...]
     try:
         parts = ImageColor.getrgb(colour.strip())
     except ValueError:
