@@ -16,7 +16,7 @@ def short():
 
 
 # a prime number of machines and one of faults meet differently every time
-RUNS = [(MACHINES[(7 * n) % len(MACHINES)], fault, 1000 + n) for n, fault in enumerate(FAULTS * 3)]
+RUNS = [(MACHINES[(7 * n) % len(MACHINES)], fault, 3000 + n) for n, fault in enumerate(FAULTS * 3)]
 
 
 @pytest.mark.parametrize(("machine", "fault", "seed"), RUNS, ids=[f"{m.title} {f} {n}" for m, f, n in RUNS])
