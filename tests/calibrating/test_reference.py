@@ -88,7 +88,7 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
     lighter, darker = (
         1 - one(drawing, 300).rgba[0, 0, 3] * (1 - one(drawing, 300).rgba[0, 0, :3]) for one in (made, plain)
     )
-    assert (lighter > darker).all()
+    assert lighter.mean() > darker.mean() + 0.05
     assert made.facts()["pen"]["kind"] == "corrected"
 
 
