@@ -166,7 +166,7 @@ def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
     from handout.calibrating import inks
 
     monkeypatch.setattr(inks, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
-    wizard = Wizard(profile, "sim", "white", hand="me")
+    wizard = Wizard(profile, "sim", "white", hand="house-joined-ballpoint")
     wizard.session.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings
     assert found.code == "settings-differ" and "lighter in red" in found.sentence
