@@ -17,15 +17,14 @@ from handout.plotting.dialect import Command, Controller, dialect
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
+from handout.plotting.securing import Secure, Securing
 from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Plotter
 from handout.values import Array
 
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
-Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
-_WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 _AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
 
@@ -127,9 +126,10 @@ def draw(
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
     watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
         how many blocks of the plan have certainly been done.
-    secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
+    secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
+        what is secured counts as executed.  It is waited for with the pen lifted.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
-        with by drawing no more than that twice.
+        with by drawing no more than that twice; more where `secure` takes too long, which is told.
     log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
 
     Raises
@@ -155,9 +155,11 @@ def draw(
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    stream = _Stream(plan, commands, controller, progress, watch, secure)
+    stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
+    securing = Securing(plan, commands, secure, overlap, stands, log)
+    stream = _Stream(plan, commands, controller, progress, watch, securing)
     try:
-        stream.run(overlap)
+        stream.run()
     except DeviceError as error:
         controller.halt()
         raise type(error)(f"{error} {stream.under_way()}".strip()) from error
@@ -183,34 +185,28 @@ class _Stream:
         controller: Controller,
         progress: Progress | None,
         watch: Watch | None,
-        secure: Secure | None,
+        securing: Securing,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch, self.secure = progress, watch, secure
+        self.progress, self.watch, self.securing = progress, watch, securing
         self.min_queue: int | None = None
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
         self._queued: int | None = None  # as last heard; it says nothing about any later moment
-        self._secured = 0
         self._told = 0.0
-        done = np.array([command.done for command in commands])
-        self._ink = np.append(0.0, np.cumsum(ink(plan)))[done]  # mm drawn when a command has been executed
-        self._strokes = _strokes(plan)[done]
+        self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
 
-    def run(self, overlap: float) -> None:
+    def run(self) -> None:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
-            while self._under_way(number) > overlap and self._secured < number:
-                if self._is_worth_securing(number, overlap):
-                    self._secure()
-                else:
-                    self.controller.wait()
-                    self.note()
+            while not self.securing.ready(number, max(self._counts[2], 0)):
+                self.controller.wait()
+                self.note()
             self.controller.send(command.data)
             self.note()
         self.controller.finish()
         self.note()
-        self._secure()
+        self.securing.finish(self._counts[2])
         if self.progress is not None:
             self.progress(1.0, 0.0)
 
@@ -220,23 +216,6 @@ class _Stream:
         begun = self._strokes[: executed + 2]
         strokes = len(self.plan.drawing.strokes)
         return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
-
-    def _under_way(self, number: int) -> float:
-        """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
-        return float(self._ink[number] - (self._ink[self._secured - 1] if self._secured else 0.0))
-
-    def _is_worth_securing(self, sent: int, overlap: float) -> bool:
-        """Whether enough has been executed since the last time, or all that was sent: securing may take a moment."""
-        executed = self._counts[2]
-        if executed <= self._secured:
-            return False
-        gained = self._ink[executed - 1] - (self._ink[self._secured - 1] if self._secured else 0.0)
-        return executed >= sent or bool(gained >= _WORTH * overlap)
-
-    def _secure(self) -> None:
-        if self.secure is not None:
-            self.secure()
-        self._secured = self._counts[2]
 
     def note(self) -> None:
         """Tell everyone who wants to know what has changed."""
@@ -263,12 +242,6 @@ class _Stream:
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
             self.min_queue = queued if self.min_queue is None else min(self.min_queue, queued)
-
-
-def ink(plan: Plan) -> Array:
-    """(blocks,) float, mm: what each block of a plan draws."""
-    length = np.linalg.norm(np.diff(plan.course.points, axis=0), axis=1) * plan.course.draws
-    return np.array([length[row] if block is None else 0.0 for block, row in plan.course.told])
 
 
 def _strokes(plan: Plan) -> Array:

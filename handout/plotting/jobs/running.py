@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Protocol
 
 import msgspec
@@ -279,7 +280,7 @@ class _Keeper:
         self._written = self._done
         self.kept.drawn(onward(self.start, self.left, self.whole, self.reached.place(self._done)))
 
-    def secure(self) -> None:
-        """What was noted last survives a power cut."""
+    def secure(self) -> Future[None]:
+        """What was noted last is to survive a power cut; done when it would."""
         self.write()
-        self.kept.sync()
+        return self.kept.secure()
