@@ -45,6 +45,7 @@ class Report:
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
+    unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
     plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
         reports are kept for long.
     """
@@ -55,6 +56,7 @@ class Report:
     lines: int
     segments: int
     min_queue: int | None
+    unsecured: float
     plan: Plan | None
 
 
@@ -260,4 +262,5 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
         executed_s = time.monotonic() - before
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
-    return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)
+    unsecured = stream.securing.most
+    return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, unsecured, plan)

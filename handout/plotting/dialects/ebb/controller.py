@@ -19,7 +19,9 @@ from handout.plotting.dialects.ebb.words import About
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
-_OPEN = 3  # commands sent and not answered; the board reads no further than the one that waits for the queue
+# Commands sent and not answered.  The board reads no further than the one that waits for its queue; the others wait in
+# the USB connection, which holds them back, and are there when this program is late for some hundredths of a second.
+_OPEN = 8
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _FEEL = 512  # commands between two questions whether the motors still have power
 _ASTRAY = 2  # steps by which a board may count otherwise than was worked out for it
