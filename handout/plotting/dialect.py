@@ -33,6 +33,19 @@ class Command(NamedTuple):
     done: int
 
 
+class Heard(NamedTuple):
+    """What a machine has just said of itself.
+
+    taken, executed : commands that it has acknowledged; that have certainly been executed.
+    queued : moves it has in hand; place : where it is, machine coordinates, mm; None if it did not say.
+    """
+
+    taken: int
+    executed: int
+    queued: int | None = None
+    place: tuple[float, float] | None = None
+
+
 class Controller(Protocol):
     """A machine that is connected and ready; counts are of the commands given to `send`, in order.
 
@@ -44,6 +57,8 @@ class Controller(Protocol):
     taken : commands it has acknowledged.
     executed : commands that have certainly been executed; never more than were.
     queued : moves it has in hand, as last heard; None as long as it has not said.
+    listener : called whenever it has said how far it is.
+    silent : why its answers do not tell when it executed what; "" if they do.
     """
 
     profile: Plotter
@@ -51,6 +66,8 @@ class Controller(Protocol):
     taken: int
     executed: int
     queued: int | None
+    listener: Callable[[Heard], None]
+    silent: str
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as the machine has room for it, hearing what it says meanwhile."""
@@ -105,6 +122,10 @@ class Dialect(Protocol):
 
         log : told in plain words what the user should know, such as limits that differ from the profile's.
         """
+
+
+def unheard(heard: Heard) -> None:
+    """Nobody listens."""
 
 
 def dialect(name: str) -> Dialect:

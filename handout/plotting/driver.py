@@ -13,7 +13,8 @@ import numpy as np
 from handout.errors import DeviceError
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
-from handout.plotting.dialect import Command, Controller, dialect
+from handout.plotting.dialect import Command, Controller, Heard, dialect
+from handout.plotting.observed import Observed, Observer
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
@@ -46,6 +47,7 @@ class Report:
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
     unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
+    observed : what was executed, as far as the machine's answers tell.
     plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
         reports are kept for long.
     """
@@ -57,6 +59,7 @@ class Report:
     segments: int
     min_queue: int | None
     unsecured: float
+    observed: Observed
     plan: Plan | None
 
 
@@ -159,7 +162,8 @@ def draw(
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
     stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
     securing = Securing(plan, commands, secure, overlap, stands, log)
-    stream = _Stream(plan, commands, controller, progress, watch, securing)
+    clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
+    stream = _Stream(plan, commands, controller, progress, watch, securing, clock)
     try:
         stream.run()
     except DeviceError as error:
@@ -188,13 +192,15 @@ class _Stream:
         progress: Progress | None,
         watch: Watch | None,
         securing: Securing,
+        clock: Callable[[], float],
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
         self.progress, self.watch, self.securing = progress, watch, securing
         self.min_queue: int | None = None
+        self.observer, self._clock = Observer(plan, commands), clock
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
-        self._queued: int | None = None  # as last heard; it says nothing about any later moment
+        controller.listener = self._listen
         self._told = 0.0
         self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
 
@@ -223,7 +229,6 @@ class _Stream:
         """Tell everyone who wants to know what has changed."""
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
-        self._watch_queue()
         if self._counts == before:
             return
         executed = max(self._counts[2], 0)
@@ -235,11 +240,16 @@ class _Stream:
             self._told = at
             self.progress(at / whole, whole - at)
 
-    def _watch_queue(self) -> None:
+    def _listen(self, heard: Heard) -> None:
+        """Note what it says when it says it: by the time that a command is sent it may be old."""
+        self.observer.note(self._clock(), heard.executed - self._before, heard.place)
+        if heard.queued is not None:
+            self._watch_queue(heard.queued, heard.taken - self._before)
+
+    def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
-        queued, taken = self.controller.queued, self._counts[1]
-        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
-        if queued is None or not heard or first < 1 or taken >= len(self.commands):
+        first = taken - self.plan.profile.port.queue
+        if first < 1 or taken >= len(self.commands):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -262,5 +272,14 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
         executed_s = time.monotonic() - before
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
-    unsecured = stream.securing.most
-    return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, unsecured, plan)
+    return Report(
+        executed_s,
+        plan.duration,
+        stretched,
+        lines,
+        segments,
+        stream.min_queue,
+        stream.securing.most,
+        stream.observer.observed(stream.controller.silent),
+        plan,
+    )

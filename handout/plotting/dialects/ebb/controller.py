@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
-from handout.plotting.dialect import Log
+from handout.plotting.dialect import Heard, Log, unheard
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
@@ -42,6 +43,8 @@ class Ebb:
         self.talk = Talk(port, profile.port.timeout, self._answered)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = ""
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
@@ -123,6 +126,7 @@ class Ebb:
                 self._moves.append(asked.number if asked.number >= 0 else self.taken)
                 if len(self._moves) >= self._held:
                     self.executed = max(self.executed, self._moves[-self._held])
+                    self.listener(Heard(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
@@ -133,6 +137,7 @@ class Ebb:
             self.executed = self.taken
         elif not waiting and self._moves:
             self.executed = max(self.executed, self._moves[-1])
+        self.listener(Heard(self.taken, self.executed, self.queued))
 
     def _wake(self) -> None:
         """Switch the motors on, with steps of a sixteenth, before the first motion after they have been off."""

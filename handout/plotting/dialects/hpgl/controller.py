@@ -15,9 +15,10 @@ from __future__ import annotations
 import contextlib
 import re
 from collections import deque
+from collections.abc import Callable
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Log
+from handout.plotting.dialect import Heard, Log, unheard
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
@@ -53,6 +54,8 @@ class HpglController:
         self.sent = self.taken = self.executed = 0
         self._understood = 0  # instructions of which it is known that none was damaged
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
         self._ends: deque[tuple[int, int]] = deque()  # of what may be in its buffer: all bytes up to its end, its moves
