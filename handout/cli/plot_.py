@@ -126,7 +126,7 @@ def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _
 
 def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, Any]) -> None:
     """--port."""
-    from handout.plotting import open_port
+    from handout.plotting import open_port, reporting
     from handout.plotting.jobs import job as kept_
 
     asked, profile, quiet = _asked(wanted, given), wanted.profile, given["quiet"]
@@ -147,7 +147,8 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=quiet)
+    said = f"{said}{results.slipped(result)}\n{reporting.sentence(reports)}".strip()
+    results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
 def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
@@ -198,6 +199,7 @@ def _check_resuming(context: click.Context, text: tuple[str, ...]) -> None:
 
 def _resume(given: dict[str, Any]) -> None:
     """--resume."""
+    from handout.plotting import reporting
     from handout.plotting.jobs import job as kept_
     from handout.plotting.jobs import store
 
@@ -210,7 +212,8 @@ def _resume(given: dict[str, Any]) -> None:
     port = given["port"] or job.port
     reports = plotting_.run(job, port, told, yes=given["yes"], at_zero=given["at_zero"], quiet=quiet)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
-    said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}."
+    said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}.\n{reporting.sentence(reports)}"
+    said = said.strip()
     results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
@@ -251,10 +254,13 @@ def _sheets(number: int) -> str:
 
 def _executed(reports: list[Report]) -> dict[str, Any]:
     """What `--json` prints of a plot."""
+    from handout.plotting import reporting
+
     return {
         "planned_s": round(sum(report.announced_s for report in reports), 2),
         "executed_s": round(sum(report.executed_s for report in reports), 2),
         "stretched": _stretched(reports),
+        **reporting.facts(reports),
     }
 
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import making, results
+from handout.cli import making
+from handout.cli.voice import Voice
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
@@ -42,10 +43,11 @@ def profile(device: str | None, port: str | None) -> Plotter:
 class _AtTheTerminal:
     """The person at the plotter, asked at the terminal; a `running.Person`.
 
-    yes : nothing is asked about sheets and pens.
+    yes : nothing is asked about sheets and pens; voice : what is still to be said comes before a question.
     """
 
-    def __init__(self, address: str, yes: bool) -> None:
+    def __init__(self, address: str, yes: bool, voice: Voice) -> None:
+        self.voice = voice
         self.simulated = address.partition(":")[0] == _SIMULATED
         self.yes = yes
 
@@ -56,12 +58,14 @@ class _AtTheTerminal:
         if not sys.stdin.isatty():
             way = "--at-zero when it is done" if "plotter's zero" in request else "--yes to go on unasked"
             raise InputError(f"{request}: nobody can be asked to; use {way}.")
+        self.voice.wait()
         click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
 
     def try_again(self, error: DeviceError) -> bool:
         """Say what is wrong, and wait for Enter."""
         if self.simulated or not sys.stdin.isatty():
             return False
+        self.voice.wait()
         click.echo(f"handout: {error}", err=True)
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
         click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
@@ -106,22 +110,23 @@ def run(
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
     from handout.plotting import open_port
     from handout.plotting.jobs import running
+    from handout.plotting.simulated.surroundings import disturbed
 
     def opened() -> Port:
         nonlocal port
         known, port = port, None
         return known or open_port(address, job.profile)
 
-    with _kept(job), making.supply(job) as supply:
+    with _kept(job), making.supply(job) as supply, disturbed(address), Voice(quiet) as voice:
         return running.run_job(
             job,
             opened,
-            _AtTheTerminal(address, yes),
+            _AtTheTerminal(address, yes, voice),
             supply=supply,
             at_zero=at_zero,
-            progress=_progress(quiet),
+            progress=_progress(voice),
             plotted=told.plotted,
-            log=results.talk(quiet),
+            log=voice.say,
         )
 
 
@@ -154,12 +159,12 @@ def _how_to_go_on(job: Job) -> str:
     return f"The job is kept; go on with: handout plot --resume {job.name}"
 
 
-def _progress(quiet: bool) -> Any:
-    if quiet or not sys.stderr.isatty():
+def _progress(voice: Voice) -> Any:
+    if voice.quiet or not sys.stderr.isatty():
         return None
 
     def show(share: float, left: float) -> None:
-        click.echo(f"\r{share:4.0%}, {units.duration(left)} left\033[K", err=True, nl=share >= 1)
+        voice.show(f"{share:4.0%}, {units.duration(left)} left", share >= 1)
 
     return show
 

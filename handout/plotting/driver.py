@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import msgspec
@@ -41,7 +42,8 @@ class Report:
 
     executed_s : s, of the machine's clock if it is simulated, else measured here.
     announced_s : s, as the plan said.
-    stretched : time the strokes took over the time they were meant to take; predicted for a real machine.
+    stretched : time the strokes took over the time they were meant to take; as the machine's answers tell, or else as
+        the plan predicts.
     lines : commands of the program, all executed.
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
@@ -165,7 +167,8 @@ def draw(
     clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
     stream = _Stream(plan, commands, controller, progress, watch, securing, clock)
     try:
-        stream.run()
+        with _few_garbage():
+            stream.run()
     except DeviceError as error:
         controller.halt()
         raise type(error)(f"{error} {stream.under_way()}".strip()) from error
@@ -175,6 +178,16 @@ def draw(
         stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         raise
     return _report(stream, port, before, fresh)
+
+
+@contextlib.contextmanager
+def _few_garbage() -> Iterator[None]:
+    """Leave what there is out of the search for garbage, which would take a tenth of a second within a stroke."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def _moves_differently(own: Plotter, planned: Plotter) -> bool:
@@ -264,12 +277,14 @@ def _strokes(plan: Plan) -> Array:
 
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     plan, stretched = stream.plan, stream.plan.stretched
+    observed = stream.observer.observed(stream.controller.silent)
     if isinstance(port, SimulatedPlotter):
         executed_s = port.executed_s - (0.0 if fresh else before)
         if fresh:
             stretched = fidelity.stretched(plan.intended(), port.executed())
     else:
         executed_s = time.monotonic() - before
+        stretched = stretched if observed.unknown else observed.stretched
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
     return Report(
@@ -280,6 +295,6 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
         segments,
         stream.min_queue,
         stream.securing.most,
-        stream.observer.observed(stream.controller.silent),
+        observed,
         plan,
     )

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting import fidelity
 from handout.plotting.dialect import Command
 from handout.plotting.planned import Plan
 from handout.values import Array, Drawing
@@ -39,11 +40,13 @@ Place = tuple[float, float]
 class Rest(NamedTuple):
     """The pen stood on the paper.
 
-    stroke, word : their numbers, from 0 (word −1: unknown); at_s : where, s after the stroke's beginning in the plan.
+    stroke, word : their numbers, from 0 (word −1: unknown); text : of the word, "" if that is not known.
+    at_s : where, s after the stroke's beginning in the plan.
     """
 
     stroke: int
     word: int
+    text: str
     at_s: float
     seconds: float
 
@@ -55,6 +58,8 @@ class Observed:
     unknown : why that cannot be told; "" if it can: else the fields below are empty.
     rests : within strokes, in order.
     least_s : rests that are shorter may not have been noticed, s; every_s : between two answers within a stroke, s.
+    correlation : of the speeds with those that were meant, at the same times; None if no stroke moves for long enough.
+    stretched : time the strokes took over the time they were meant to take.
     executed : the strokes as the plan predicts them, with the delays that were observed; None if nothing was.
     """
 
@@ -62,6 +67,8 @@ class Observed:
     rests: tuple[Rest, ...] = ()
     least_s: float = REST
     every_s: float = 0.0
+    correlation: float | None = None
+    stretched: float = 1.0
     executed: Drawing | None = None
 
     @property
@@ -115,21 +122,31 @@ class Observer:
         usual = _SIGMA * float(np.median(np.concatenate(lost))) if np.concatenate(lost).size else 0.0
         least = max(REST, _UNUSUAL * usual)
         found = [rest for number, known in delays.items() for rest in self._rests(number, *known, least)]
-        every = np.concatenate(apart)
-        return Observed("", tuple(found), least, float(np.median(every)) if every.size else 0.0, self._drawing(delays))
+        every, meant, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
+        comparable = any(map(fidelity.comparable, meant.strokes, executed.strokes))
+        return Observed(
+            rests=tuple(found),
+            least_s=least,
+            every_s=float(np.median(every)) if every.size else 0.0,
+            correlation=fidelity.compare(meant, executed).timed if comparable else None,
+            stretched=fidelity.stretched(meant, executed),
+            executed=executed,
+        )
 
     def _rests(self, number: int, where: Array, delay: Array, least: float) -> list[Rest]:
         """Times lost between two answers of a stroke; neighbouring ones are the same rest."""
         lost = np.diff(delay)
         begin = float(self.plan.starts[self.plan.course.first[number]])
         word = self.plan.drawing.strokes[number].word
+        words = self.plan.drawing.about.get("words") or []
+        text = str(words[word]) if 0 <= word < len(words) else ""
         found: list[Rest] = []
         last = -2
         for at in np.flatnonzero(lost > 0.5 * least).tolist():
             if found and at == last + 1:
                 found[-1] = found[-1]._replace(seconds=found[-1].seconds + float(lost[at]))
             else:
-                found.append(Rest(number, word, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
+                found.append(Rest(number, word, text, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
             last = at
         return [rest for rest in found if rest.seconds > least]
 

@@ -73,7 +73,7 @@ def run_job(
     Returns
     -------
     list of Report
-        One for every part that was plotted, without its plan: a job may have many.
+        One for every part that was plotted, without its plan and its strokes: a job may have many.
 
     Raises
     ------
@@ -239,7 +239,8 @@ class _Run:
             raise
         if self.plotted is not None:
             self.plotted(report, port)
-        self.reports.append(dataclasses.replace(report, plan=None))
+        observed = dataclasses.replace(report.observed, executed=None)
+        self.reports.append(dataclasses.replace(report, observed=observed, plan=None))
 
     def _progress(self, number: int, made: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from typing import Any
 
 from handout.plotting.simulated.options import Options, parse
 
@@ -27,7 +28,7 @@ def slow_disk(seconds: float) -> Iterator[None]:
     """Every time this program waits until the disk has kept something, it takes so much longer."""
     usual = os.fsync
 
-    def late(handle: int) -> None:
+    def late(handle: Any) -> None:
         time.sleep(seconds)
         usual(handle)
 
