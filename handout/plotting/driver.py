@@ -262,7 +262,7 @@ class _Stream:
     def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
         first = taken - self.plan.profile.port.queue
-        if first < 1 or taken >= len(self.commands):
+        if first < 1 or taken >= len(self.commands) or not self.securing.draws(taken):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:

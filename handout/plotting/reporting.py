@@ -108,7 +108,7 @@ def plotted(report: Report, port: Port, page: int) -> Row:
     assert report.plan is not None
     executed, many = report.observed.executed, len(report.plan.drawing.strokes)
     if isinstance(port, SimulatedPlotter):
-        sheet = port.executed()
+        executed, sheet = None, port.executed()
         if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
             executed = Drawing(sheet.strokes[-many:], sheet.page)
     return row(report.plan, page, executed=executed, min_queue=report.min_queue, observed=report.observed)

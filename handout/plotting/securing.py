@@ -89,6 +89,10 @@ class Securing:
                 self._ask(executed)
             self._wait()
 
+    def draws(self, number: int) -> bool:
+        """Whether command `number` draws."""
+        return bool(self._ink[number + 1] > self._ink[number])
+
     def _may_go(self, number: int, executed: int) -> bool:
         self._look(number, executed)
         way = self._way(number)
@@ -96,7 +100,7 @@ class Securing:
             self._outruns = False
             whole = way + float(self._stroke[number] - self._ink[number + 1])
             return self._secured >= number or (way <= self.overlap and (whole <= self.overlap or not self._is_slow()))
-        if self._secured >= number or way <= self.overlap or self._ink[number + 1] == self._ink[number]:
+        if self._secured >= number or way <= self.overlap or not self.draws(number):
             return True
         if self.stands or (self._own(number, executed) > self.overlap and executed < number):
             return False
