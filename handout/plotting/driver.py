@@ -162,9 +162,9 @@ def draw(
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
-    securing = Securing(plan, commands, secure, overlap, stands, log)
     clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
+    stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
+    securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
     stream = _Stream(plan, commands, controller, progress, watch, securing, clock)
     try:
         with _few_garbage():

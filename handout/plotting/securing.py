@@ -11,9 +11,9 @@ goes on: then more than the overlap may be drawn twice, and that is told.
 
 from __future__ import annotations
 
-import time
+import contextlib
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 
 import numpy as np
 
@@ -26,7 +26,8 @@ from handout.values import Array
 Secure = Callable[[], "Future[None]"]
 _WORTH = 0.25  # share of the overlap that is secured at a time
 _EARLY = 0.5  # share of the overlap that may be on its way before the disk is asked
-_RESERVE = 0.12  # s of motion that a machine keeps in hand; what is heard of it is up to half as old
+_RESERVE = 0.12  # s of motion that a machine keeps in hand, or half of it all; what is heard of it is 0.06 s old
+_BRIEF = 0.02  # s that a pen may stand: it leaves no more ink than in a sharp corner
 
 
 class Securing:
@@ -37,8 +38,8 @@ class Securing:
     secure : begins to secure what is known to be executed; done when that is so, or with the error of the disk.  None:
         what is executed is secured.
     overlap : mm of ink that may be sent and not secured.
-    stands : whether the machine's time stands still while the disk is waited for (a virtual clock's does): then it may
-        be waited for anywhere.
+    clock : the time by which the machine lives, s; None: that stands still while the disk is waited for, so that it
+        may be waited for anywhere.
     log : told once if the overlap cannot be kept.
 
     Attributes
@@ -52,10 +53,10 @@ class Securing:
         commands: Sequence[Command],
         secure: Secure | None,
         overlap: float,
-        stands: bool,
+        clock: Callable[[], float] | None,
         log: Callable[[str], None],
     ) -> None:
-        self.overlap, self.stands, self.most, self._log = overlap, stands, 0.0, log
+        self.overlap, self.most, self._time, self._log = overlap, 0.0, clock, log
         self._secure = secure or _at_once
         done = np.array([0, *(command.done for command in commands)])
         drawn = np.append(0.0, np.cumsum(ink(plan)))
@@ -64,8 +65,6 @@ class Securing:
         self._lowers = _lowering(plan, done)
         ends = np.append(np.flatnonzero(self._lowers), len(commands))
         self._stroke = self._ink[ends[np.searchsorted(ends, np.arange(len(commands)), side="right")]]  # mm, at its end
-        pace = float(drawn[-1]) / max(float(plan.motion.duration[plan.course.draws].sum()), 1e-9)
-        self._reserve = min(_RESERVE, 0.5 * overlap / max(pace, 1e-9))
         self._longest = float(np.diff(self._ink[ends]).max(initial=0.0))
         self._secured, self._took = 0, 0.0  # commands; s that the disk needed the last time
         self._pending: tuple[int, Future[None], float] | None = None  # for so many commands, since when
@@ -76,7 +75,7 @@ class Securing:
         while not self._may_go(number, executed):
             if self._pending is None and self._is_worth_it(number, executed):
                 self._ask(executed)
-            if self._pending is None or not (self.stands or executed >= number):
+            if self._pending is None or not (self._time is None or executed >= number):
                 return False
             self._wait()
         self.most = max(self.most, self._way(number))
@@ -102,11 +101,12 @@ class Securing:
             return self._secured >= number or (way <= self.overlap and (whole <= self.overlap or not self._is_slow()))
         if self._secured >= number or way <= self.overlap or not self.draws(number):
             return True
-        if self.stands or (self._own(number, executed) > self.overlap and executed < number):
+        if self._time is None or (self._own(number, executed) > self.overlap and executed < number):
             return False
         if self._pending is None and not self._is_worth_it(number, executed):
             return False  # the machine's turn
-        spare = float(self._clock[number] - self._clock[executed]) - self._reserve
+        has = float(self._clock[number] - self._clock[executed])
+        spare = max(has - _RESERVE, 0.5 * has, _BRIEF)
         if not self._outruns and not self._is_slow() and self._is_kept_within(spare, executed):
             return self._may_go(number, executed)
         self._outrun()
@@ -117,8 +117,8 @@ class Securing:
         if self._pending is None:
             self._ask(executed)
         assert self._pending is not None
-        if seconds > 0.0:
-            wait([self._pending[1]], seconds)
+        with contextlib.suppress(TimeoutError):
+            self._pending[1].exception(seconds)
         kept = self._pending[1].done()
         if kept:
             self._wait()
@@ -136,7 +136,7 @@ class Securing:
         """See whether the disk has kept what it was asked to, and ask in good time."""
         if self._pending is not None and self._pending[1].done():
             self._wait()
-        early = not self.stands and self._way(number) > _EARLY * self.overlap
+        early = self._time is not None and self._way(number) > _EARLY * self.overlap
         if early and self._pending is None and self._is_worth_it(number, executed):
             self._ask(executed)
 
@@ -146,18 +146,21 @@ class Securing:
         return executed > self._secured and (executed >= number or gained >= _WORTH * self.overlap)
 
     def _ask(self, executed: int) -> None:
-        self._pending = executed, self._secure(), time.monotonic()
+        self._pending = executed, self._secure(), self._now()
 
     def _wait(self) -> None:
         assert self._pending is not None
         executed, done, since = self._pending
         done.result()
-        self._secured, self._took, self._pending = executed, time.monotonic() - since, None
+        self._secured, self._took, self._pending = executed, self._now() - since, None
 
     def _is_slow(self) -> bool:
         """Whether the disk takes longer than a machine can go on with what it has in hand."""
-        waiting = 0.0 if self._pending is None else time.monotonic() - self._pending[2]
-        return not self.stands and max(self._took, waiting) > self._reserve
+        waiting = 0.0 if self._pending is None else self._now() - self._pending[2]
+        return max(self._took, waiting) > _RESERVE
+
+    def _now(self) -> float:
+        return 0.0 if self._time is None else self._time()
 
     def _outrun(self) -> None:
         """For the rest of the stroke the disk is not waited for."""
