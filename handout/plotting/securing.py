@@ -146,13 +146,18 @@ class Securing:
         return executed > self._secured and (executed >= number or gained >= _WORTH * self.overlap)
 
     def _ask(self, executed: int) -> None:
-        self._pending = executed, self._secure(), self._now()
+        since, done = self._now(), self._secure()
+        self._pending = executed, done, since
+        done.add_done_callback(lambda _: self._timed(since))  # it may be looked at much later
 
     def _wait(self) -> None:
         assert self._pending is not None
-        executed, done, since = self._pending
+        executed, done, _ = self._pending
         done.result()
-        self._secured, self._took, self._pending = executed, self._now() - since, None
+        self._secured, self._pending = executed, None
+
+    def _timed(self, since: float) -> None:
+        self._took = self._now() - since
 
     def _is_slow(self) -> bool:
         """Whether the disk takes longer than a machine can go on with what it has in hand."""

@@ -36,7 +36,10 @@ class LateDisk:
 
     def work(self):
         while self.waiting and self.waiting[0].due <= self.clock.now:
-            self.waiting.popleft().carry_out()
+            one, now = self.waiting.popleft(), self.clock.now
+            self.clock.now = one.due
+            one.carry_out()
+            self.clock.now = now
 
     def shutdown(self):
         self.clock.now = max(self.clock.now, self.free)

@@ -87,7 +87,7 @@ class SimulatedPlotter:
     @property
     def time(self) -> float:
         """What its clock would show now, s."""
-        return self.now if self._clock is None else max(self._clock.monotonic() - self._epoch, self.now)
+        return self.now if self._clock is None else self._clock.monotonic() - self._epoch
 
     def _catch_up(self) -> None:
         """What has happened since it was looked at last, by the real clock."""
