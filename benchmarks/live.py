@@ -83,7 +83,7 @@ def table(title: str, profile: Plotter, firmware: str) -> None:
 def raise_priority() -> bool:
     """Go before all other programs, those excepted that are started from here; whether that is allowed."""
     try:
-        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(_PRIORITY))
     except (AttributeError, OSError):
         return False
     return True

@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting import fidelity
+from handout.plotting.course import Course
 from handout.plotting.dialect import Command
 from handout.plotting.planned import Plan
 from handout.values import Array, Drawing
 
 REST = 0.02  # s; a pen that stands for less leaves no more ink than in a sharp corner
-_UNUSUAL = 6.0  # standard deviations, by the median, of the time that is lost between two answers anyhow
-_SIGMA = 1.4826  # standard deviation of a normal distribution, in medians of what is away from its middle
+_USUAL = 25.0  # percentile of the time that is lost between two answers: so much is lost by slow going
+_UNUSUAL = 6.0  # times as much as usual is a rest
 _FINE = 17  # times within a move at which its place is known
 _NEAR = 0.03  # mm from a move at which the pen is on it: steps, and digits of what is told
 _GAIN = 0.005  # s by which a machine may be ahead of its plan between two answers
@@ -119,7 +120,7 @@ class Observer:
             delays[number] = reached[within], delay - delay[0]
             apart.append(np.diff(time[within]))
             lost.append(np.diff(delay))
-        usual = _SIGMA * float(np.median(np.concatenate(lost))) if np.concatenate(lost).size else 0.0
+        usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
         least = max(REST, _UNUSUAL * usual)
         found = [rest for number, known in delays.items() for rest in self._rests(number, *known, least)]
         every, meant, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
@@ -161,38 +162,41 @@ class Observer:
         stroke = np.where((row >= 0) & way.draws[row], way.stroke[row], -1)
         reached = np.where(inside, plan.begins[block], plan.duration)
         reached[row >= 0] = plan.starts[row[row >= 0]]
+        ahead = _ahead(way)
         for at in np.flatnonzero(stroke >= 0).tolist():
             if not np.isnan(self._places[at][0]):
                 same = at > 0 and stroke[at - 1] == stroke[at]
-                most = self._times[at] - (self._times[at - 1] - reached[at - 1]) + _GAIN if same else np.inf
-                reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), most)
-        last = np.append(np.flatnonzero(np.diff(way.stroke) != 0), len(way.kind) - 1)
-        ends = plan.starts[last] + plan.motion.duration[last]
-        over = reached >= ends[np.searchsorted(last, np.maximum(row, 0))] - _GAIN  # it stands there to lift the pen
-        stroke = np.where(over, -1, stroke)
+                most = self._times[at] - (self._times[at - 1] - reached[at - 1]) + _GAIN if same else -np.inf
+                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), most)
+                if ahead[move] - gone <= _NEAR:  # it stands there to lift the pen
+                    stroke[at] = -1
         return stroke, np.maximum.accumulate(reached)
 
-    def _furthest(self, row: int, place: Array, most: float) -> float:
-        """The latest of the plan's times, no later than `most`, at which the pen is at a place; s.
+    def _furthest(self, row: int, place: Array, most: float) -> tuple[int, float, float]:
+        """The latest of the plan's times, no later than `most`, at which the pen is at a place.
 
         row : the move that is the first to come by there.  Lines cross and retrace themselves, and a machine is not
         faster than its plan: so the last move that comes by in time is the one.
+
+        Returns
+        -------
+        tuple
+            The move, how far it has come, mm, and the time, s.
         """
         plan, way = self.plan, self.plan.course
-        rows = np.arange(row, row + int(np.argmax(np.append(way.stroke[row:] != way.stroke[row], True))))
-        if np.isfinite(most):
-            rows = rows[: max(int(np.searchsorted(plan.starts[rows], most)), 1)]
-        else:
-            rows = rows[:1]
+        many = int(np.argmax(np.append(way.stroke[row:] != way.stroke[row], True)))
+        rows = np.arange(row, row + max(int(np.searchsorted(plan.starts[row : row + many], most)), 1))
         begin, end = way.points[rows, :2], way.points[rows + 1, :2]
         length = np.maximum(np.hypot(*(end - begin).T), 1e-9)
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
-        for at in [*np.flatnonzero(off <= _NEAR)[::-1].tolist(), 0]:
-            found = float(plan.starts[rows[at]]) + self._since(int(rows[at]), float(gone[at]))
-            if found <= most:
-                return found
-        return float(plan.starts[row])
+        found = (row, 0.0, float(plan.starts[row]))
+        for at in [0, *np.flatnonzero(off <= _NEAR).tolist()]:
+            move, come = int(rows[at]), float(gone[at])
+            time = float(plan.starts[move]) + self._since(move, come)
+            if time <= most or at == 0:
+                found = move, come, time
+        return found
 
     def _since(self, row: int, gone: float) -> float:
         """How long a move has been under way when it has come so far, s."""
@@ -206,6 +210,14 @@ class Observer:
             stroke = strokes[number]
             strokes[number] = replace(stroke, t=stroke.t + np.interp(stroke.t, where, delay))
         return replace(predicted, strokes=tuple(strokes))
+
+
+def _ahead(way: Course) -> Array:
+    """(n,) float, mm: from the beginning of each move to the end of its stroke."""
+    length = np.hypot(*np.diff(way.points[:, :2], axis=0).T)
+    behind = np.append(0.0, np.cumsum(length))
+    last = np.append(np.flatnonzero(np.diff(way.stroke) != 0), len(way.kind) - 1)
+    return np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(way.kind)))] - behind[:-1])
 
 
 def _next(stroke: NDArray[np.intp], last: int) -> int:
