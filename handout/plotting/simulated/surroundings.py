@@ -47,11 +47,11 @@ def slow_disk(seconds: float) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def busy_processor(many: int) -> Iterator[None]:
+def busy_processor(many: int) -> Iterator[list[subprocess.Popen[bytes]]]:
     """So many other programs work as hard as they can; each ends by itself when this one is gone."""
     others = [subprocess.Popen([sys.executable, "-c", _SPINS]) for _ in range(many)]
     try:
-        yield
+        yield others
     finally:
         for other in others:
             other.kill()
