@@ -67,9 +67,9 @@ def scanned(printer: Printer, noise: str, rng: np.random.Generator) -> Patches:
 
 
 def off(one: Array, other: Array) -> str:
-    """Mean / 95th percentile of ΔE00 between scanned colours."""
+    """Mean / 95th percentile / greatest ΔE00 between scanned colours."""
     away = convert.delta_e(convert.lab(one), convert.lab(other))
-    return f"{away.mean():6.2f} /{np.percentile(away, 95):6.2f}"
+    return f"{away.mean():6.2f} /{np.percentile(away, 95):6.2f} /{away.max():6.2f}"
 
 
 def wanted(printer: Printer) -> tuple[Array, Array]:
@@ -86,7 +86,7 @@ def whole_way() -> None:
     rng = np.random.default_rng(0)
     colours = inkjet.scan_patches(rng.random((1000, 3)))
     greys = inkjet.scan_patches(np.repeat(rng.random((300, 1)), 3, axis=1))
-    print("chart printed, scanned and read: ΔE00 mean / p95 of colours; greys; seconds to read, to fit and build")
+    print("chart printed, scanned and read: ΔE00 mean / p95 / max of colours; greys; seconds to read, to fit and build")
     for name, flatbed, dpi in (
         ("300 dpi, 8 bit", Flatbed(), 300),
         ("300 dpi, 16 bit", Flatbed(bits=16), 300),
@@ -109,7 +109,7 @@ def whole_way() -> None:
 def accuracy(name: str, printer: Printer) -> None:
     """1000 printable colours kept out of the chart, and 300 greys, through the table of each method."""
     colours, greys = wanted(printer)
-    print(f"{name}: ΔE00 mean / p95 of colours; greys; seconds to fit, to build (of the processor)")
+    print(f"{name}: ΔE00 mean / p95 / max of colours; greys; seconds to fit, to build (of the processor)")
     print(f"  {'uncorrected':<15}       {off(printer(colours), colours)}; {off(printer(greys), greys)}")
     for noise in NOISES:
         patches = scanned(printer, noise, np.random.default_rng(1))
@@ -129,7 +129,7 @@ def accuracy(name: str, printer: Printer) -> None:
 def by_profile(printer: Printer) -> None:
     """The colours and greys of `accuracy` through a profile of ArgyllCMS."""
     colours, greys = wanted(printer)
-    print("inkjet, ArgyllCMS colprof -qm: ΔE00 mean / p95 of colours; greys")
+    print("inkjet, ArgyllCMS colprof -qm: ΔE00 mean / p95 / max of colours; greys")
     for noise in NOISES:
         with argyll.profiled(scanned(printer, noise, np.random.default_rng(1))) as profile:
             for inverse in argyll.INVERSES:
@@ -159,19 +159,31 @@ def cross_validation(folder: Path) -> None:
 
 def inverted(device: Array, scan: Array) -> None:
     """What to send for scanned colours of patches kept out, by each method, against what was sent."""
-    fold = folds(device)
+    fold, shown = folds(device), printer_of(device, scan)
     for method in METHODS:
-        away = np.empty(len(device))
+        found = np.empty_like(device)
         for number in range(FOLDS):
             known = fold != number
             model = fit(Patches(device[known], scan[known], np.full(int(known.sum()), np.nan)), method)
-            away[~known] = 255 * np.linalg.norm(np.clip(model.invert(scan[~known]), 0, 1) - device[~known], axis=1)
-        print(f"  scanned → device, {method:<15} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
+            found[~known] = np.clip(model.invert(scan[~known]), 0, 1)
+        print(f"  scanned → device, {method:<20} {apart(found, device)}; ΔE00 {off(shown(found), scan)}", flush=True)
+
+
+def apart(one: Array, other: Array) -> str:
+    """Mean / 95th percentile of distances of device RGB."""
+    away = 255 * np.linalg.norm(one - other, axis=1)
+    return f"{away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB"
+
+
+def printer_of(device: Array, scan: Array) -> Printer:
+    """A real chart as a printer: an exact spline through all its patches, repeats averaged."""
+    ready = preparing.merged(device, scan, np.ones(len(device)))
+    return splines.exact(ready.x, ready.y)
 
 
 def profiled(device: Array, scan: Array) -> None:
     """Both ways through profiles of ArgyllCMS, of the same patches kept out but for white, which colprof asks for."""
-    fold, white = folds(device), (device == 1).all(axis=1)
+    fold, white, shown = folds(device), (device == 1).all(axis=1), printer_of(device, scan)
     seen, sent = scan.copy(), {inverse: device.copy() for inverse in argyll.INVERSES}
     for number in range(FOLDS):
         known = (fold != number) | white
@@ -181,9 +193,11 @@ def profiled(device: Array, scan: Array) -> None:
                 found[~known] = argyll.sent(profile, scan[~known], inverse)
     print(f"  device → scanned, colprof -qm         {off(seen[~white], scan[~white])}")
     for inverse, found in sent.items():
-        away = 255 * np.linalg.norm((np.clip(found, 0, 1) - device)[~white], axis=1)
-        name = f"colprof {inverse}"
-        print(f"  scanned → device, {name:<20} {away.mean():5.2f} / {np.percentile(away, 95):5.2f}, 1/255 of RGB")
+        cut, name = np.clip(found, 0, 1)[~white], f"colprof {inverse}"
+        print(
+            f"  scanned → device, {name:<20} {apart(cut, device[~white])}; ΔE00 {off(shown(cut), scan[~white])}",
+            flush=True,
+        )
 
 
 def folds(x: Array) -> NDArray[np.intp]:

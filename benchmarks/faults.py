@@ -40,6 +40,7 @@ from handout.values import Drawing
 OVERLAP = 10.0  # mm
 _TRIES = 12  # times that a person goes on with a job
 _WAITS = 60.0  # s until the cable is back
+_ENDLESS = 1800.0  # s of a plot of half a minute; whatever takes longer would never end
 
 
 @dataclass(frozen=True)
@@ -73,11 +74,11 @@ MACHINES = (
     Machine("roland-dxy-1300"),
 )
 FAULTS = (
-    "lost-byte", "flipped-byte", "doubled-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
+    "lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "small-buffer", "late", "lost-ok", "resend-loop", "error",
     "alarm", "reset", "jam", "unplugged", "power-cut", "ctrl-c", "ctrl-c twice", "crash",
 )  # fmt: skip
 
-DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte")
+DAMAGES = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte")
 RUNS = 720
 SHORT = "i"
 SHORTLY = (MACHINES[0], MACHINES[5], MACHINES[8], MACHINES[12])
@@ -86,6 +87,10 @@ _STEPS = 0.2  # mm by which a place may be known too early: steps, and points of
 
 class Crash(BaseException):
     """The computer has no power any more."""
+
+
+class Endless(BaseException):
+    """The plot waits for something that will not happen."""
 
 
 class Desk(SimulatedPlotter):
@@ -97,6 +102,7 @@ class Desk(SimulatedPlotter):
 
     def __init__(self, profile: Plotter, options: Simulated, clock: Clock | None = None) -> None:
         self.calls, self.interrupts, self.crash, self.crashed = 0, set[int](), -1, False
+        self.until = _ENDLESS
         super().__init__(profile, options, clock)
 
     def write(self, data: bytes) -> None:
@@ -109,6 +115,8 @@ class Desk(SimulatedPlotter):
 
     def _count(self) -> None:
         self.calls += 1
+        if self.now > self.until:
+            raise Endless
         if 0 <= self.crash <= self.calls:
             self.crashed = True
             raise Crash
@@ -146,6 +154,7 @@ class Run:
     said: list[str] = field(default_factory=list)
     inked: Inked | None = None
     finished: bool = False
+    endless: bool = False
 
 
 def profile_of(machine: Machine) -> Plotter:
@@ -188,11 +197,13 @@ def journals(desk: Desk) -> Iterator[dict[int, int]]:
 
 @dataclass(frozen=True)
 class Extent:
-    """Of an undisturbed plot: instructions, bytes written, reads and writes, bytes before the plot."""
+    """Of an undisturbed plot: instructions, bytes written and said, reads and writes, and how long it took, s."""
 
     lines: int
     bytes: int
+    said: int
     calls: int
+    seconds: float
 
 
 def undisturbed(machine: Machine, whole: Drawing) -> Extent:
@@ -200,7 +211,8 @@ def undisturbed(machine: Machine, whole: Drawing) -> Extent:
     run = Run(machine, "", 0)
     plotter = Desk(profile_of(machine), Simulated(**dict(machine.options)))
     perform(run, plotter, whole)
-    return Extent(plotter.faults.lines, plotter.faults._bytes, plotter.calls)
+    faults = plotter.faults
+    return Extent(faults.lines, faults.written, faults.said, plotter.calls, plotter.executed_s)
 
 
 def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: Extent) -> Run:
@@ -240,11 +252,15 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
         job = store.create([whole], plotter.profile, store.Options(overlap=OVERLAP), place=Path(folder))
         person = Somebody(plotter)
         for _ in range(_TRIES):
+            plotter.until = plotter.now + _ENDLESS
             try:
                 running.run_job(job, lambda: plotter, person, log=run.said.append)
             except (DeviceError, KeyboardInterrupt) as error:
                 run.stops.append(str(error) or type(error).__name__)
                 mend(run, plotter)
+            except Endless:
+                run.endless = True
+                break
             except Crash:
                 run.stops.append("crash")
                 plotter.crash, plotter.crashed = -1, False

@@ -16,15 +16,20 @@ from handout.errors import InputError
 def opened(path: Path) -> Iterator[BinaryIO]:
     """A stream into a temporary file beside `path`, renamed into place when the block ends without an error.
 
-    For what is too long to be held in memory as a whole; `write` is for everything else.
+    For what is too long to be held in memory as a whole; `write` is for everything else.  A link is written through: it
+    stays, and what it leads to is written, whether that is there yet or not.  What is no file, such as a pipe, is
+    written to at once.
 
     Raises
     ------
     InputError
-        The folder does not exist or is not writable; nothing has been changed then.
+        The folder does not exist or is not writable, or a link leads in a circle; nothing has been changed then.
     """
-    if path.is_dir():
-        raise InputError(f"Cannot write {path}: it is a folder; give a file name.")
+    path = target(path)
+    if path.exists() and not path.is_file():
+        with _refusing(path), path.open("wb") as stream:
+            yield stream
+        return
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
@@ -42,6 +47,31 @@ def opened(path: Path) -> Iterator[BinaryIO]:
         if isinstance(error, OSError):
             raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
         raise
+
+
+@contextlib.contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"Cannot write {path}: {error.strerror or error}.") from error
+
+
+def target(path: Path) -> Path:
+    """Where what is written to `path` comes to lie: behind all links.
+
+    Raises
+    ------
+    InputError
+        It is a folder, or a link that leads to itself.
+    """
+    if path.is_symlink():
+        path = Path(os.path.realpath(path))
+        if path.is_symlink():
+            raise InputError(f"Cannot write {path}: it is a link that leads to itself.")
+    if path.is_dir():
+        raise InputError(f"Cannot write {path}: it is a folder; give a file name.")
+    return path
 
 
 def write(path: Path, data: bytes) -> None:
@@ -69,8 +99,7 @@ def lock(stream: IO[Any]) -> None:
 
 def check_writable(path: Path) -> None:
     """Raise InputError now if `path` could not be written later (asked before long work, not instead of it)."""
-    if path.is_dir():
-        raise InputError(f"Cannot write {path}: it is a folder; give a file name.")
+    path = target(path)
     if not path.parent.is_dir():
         raise InputError(f"Cannot write {path}: the folder {path.parent} does not exist.")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):

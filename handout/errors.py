@@ -9,6 +9,7 @@
     └── DeviceError           exit code 3: the machine or its port
         ├── PortError             the port cannot be opened, or was lost
         ├── DeviceSilent          nothing answered in time
+        ├── DeviceHeld            it was held, and nobody let it go on
         ├── PrinterError          a print queue is missing, or refused a page
         └── DeviceAlarm           the machine reported an error or an alarm
             └── DeviceGarbled         a command came over wrong
@@ -55,6 +56,10 @@ class PortError(DeviceError):
 
 class DeviceSilent(DeviceError):
     """The machine did not answer in time."""
+
+
+class DeviceHeld(DeviceError):
+    """The machine is held or waits for a person, and nobody is there."""
 
 
 class PrinterError(DeviceError):

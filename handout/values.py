@@ -15,6 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from handout import notebook
+from handout.summary import one_line
+
 Array = NDArray[np.float64]
 NIB_THICKNESS = 0.09  # of a flat nib, in lengths of its edge: the width of a line drawn along it
 _COLOUR = re.compile("#[0-9a-f]{6}")
@@ -97,6 +100,8 @@ class Stroke:
     colour: str = ""
     nib: float = 0.0
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         if self.colour and not _COLOUR.fullmatch(self.colour):
             raise ValueError(f"{self.colour!r} is not a colour such as #1a1a2e")
@@ -146,6 +151,8 @@ class Drawing:
     inked: tuple[float, float, float, float] | None = None
     timed: bool = True
 
+    __repr__ = one_line
+
     @property
     def duration(self) -> float:
         """Time of the last sample, s (0 for an empty drawing)."""
@@ -173,6 +180,12 @@ class Drawing:
         xy = np.concatenate(places)
         return (*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist())
 
+    def _repr_svg_(self) -> str | None:
+        return notebook.drawing_svg(self)
+
+    def _repr_png_(self) -> bytes | None:
+        return notebook.drawing_png(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Raster:
@@ -187,6 +200,8 @@ class Raster:
     dpi: float
     origin: tuple[float, float] = (0.0, 0.0)
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         rgba = np.asarray(self.rgba, dtype=np.float32)
         if rgba.ndim != 3 or rgba.shape[2] != 4:
@@ -194,6 +209,9 @@ class Raster:
         rgba = rgba.view()
         rgba.flags.writeable = False
         object.__setattr__(self, "rgba", rgba)
+
+    def _repr_png_(self) -> bytes:
+        return notebook.raster_png(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +228,8 @@ class ActionPlan:
     interval: float
     smooth: float
     spread: Array | None = None
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", readonly(self.points, None, 2))
@@ -252,6 +272,8 @@ class Glyph:
     reluctance: float = 0.0
     form: int = 0
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
 
@@ -289,6 +311,11 @@ class Hand:
     variation: float = 1.0
     fading: float = 0.0
 
+    __repr__ = one_line
+
+    def _repr_svg_(self) -> str | None:
+        return notebook.hand_svg(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -310,6 +337,8 @@ class Placed:
     at: int
     ink: Ink | None = None
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
 
@@ -325,6 +354,8 @@ class Line:
     placed: tuple[Placed, ...]
     baseline: float
     rise: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    __repr__ = one_line
 
     def height_at(self, x: Array) -> Array:
         """(n,) mm from the top of the page: where the line's words stand at places `x` (n,) mm."""
@@ -346,6 +377,8 @@ class Manuscript:
     x_height: float
     about: Mapping[str, Any] = field(default_factory=dict)
 
+    __repr__ = one_line
+
 
 @dataclass(frozen=True, eq=False)
 class Moments:
@@ -357,6 +390,8 @@ class Moments:
 
     times: Array | None = None
     pressure: Array | None = None
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         for name in ("times", "pressure"):
@@ -397,6 +432,8 @@ class LineGraph:
     uv: Array
     edges: Indices
     tags: tuple[Tag, ...] = ()
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         xy = readonly(self.xy, None, 2)
@@ -470,3 +507,5 @@ class Ink:
     graph: LineGraph
     source: int
     number: int
+
+    __repr__ = one_line

@@ -14,6 +14,7 @@ GROUND = {
     "",
     "values",
     "branching",
+    "hues",
     "peaks",
     "units",
     "errors",
@@ -24,6 +25,8 @@ GROUND = {
     "markup",
     "pathdata",
     "tables",
+    "notebook",
+    "summary",
 }
 MAY = {
     "scanning": set(),

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.summary import one_line
 from handout.values import Array, Drawing, Indices, Manuscript, readonly, readonly_indices
 
 # Of the cover of one usual pass of the pen: where a line's edge is.  The middle between paper and ink would be .5, but
@@ -48,6 +49,8 @@ class Path:
     xy: Array
     of: Indices
     ligature: NDArray[np.bool_]
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "xy", readonly(self.xy, None, 2))
@@ -101,6 +104,8 @@ class Truth:
     line: float
     to_pixels: Array
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         for name in ("labels", "density", "alpha", "paper"):
             pixels = getattr(self, name).view()
@@ -136,6 +141,8 @@ class Simulated:
     truth: Truth
     manuscript: Manuscript
     drawing: Drawing
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         pixels = self.image.view()

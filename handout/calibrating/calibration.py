@@ -13,9 +13,11 @@ from handout import atomic
 from handout.errors import InputError
 
 if TYPE_CHECKING:
+    from handout.colour.reading import Scribble
     from handout.colour.table import ColourTable
 
 ABOUT, TABLE, PATCHES = "about.json", "table.npz", "patches.ti3"
+SCRIBBLE, _PEN = "scribble.npz", "pen.json"
 _STRIP, _VERIFIED, _REPORT = "strip.json", "verification.json", "report.html"
 
 
@@ -71,6 +73,7 @@ class Calibration:
             "printer": self.printer, "paper": self.paper, "made": self.made.isoformat(timespec="seconds"),
             "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
             "folder": str(self.folder or self.table_file), "verification": self.verification(),
+            "pen": {"written": self.scribble() is not None, "hand": self.pen_of()},
         }  # fmt: skip
 
     def strip(self) -> dict[str, Any] | None:
@@ -80,6 +83,24 @@ class Calibration:
     def verification(self) -> dict[str, Any] | None:
         """What its strip showed, as `verification.Verification.facts` gives it."""
         return self._kept(_VERIFIED)
+
+    def scribble(self) -> Scribble | None:
+        """What was written in the chart's frame with a pen; None if nothing was.  Raises InputError."""
+        if self.folder is None or not (self.folder / SCRIBBLE).is_file():
+            return None
+        from handout.colour.reading.scribble import load
+
+        return load(self.folder / SCRIBBLE)
+
+    def pen_of(self) -> str:
+        """The hand whose pen wrote in the chart's frame; empty if nobody said."""
+        return str((self._kept(_PEN) or {}).get("hand", ""))
+
+    def keep_scribble(self, path: Path, hand: str) -> None:
+        """Take along what was written in the chart's frame with the pen of a hand."""
+        assert self.folder is not None
+        atomic.write(self.folder / SCRIBBLE, path.read_bytes())
+        self._keep(_PEN, {"hand": hand})
 
     def keep_strip(self, facts: Mapping[str, Any]) -> None:
         """Remember a strip that is being printed."""

@@ -7,8 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.calibrating.reference import Reference
+from handout.colour import gamut
+from handout.colour.gamut import Reach
+from handout.colour.table import ColourTable
 from handout.hand.scanned import ScannedHand
+from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Hand, readonly
+
+USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
 
 _TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
 _PAGE = "150x40mm"
@@ -41,6 +48,11 @@ class Inks:
         return Inks(self.rgba[rows])
 
 
+def seen_by_chart(samples: Inks, known: Reference) -> Inks:
+    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells."""
+    return samples if known.match is None else Inks(np.asarray(known.match.inks(samples.rgba), dtype=np.float64))
+
+
 def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
     """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
     pixels = rgba.reshape(-1, 4)
@@ -70,8 +82,13 @@ def greys(count: int) -> Inks:
     return Inks(np.hstack([np.zeros((count, 3)), cover]))
 
 
-def of_hand(name: str, seed: int = 0) -> Inks:
-    """Samples of the ink that a hand writes with, a drawn one with its usual pen.
+def of_hand(name: str, pen: Pen | None = None) -> Inks:
+    """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
+
+    Parameters
+    ----------
+    name : of the hand, drawn or scanned.
+    pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
 
     Raises
     ------
@@ -80,13 +97,24 @@ def of_hand(name: str, seed: int = 0) -> Inks:
     """
     from handout.hand.library import find
 
-    drawing = _written(find(name), np.random.default_rng([seed]))
+    drawing = _written(find(name), np.random.default_rng([0]))
     if drawing.ink is not None:
         return of_raster(drawing.ink(_DPI).rgba)
     from handout.inking import pens
-    from handout.inking.pen import usual as pen
+    from handout.inking.pen import usual as usual_pen
 
-    return of_raster(pens.ink(drawing, _DPI, pen("ballpoint"), pens.noise({"seed": seed})).rgba)
+    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
+
+
+def reach_of(name: str, table: ColourTable, known: Reference | None = None, pen: Pen | None = None) -> Reach:
+    """What of the ink of a page in a hand the printer of a table reaches; `known` and `pen`: see `of_hand`.
+
+    Every figure on ink out of reach is made here.  Raises InputError: no such hand.
+    """
+    samples = of_hand(name, pen)
+    if known is not None:
+        samples = seen_by_chart(samples, known)
+    return gamut.reach(np.clip(samples.on(np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 
 def paper_of(name: str) -> Array | None:
@@ -103,6 +131,20 @@ def paper_of(name: str) -> Array | None:
     if not isinstance(hand, ScannedHand):
         return None
     return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
+
+
+def scanned_name(name: str) -> str:
+    """What a scanned hand calls itself; empty for a drawn one.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name)
+    return hand.name if isinstance(hand, ScannedHand) else ""
 
 
 def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:

@@ -66,6 +66,11 @@ class Session:
         return self.folder / "patches.ti3"
 
     @property
+    def scribble(self) -> Path:
+        """What was written in the chart's frame; there only if something was."""
+        return self.folder / "scribble.npz"
+
+    @property
     def report(self) -> Path:
         """The report on the chart's scans."""
         return self.folder / "report.html"

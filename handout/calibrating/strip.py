@@ -18,6 +18,7 @@ from handout.calibrating.inks import Inks, greys
 from handout.colour import gamut
 from handout.colour.applying import apply
 from handout.colour.chart import MARKS, PAPERS, ChartPage
+from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable
 from handout.errors import InputError
 from handout.values import Array, Page, Raster, readonly
@@ -40,7 +41,7 @@ class Strip:
     matched : (n,) bool, whether it was sent through the table.
     grey : (n,) bool, whether it is one of the greys.
     paper : name of the sheet's size.
-    out : share of the ink's samples that the printer cannot reach; lost : ΔE00 there, on the mean.
+    out : share of a page's ink that the printer cannot reach; lost : ΔE00 there, on the mean; whose : ink it is.
     """
 
     wanted: Array
@@ -50,6 +51,7 @@ class Strip:
     paper: str
     out: float
     lost: float
+    whose: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "wanted", readonly(self.wanted, None, 3))
@@ -71,7 +73,7 @@ class Strip:
         return {
             "wanted": self.wanted.round(6).tolist(), "device": np.rint(self.device * 255).astype(int).tolist(),
             "matched": self.matched.tolist(), "grey": self.grey.tolist(), "paper": self.paper, "out": self.out,
-            "lost": self.lost,
+            "lost": self.lost, "whose": self.whose,
         }  # fmt: skip
 
 
@@ -87,13 +89,18 @@ def from_facts(facts: Mapping[str, Any]) -> Strip:
         return Strip(
             np.array(facts["wanted"]), np.array(facts["device"]) / 255, np.array(facts["matched"], dtype=bool),
             np.array(facts["grey"], dtype=bool), str(facts["paper"]), float(facts["out"]), float(facts["lost"]),
+            str(facts.get("whose", "")),
         )  # fmt: skip
     except (KeyError, ValueError, TypeError) as error:
         raise InputError("What is stored of the verification strip cannot be read: print a new strip.") from error
 
 
-def make(table: ColourTable, inks: Inks, paper: str = "A4") -> Strip:
+def make(table: ColourTable, inks: Inks, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
     """A strip for a table, of samples of ink and of greys.
+
+    Parameters
+    ----------
+    page : what of a page's ink the printer reaches, where that is another than the samples'; whose : ink it is.
 
     Raises
     ------
@@ -121,7 +128,8 @@ def make(table: ColourTable, inks: Inks, paper: str = "A4") -> Strip:
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_sent(rgba), _sent(_through(rgba, table)), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
-        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, found.out, found.mean,
+        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or found).out,
+        (page or found).mean, whose,
     )  # fmt: skip
 
 

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from handout.calibrating import inks, store
 from handout.calibrating.calibration import Calibration
+from handout.calibrating.reference import Kind, Reference, of_calibration
 from handout.colour import gamut
 from handout.colour.applying import apply
+from handout.colour.gamut import Reach
 from handout.errors import InputError
+from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Raster
 
 Ink = Callable[[Drawing, int], Raster]
@@ -43,6 +47,14 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
         return None, []
     found = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
     return found, _doubts(found, printer, paper) if found is not None else []
+
+
+def pen_of(found: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
+    """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
+    known = of_calibration(found, hand)
+    if known.kind is not Kind.DRAWN:
+        say(f"{'warning: ' if known.doubtful and known.kind is not Kind.CORRECTED else ''}{known.said}")
+    return known
 
 
 def _asked(asked: str) -> Calibration:
@@ -78,11 +90,18 @@ def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
 
 @dataclass
 class Through:
-    """Makes pages with `ink` and sends them through a calibration; remembers how much of their ink it cannot reach."""
+    """Makes pages with `ink` and sends them through a calibration.
+
+    reference : what the pen in the chart's frame says of the hand; None: nothing is known.
+    hand, pen : whose ink is said to be in reach or out of it; an empty hand: that of the pages themselves.
+    """
 
     ink: Ink
     calibration: Calibration
-    _lost: list[Array] = field(default_factory=list)
+    reference: Reference | None = None
+    hand: str = ""
+    pen: Pen | None = None
+    _seen: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._table = self.calibration.table()
@@ -90,35 +109,41 @@ class Through:
     @property
     def pages(self) -> int:
         """How many pages were looked at."""
-        return len(self._lost)
+        return len(self._seen)
 
     def __call__(self, drawing: Drawing, dpi: int) -> Raster:
         """The page in device RGB; paper stays transparent."""
         raster = self.ink(drawing, dpi)
-        if len(self._lost) < _PAGES:
+        if self.reference is not None and self.reference.match is not None:
+            raster = self.reference.match.raster(raster)
+        if len(self._seen) < _PAGES:
             samples = inks.of_raster(np.asarray(raster.rgba), _SAMPLED)
             if len(samples.rgba):
-                seen = np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1)
-                self._lost.append(gamut.reach(seen, self._table).lost)
+                self._seen.append(np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1))
         return apply(raster, self._table)
 
     def facts(self) -> dict[str, object]:
         """What ``--json`` prints: the calibration and what it cannot reach."""
-        out, mean = self._reach()
+        found = self._reach
         return {
             "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
-            "age_days": self.calibration.age(), "out_of_reach": round(out, 4), "lost": round(mean, 2),
+            "age_days": self.calibration.age(), "out_of_reach": round(found.out, 4) if found else 0.0,
+            "lost": round(found.mean, 2) if found else 0.0,
+            "pen": self.reference.facts() if self.reference is not None else None,
         }  # fmt: skip
 
     def said(self) -> str:
         """One sentence about the calibration, and how much of the ink it cannot reach."""
-        out, mean = self._reach()
-        if not self._lost:
+        found = self._reach
+        if found is None:
             return f"{self.calibration.described()}."
-        reach = f"{out:.0%} of the ink is out of reach, by ΔE00 {mean:.1f} on the mean" if out else "it reaches all ink"
-        return f"{self.calibration.described()}; {reach}."
+        whose = f"of {self.hand}" if self.hand else ""
+        return f"{self.calibration.described()}. {gamut.said(found.out, found.mean, whose)}"
 
-    def _reach(self) -> tuple[float, float]:
-        lost = np.concatenate(self._lost) if self._lost else np.zeros(1)
-        far = lost[lost > gamut.SEEN]
-        return float((lost > gamut.SEEN).mean()), float(far.mean()) if len(far) else 0.0
+    @cached_property
+    def _reach(self) -> Reach | None:
+        if not self._seen:
+            return None
+        if self.hand:
+            return inks.reach_of(self.hand, self._table, self.reference, self.pen)
+        return gamut.reach(np.concatenate(self._seen), self._table)

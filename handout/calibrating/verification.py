@@ -10,20 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from handout.calibrating import inks
+from handout.calibrating import inks, reference
 from handout.calibrating import strip as strips
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.inks import Inks
 from handout.calibrating.pages import Printed
 from handout.calibrating.strip import FIRST_MARK, Strip
-from handout.colour import convert
+from handout.colour import convert, gamut
 from handout.colour.chart import MARKS, ChartPage
 from handout.colour.drawing import render
+from handout.colour.ink_match import match
 from handout.colour.reading import Finding, Scan, open_scans
 from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
-from handout.colour.reading.registration import place
+from handout.colour.reading.registration import Placement, place
 from handout.colour.reading.sampling import sample
+from handout.colour.reading.scribble import scribble_of
 from handout.errors import InputError
 from handout.printing.charts import fine_enough
 from handout.profiles import Printer
@@ -31,16 +33,22 @@ from handout.values import Array
 
 # ΔE00 on the mean up to which a match is called so
 _VERDICTS = (
-    (1.0, "The match is excellent: the eye sees no difference."),
-    (2.0, "The match is good: a difference is seen only side by side."),
-    (4.0, "The match is fair: differences can be seen. Scan the chart again, or print it in better quality."),
+    (1.0, "Of colours in reach the match is excellent: the eye sees no difference."),
+    (2.0, "Of colours in reach the match is good: a difference is seen only side by side."),
+    (
+        4.0,
+        "Of colours in reach the match is fair: differences can be seen. Scan the chart again, or print it in better "
+        "quality.",
+    ),
 )
 _POOR = (
-    "The match is poor: what was printed is not what was calibrated. Check that printer, paper, quality and the "
+    "Even of colours in reach the match is poor: what was printed is not what was calibrated. Check that printer, "
+    "paper, quality and the "
     "scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
 _USUAL = 200  # samples of usual inks
+_SAME_PEN = 2.0  # ΔE00 of a pen's lines; some words written with more pressure differ by 1
 _SAME_PAPER = 4.0  # ΔE00 of the bare paper against the chart's
 _OTHER_STRIP = 0.8  # correlation of what is seen with what the calibration foresees
 
@@ -63,7 +71,7 @@ class Verification:
     made : when it was read.
     before, after : of all colours, sent as they are and sent through the table.
     ink_before, ink_after, grey_before, grey_after : of the ink and of the greys alone.
-    out : share of the ink that the printer cannot reach; lost : ΔE00 there, on the mean.
+    out : share of a page's ink that the printer cannot reach; lost : ΔE00 there, on the mean; whose : ink it is.
     verdict : all this in words.
     findings : what was not as it should be with the scan.
     """
@@ -79,6 +87,7 @@ class Verification:
     lost: float
     verdict: str
     findings: tuple[str, ...] = ()
+    whose: str = ""
 
     @property
     def helps(self) -> bool:
@@ -105,10 +114,8 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
             ("all", facts["before"], facts["after"]),
         )
     ]
-    reach = f"{facts['out']:.0%} of the ink is out of the printer's reach" + (
-        f", by ΔE00 {facts['lost']:.1f} on the mean." if facts["out"] else "."
-    )
-    return [head, *rows, reach, facts["verdict"]]
+    reach = gamut.said(facts["out"], facts["lost"], facts.get("whose", ""))
+    return [head, *rows, facts["verdict"], reach]
 
 
 def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
@@ -119,8 +126,12 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     InputError
         No such hand, or an ink of which the printer reaches next to nothing.
     """
+    known = reference.of_calibration(calibration, hand) if hand else None
     samples: Inks = inks.of_hand(hand) if hand else inks.usual(_USUAL)
-    made = strips.make(calibration.table(), samples, paper)
+    if known is not None:
+        samples = inks.seen_by_chart(samples, known)
+    table, whose = calibration.table(), hand or inks.USUAL_HAND
+    made = strips.make(table, samples, paper, inks.reach_of(whose, table, known), f"of {whose}")
     calibration.keep_strip(made.facts())
     return made
 
@@ -188,6 +199,7 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     findings = [
         *scan.findings, *of_place(placement, scan.source), *of_marks(placement, scan, sampled),
         *of_pixels(scan, sampled), *_of_colours(strip, sampled.values, calibration, scan.source),
+        *_of_pen(strip, scan, placement, sampled.values, calibration),
     ]  # fmt: skip
     # few colours make few tones; the chart's scan was judged by that already
     findings = [one for one in findings if one.code != "edited"]
@@ -217,6 +229,22 @@ def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str
         source)]  # fmt: skip
 
 
+def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibration: Calibration) -> list[Finding]:
+    """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
+    bare = (strip.device == 1).all(axis=1)
+    now, before = scribble_of(scan, placement, seen[bare].mean(axis=0)), calibration.scribble()
+    if now is None or before is None:
+        return []
+    dpi = min(now.dpi, before.dpi)
+    first, other = (reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
+    found = match(first, before.paper, other, now.paper, dpi)
+    if found is None or found.difference <= _SAME_PEN:
+        return []
+    return [Finding("settings-differ", "warn", f"The pen in the strip's frame looks other than in the chart's (ΔE00 "
+        f"{found.difference:.1f} on the mean): the scanner's settings changed between the two scans, or another pen "
+        "wrote. Scan the strip just like the chart.", scan.source)]  # fmt: skip
+
+
 def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:
     lost = convert.delta_e(convert.lab(strip.wanted), convert.lab(seen))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
@@ -227,6 +255,7 @@ def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verificat
         _difference(lost[plain & ~strip.grey]), _difference(lost[matched & ~strip.grey]),
         _difference(lost[plain & strip.grey]), _difference(lost[matched & strip.grey]),
         strip.out, strip.lost, _verdict(before.mean, after.mean), tuple(map(str, findings)),
+        strip.whose,
     )  # fmt: skip
 
 

@@ -15,9 +15,10 @@ from pathlib import Path
 
 import handout
 from handout import atomic
-from handout.calibrating import inks, pages, reporting, store, verification
+from handout.calibrating import inks, pages, prints, reference, reporting, store, verification
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.pages import Printed
+from handout.calibrating.reference import Reference
 from handout.calibrating.session import Session, Step, opened
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
@@ -25,6 +26,7 @@ from handout.colour.chart import Chart, chart
 from handout.colour.chart_tables import ti3
 from handout.colour.drawing import render
 from handout.colour.reading import Finding, Reading, read
+from handout.colour.reading.scribble import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
 from handout.printing import charts
@@ -37,13 +39,15 @@ _TOLD = {
         "off colour management, enhancements and 'fit to page'."
     ),
     Step.SCAN: (
-        "Let the ink dry for a quarter of an hour. Lay the chart on the glass, printed side down, and scan it in "
+        "Let the ink dry for a quarter of an hour. Write some words in the frame under the patches with the pen of the "
+        "handwriting, as you write: only so can be seen what the scanner makes of its ink. Lay the chart on the glass, printed side down, "
+        "and scan it in "
         "colour at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save "
         "TIFF or PNG."
     ),
     Step.BUILD: "The scans are good; the table is built of them.",
     Step.STRIP: "The verification strip is printed through the new table: load the same paper.",
-    Step.VERIFY: "Let the strip dry, and scan it just like the chart.",
+    Step.VERIFY: "Let the strip dry, write in its frame too, and scan it just like the chart.",
     Step.STORE: "The calibration is stored.",
     Step.DONE: "The calibration is stored, and pages for this printer go through it from now on.",
 }
@@ -62,10 +66,15 @@ class ScansRefused(InputError):
 
 @dataclass(frozen=True)
 class Taken:
-    """What scans showed: findings that are no reason to refuse them, and pages still missing as a sentence."""
+    """What scans showed.
+
+    findings : that are no reason to refuse them; missing : pages still missing, as a sentence.
+    reference : what the pen in the chart's frame says; None while pages are missing.
+    """
 
     findings: tuple[Finding, ...]
     missing: str = ""
+    reference: Reference | None = None
 
 
 class Wizard:
@@ -82,6 +91,7 @@ class Wizard:
         scanner: str = "",
         hand: str = "",
         afresh: bool = False,
+        accept: bool = False,
     ) -> None:
         """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
 
@@ -97,7 +107,9 @@ class Wizard:
         scanner : str
             What the scanner is called.
         hand : str
-            Whose ink verifies the calibration; the paper of a scanned one tells whether the chart was scanned alike.
+            Whose ink verifies the calibration; the pages of a scanned one tell whether the chart was scanned alike.
+        accept : bool
+            Calibrate with the print as it is, whatever is weak in it.
 
         Raises
         ------
@@ -107,7 +119,9 @@ class Wizard:
         fitting = charts.chart_for(profile, sheet, page_count)
         self.profile = profile
         self.hand = hand
+        self.accept = accept
         self._paper = None if not hand or (found := inks.paper_of(hand)) is None else found.tolist()
+        self.writer = inks.scanned_name(hand) if hand else ""
         self._done = False
         self.session: Session = opened(printer, paper, fitting.paper.name, len(fitting.pages), scanner, afresh)
         state = self.session.state
@@ -132,6 +146,13 @@ class Wizard:
     def name(self) -> str:
         """``printer/paper``."""
         return f"{self.session.state.printer}/{self.session.state.paper}"
+
+    @property
+    def frame(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom, mm, of the frame for the pen on what is scanned next."""
+        if self.step is Step.VERIFY:
+            return verification.last_strip(store.load(self.session.built)).page.scribble_field
+        return self.chart.pages[0].scribble_field
 
     def print_chart(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
         """Print the chart, or write it to `out` for the user to print; the files written.
@@ -160,17 +181,21 @@ class Wizard:
             A file that cannot be read.
         """
         reading = self._read(scans)
+        known = reference.compared(reading.scribble, self.hand, self.writer)
+        state = self.session.state
+        before = prints.last(state.printer, state.paper, state.scanner)
+        reading = prints.judged(reading, known, before, self.accept)
         self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
             raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
-        warned = tuple(one for one in reading.findings if one.severity == "warn")
+        warned = prints.warned(reading.findings)
         if missing:
             return Taken(warned, missing[0].sentence)
         self._measured(reading)
-        return Taken(warned)
+        return Taken(warned, reference=known)
 
     def build(self, method: str = "forward") -> Calibration:
         """Build the table of what was measured.
@@ -183,6 +208,8 @@ class Wizard:
         state = self.session.state
         patches = store.read_patches(self.session.patches)
         made = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
+        if self.session.scribble.is_file():
+            made.keep_scribble(self.session.scribble, self.writer)
         self._at(Step.STRIP)
         return made
 
@@ -252,6 +279,9 @@ class Wizard:
         atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
 
     def _measured(self, reading: Reading) -> None:
+        self.session.scribble.unlink(missing_ok=True)
+        if reading.scribble is not None:
+            save_scribble(reading.scribble, self.session.scribble)
         state = self.session.state
         said = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
         cgats.write(self.session.patches, ti3(reading, {name: value for name, value in said.items() if value}))

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from importlib import import_module
 
 import click
 
 from handout import __version__
+from handout.cli import ending
 from handout.errors import HandoutError
-
-INTERRUPTED = 130
 
 # verb → what `handout --help` says of it; the code is in the module of that name
 _VERBS = {
     "write": "Write a text to a file: SVG, PNG, PDF, InkML or JSON.",
     "export": "Write a text as the program of a plotter: G-code, HP-GL or EBB.",
     "plot": "Write a text with a pen plotter.",
-    "pen": "Set up the pen of a plotter: a test sheet, and its heights.",
+    "pen": "Set up the pen of a plotter: a test sheet, its heights; move it by hand.",
     "print": "Address envelopes from a table and print them.",
     "calibrate": "Make a printer's colours those of the ink.",
     "hand": "Make hands from scans, list and show them, and make sheets to write one on.",
@@ -66,21 +66,28 @@ def cli() -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
+    with ending.orderly():
+        code = _run(args)
+    sys.exit(code)
+
+
+def _run(args: list[str] | None) -> int:
     try:
         result = cli.main(args=args, prog_name="handout", standalone_mode=False)
-        code = result if isinstance(result, int) else 0
     except click.exceptions.Exit as leave:
-        code = leave.exit_code
+        return leave.exit_code
     except click.ClickException as error:
         error.show()
-        code = 2
+        return 2
     except (click.Abort, KeyboardInterrupt) as stop:
-        click.echo(" ".join(["Interrupted.", *getattr(stop.__cause__ or stop, "__notes__", [])]), err=True)
-        code = INTERRUPTED
+        said, code = ending.told(stop)
+        with contextlib.suppress(OSError):  # the terminal may be gone
+            click.echo(said, err=True)
+        return code
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)
-        code = error.exit_code
+        return error.exit_code
     except BrokenPipeError:
         sys.stderr.close()
-        code = 0
-    sys.exit(code)
+        return 0
+    return result if isinstance(result, int) else 0

@@ -23,6 +23,11 @@ method_option = click.option(
 )
 
 
+def _beside(patches: Path) -> Path:
+    """Where what the pen wrote in the chart's frame lies beside a table of its patches."""
+    return patches.with_suffix(".pen.npz")
+
+
 def _chart_options(function: F) -> F:
     for option in reversed((
         click.option("--sheet", default="A4", show_default=True, help="A4 or letter."),
@@ -58,8 +63,9 @@ for _command in calibrated_.COMMANDS:
 @click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
 @method_option
 @click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
+@click.option("--accept", is_flag=True, help="Calibrate with the print as it is, though inks are weak in it.")
 @click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left.")
-@click.option("--fault", "faults", multiple=True, help="With sim: something that is wrong with the simulated printer.")
+@click.option("--fault", "faults", multiple=True, help="With sim: something wrong with printer or scanner.")
 @results.output_options
 def wizard(**given: Any) -> int:
     """Calibrate a printer step by step; a run that was left is gone on with.
@@ -79,11 +85,11 @@ def wizard(**given: Any) -> int:
     if profile.file and not profile.simulated and given["output"] is None:
         raise InputError(f"{given['printer']} writes files: name a folder for chart and strip with -o.")
     say = results.talk(given["quiet"])
-    loop = simulated(profile, given["paper"], given["faults"]) if profile.simulated else None
+    loop = simulated(profile, given["paper"], given["faults"], given["hand"]) if profile.simulated else None
     made = Wizard(
         profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
         scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
-        hand=given["hand"], afresh=given["afresh"],
+        hand=given["hand"], afresh=given["afresh"], accept=given["accept"],
     )  # fmt: skip
     if made.resumed:
         say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
@@ -97,7 +103,10 @@ def wizard(**given: Any) -> int:
         raise
     assert run.stored is not None
     said = f"Stored: {run.stored.described()}; report: {run.stored.report}."
-    results.report(run.stored.facts(), said, as_json=given["as_json"], quiet=given["quiet"])
+    facts = run.stored.facts()
+    if run.reference is not None:
+        facts["pen"] |= run.reference.facts()
+    results.report(facts, said, as_json=given["as_json"], quiet=given["quiet"])
     return 0
 
 
@@ -140,24 +149,29 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
 @click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
 @click.option("--report", "report_", type=_PATH, help="A page with pictures of what was read, .html.")
 @click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
+@click.option("--accept", is_flag=True, help="Take the print as it is, though inks are weak in it.")
 @results.output_options
-def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, as_json: bool, quiet: bool) -> int:
+def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, accept: bool, as_json: bool,
+         quiet: bool) -> int:  # fmt: skip
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
 
     \b
     handout calibrate read scan.tif -o patches.ti3 --report report.html
     """
     from handout import atomic
-    from handout.calibrating import inks
+    from handout.calibrating import inks, prints, reference
     from handout.calibrating.wizard import ScansRefused
     from handout.colour import cgats
     from handout.colour.chart_tables import ti3
     from handout.colour.reading import read as read_chart
+    from handout.colour.reading.scribble import save as save_scribble
     from handout.colour.report import write_report
 
     atomic.check_writable(output)
     paper = inks.paper_of(hand) if hand else None
     reading = read_chart(scans, paper=None if paper is None else paper.tolist())
+    known = reference.compared(reading.scribble, hand, inks.scanned_name(hand) if hand else "")
+    reading = prints.judged(reading, known, accept=accept)
     if report_ is not None:
         write_report(report_, reading)
     if not quiet:
@@ -165,9 +179,15 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, a
             click.echo(f"{one.severity}: {one}", err=True)
     if not reading.usable:
         raise ScansRefused(reading.findings, report_file=report_)
+    say = results.talk(quiet)
+    say(f"{'warning: ' if known.doubtful else ''}{known.said}")
     cgats.write(output, ti3(reading))
+    files = [str(output)]
+    if reading.scribble is not None:
+        save_scribble(reading.scribble, _beside(output))
+        files.append(str(_beside(output)))
     findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
-    result = {"patches": len(reading.device), "findings": findings, "files": [str(output)]}
+    result = {"patches": len(reading.device), "findings": findings, "files": files, "pen": known.facts()}
     results.report(result, f"{len(reading.device)} colours read: {output}.", as_json=as_json, quiet=quiet)
     return 0
 
@@ -188,6 +208,8 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     from handout.calibrating import store
 
     made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
+    if _beside(patches).is_file():
+        made.keep_scribble(_beside(patches), "")
     said = (
         f"Stored: {made.described()}; it misses its own patches by ΔE00 {made.misses:.2f} on the mean. Verify it: "
         f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf"

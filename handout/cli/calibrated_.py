@@ -11,7 +11,7 @@ from handout.cli import results
 from handout.errors import InputError
 
 _PATH = click.Path(path_type=Path)
-_FORMATS = ("cube", "ti3", "png", "npz")
+_FORMATS = ("icc", "icc-link", "cube", "ti3", "png", "npz")
 
 
 @click.command()
@@ -98,9 +98,17 @@ def show(printer: str, paper: str, as_json: bool) -> int:
 @click.option("-o", "--output", type=_PATH, required=True)
 @results.output_options
 def export(printer: str, paper: str, kind: str, output: Path, as_json: bool, quiet: bool) -> int:
-    """Write a calibration for other programs: .cube table, .ti3 patches, a picture, or the table itself (npz).
+    """Write a calibration for other programs.
 
     \b
+    icc       the printer's profile, for GIMP, Photoshop, CUPS; "absolute colorimetric" gives our colours
+    icc-link  a device link: RGB as it was scanned to RGB to send
+    cube      the same table as .cube
+    ti3       the patches, for ArgyllCMS
+    png, npz  a picture of the table, and the table itself
+
+    \b
+    handout calibrate export --printer epson --format icc -o epson.icc
     handout calibrate export --printer epson --format cube -o epson.cube
     handout print --calibration epson.npz --printer epson envelope.csv     (after --format npz)
     """
@@ -114,6 +122,11 @@ def export(printer: str, paper: str, kind: str, output: Path, as_json: bool, qui
         table.write_cube(found.table(), output)
     elif kind == "png":
         table.write_picture(found.table(), output)
+    elif kind in ("icc", "icc-link"):
+        from handout.colour import profiling
+
+        make = profiling.output_profile if kind == "icc" else profiling.device_link
+        atomic.write(output, make(found.table(), found.made, f"{found.name} {found.made:%Y-%m-%d}"))
     else:
         assert found.patches_file is not None
         atomic.write(output, (found.patches_file if kind == "ti3" else found.table_file).read_bytes())

@@ -14,6 +14,7 @@ from handout.errors import HandoutError
 if TYPE_CHECKING:
     from handout.calibrating.calibration import Calibration
     from handout.calibrating.loop import Loop
+    from handout.calibrating.reference import Reference
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
     from handout.colour.reading import Finding
@@ -33,6 +34,7 @@ class Run:
     def __init__(self, made: Wizard, loop: Loop | None, given: dict[str, Any], say: Callable[[str], None]) -> None:
         self.made, self.loop, self.given, self.say = made, loop, given, say
         self.stored: Calibration | None = None
+        self.reference: Reference | None = None
 
     def step(self) -> None:
         """Do what comes next."""
@@ -69,6 +71,9 @@ class Run:
     def _scan(self) -> None:
         taken = self._until_good(lambda: self.made.take_scans(self._scans("chart")))
         self._findings(taken.findings)
+        if taken.reference is not None:
+            self.reference = taken.reference
+            self.say(f"{'warning: ' if taken.reference.doubtful else ''}{taken.reference.said}")
         if taken.missing:
             self.say(taken.missing)
 
@@ -105,7 +110,7 @@ class Run:
         work = self.made.session.folder / "incoming"
         work.mkdir(exist_ok=True)
         if self.loop is not None:
-            return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif")
+            return self.loop.scan(self.made.session.folder / f"{name}.pdf", work / f"{name}.tif", self.made.frame)
         if self.given["scanner"]:
             from handout.calibrating import scanner
 

@@ -61,5 +61,6 @@ def command(
     result = results.summary(pages, drawings, job, files)
     result["devices"] = {name: round(seconds, 2) for name, seconds in made.seconds.items()}
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in made.seconds.items())
-    said = f"Wrote {', '.join(map(str, files))}: {times}; seed {job.seed}.{results.slipped(result)}"
+    said = f"Wrote {', '.join(map(str, files))}: {times}; seed {job.seed}."
+    said += results.lent(result) + results.slipped(result)
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])

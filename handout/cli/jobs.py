@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
     from handout.writing.sheets import Sheet
+    from handout.writing.text import Borrowed
 
 _HURRIED = 2.5  # --speed fast, for a file
 # what a page in a scanned hand may be wanted as
@@ -50,6 +51,7 @@ class Setup:
     fallback: bool
     slips: float = 0.0  # words in 100 that are begun wrongly
     lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
+    inked: bool = False  # whether the colour of the ink is given, which the strokes of a scanned hand then have
 
 
 def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
@@ -80,6 +82,7 @@ def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, p
         given["fallback"],
         given.get("slips", 0.0),
         _lent(given.get("pen"), hand),
+        given.get("ink") is not None,
     )
 
 
@@ -186,9 +189,22 @@ def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
     from handout.values import Hand
 
     if isinstance(job.hand, Hand):
-        return job, []
+        return job, _instead(text, job.hand) if job.fallback else []
     hand, told = supplied(text, job.hand, job.fallback, job.seed)
     return replace(job, hand=hand), told
+
+
+def _instead(text: str, hand: Hand) -> list[dict[str, Any]]:
+    """What a drawn hand writes for the characters of a text that it lacks."""
+    from handout.writing import text as texts
+    from handout.writing.drawn import repertoire
+
+    return [_told(one) for one in texts.borrowed(texts.normalise(text), repertoire(hand))]
+
+
+def _told(one: Borrowed) -> dict[str, Any]:
+    """What `--json` prints of a borrowed letter."""
+    return {"letter": one.letter, "from": one.source, "own": one.own, "count": len(one.at), "at": list(one.at)}
 
 
 def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[ScannedHand, list[dict[str, Any]]]:
@@ -196,7 +212,7 @@ def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[S
     from handout.inking.lending import lend
 
     lent, found = lend(hand, text, fallback=fallback, seed=seed)
-    return lent, [{"letter": x.letter, "from": x.source, "own": x.own, "at": list(x.at)} for x in found]
+    return lent, [_told(one) for one in found]
 
 
 def traced(
@@ -210,9 +226,36 @@ def traced(
     if isinstance(job.hand, Hand) or shown & STROKES:
         from handout.motion.trace import trace
 
-        drawing = trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter)
+        drawing = _in_ink(trace(sheet, job.hand, rng, job.kinematics, speed=speed, jitter=job.layout.jitter), job)
     if not isinstance(job.hand, Hand) and shown & INK:
         from handout.inking.scanned import drawn
 
         drawing = replace(drawn(sheet, job.hand, job.lent), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": job.seed, **about, **drawing.about})
+
+
+def unheeded(job: Setup, given: Mapping[str, Any], pictures: bool) -> list[str]:
+    """What is said of options that a scanned hand does not follow; `pictures` : whether its ink itself is shown."""
+    from handout.values import Hand
+
+    if isinstance(job.hand, Hand):
+        return []
+    name = job.hand.name
+    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if given["pen_width"] is not None else []
+    if given["ink"] is not None and pictures:
+        notes.append(
+            f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "
+            "colour. --pen FILE.hand lends another pen."
+        )
+    return notes
+
+
+def _in_ink(drawing: Drawing, job: Setup) -> Drawing:
+    """A drawing in the ink that is asked for, where that is not the hand's own."""
+    from handout.hand.ink_colours import ink_colours
+
+    if not (job.inked or job.lent):
+        return drawing
+    # the colour that is given goes with the pen that pictures are drawn with
+    colour = ink_colours(job.lent).colours[0] if job.lent and not job.inked else ""
+    return replace(drawing, strokes=tuple(replace(stroke, colour=colour) for stroke in drawing.strokes))

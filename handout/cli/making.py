@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from handout import __version__
-from handout.cli import jobs, results
+from handout.cli import ending, jobs, results
 from handout.errors import HandoutError, InputError
 
 if TYPE_CHECKING:
@@ -175,8 +175,11 @@ def main() -> None:
     with contextlib.suppress(AttributeError):
         os.nice(10)  # the program that plots comes first
     try:
-        for number in complete(Path(sys.argv[1])):
-            print(f"added {number}", flush=True)
+        with ending.orderly():
+            for number in complete(Path(sys.argv[1])):
+                print(f"added {number}", flush=True)
+    except ending.Stopped as stop:  # the program that plots needs no more pages
+        sys.exit(stop.code)
     except BrokenPipeError:  # nobody plots any more
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left unsaid stays so
     except HandoutError as error:

@@ -67,7 +67,9 @@ _RASTER = (
         "hand has its own; another .hand file lends it that of its pages.",
     ),
     click.option("--pen-width", help="Width of the line, in pictures; default: the pen's own, plain 0.3mm."),
-    click.option("--ink", help="Colour of the ink, in pictures, as #rrggbb; default: the pen's own."),
+    click.option(
+        "--ink", help="Colour of the ink, in pictures: #rrggbb, or a name such as navy; default: the pen's own."
+    ),
     click.option(
         "--paper",
         default="none",
@@ -190,7 +192,7 @@ def pen(given: Mapping[str, Any]) -> Pen:
 
     width, name = given["pen_width"], given["pen"] or "ballpoint"
     if name not in PENS and (name.endswith(".hand") or _is_scanned(name)):
-        return usual("ballpoint")  # never drawn with
+        return usual("ballpoint", colour=given["ink"])  # of strokes, which have no scanned ink
     if name not in PENS:
         raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
     return usual(name, None if width is None else units.length(width, "pen width"), given["ink"])

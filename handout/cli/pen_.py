@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import jobs, plotting_, programs, results
+from handout.cli import jobs, moving_, plotting_, programs, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _yes = click.option("--yes", "-y", is_flag=True, help="Do not ask before the pen
 
 @click.group("pen")
 def command() -> None:
-    """Set up the pen of a plotter: a test sheet, and its heights."""
+    """Set up the pen of a plotter: a test sheet, its heights; move it by hand."""
 
 
 @command.command("test")
@@ -109,6 +109,10 @@ def _plotted(drawing: Drawing, profile: Plotter, port: str, *, quiet: bool) -> t
     return result, f"Plotted the test sheet in {units.duration(report.executed_s)}. How to read it:"
 
 
+for _command in moving_.COMMANDS:
+    command.add_command(_command)
+
+
 class _AtTheTerminal:
     """The person at the plotter, asked at the terminal; a `heights.Person`."""
 
@@ -129,7 +133,15 @@ class _AtTheTerminal:
         if (known := dict(answers)) != self._told:
             self._told = known
             click.echo("".join(f"  {key}  {means}\n" for key, means in answers.items()), err=True, nl=False)
-        said: str = click.prompt(question, type=click.Choice(list(answers)), prompt_suffix=": ", err=True)
+        try:
+            said: str = click.prompt(question, type=click.Choice(list(answers)), prompt_suffix=": ", err=True)
+        except click.Abort as stop:
+            if isinstance(stop.__context__, EOFError):
+                raise InputError(
+                    f"pen heights asks, and the input has ended: it needs {', '.join(answers)} typed at a terminal, or "
+                    "--up and --down to try two heights without questions."
+                ) from None
+            raise
         return said
 
     def hear(self, text: str) -> None:

@@ -13,7 +13,7 @@ from click.core import ParameterSource
 from handout import units
 from handout.cli import drawings as drawn_
 from handout.cli import jobs, making, options, plotting_, results
-from handout.errors import InputError
+from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
     from handout.plotting import Plan, Report
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from handout.values import Drawing
 
 _LATEST = "the latest"
-_RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  # what may be given with --resume
+# what may be given with --resume
+_RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", "yes", "as_json", "quiet"}
 
 
 @click.command("plot")
@@ -31,6 +32,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
+@click.option("--show-travel", is_flag=True, help="In previews (SVG, PDF, PNG): show how the lifted pen travels.")
 @click.option("--report", type=click.Path(path_type=Path), help="Write how faithful the motion is, as JSON.")
 @click.option("--copies", type=click.IntRange(1, 1000), default=1, show_default=True)
 @click.option(
@@ -57,6 +59,15 @@ _RESUMING = {"resume", "port", "report", "at_zero", "yes", "as_json", "quiet"}  
     help="Go on with a plot that broke off, or the last.",
 )
 @click.option("--at-zero", is_flag=True, help="With --resume: the pen stands above the zero, lifted.")
+@click.option("--pen-up", metavar="HEIGHT", help="Lift the pen to this height, instead of the profile's (pen.up).")
+@click.option("--pen-down", metavar="HEIGHT", help="Lower it to this height, instead of the profile's (pen.down).")
+@click.option("--home-after", is_flag=True, help="Back to zero when it ends, after Ctrl-C too.")
+@click.option(
+    "--hold-limit",
+    metavar="TIME",
+    help="How long the plotter may stand on hold before the plot ends, its pen lifted; default: 2min with --yes or "
+    "without a terminal, else for ever.",
+)
 @click.option("--yes", "-y", is_flag=True, help="Do not stop between sheets and pens.")
 @options.sheet_options("A5")
 @options.writing_options
@@ -93,6 +104,8 @@ def command(context: click.Context, /, text: tuple[str, ...], file: str | None, 
             plotting_.manage(text[0], text[1:], given["as_json"])
             return
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run preview.svg.")
+    if given["show_travel"] and not dry_run:
+        raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.sinks import check_outputs
 
     check_outputs(dry_run)
@@ -117,6 +130,8 @@ class _Wanted:
 
 def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _Wanted:
     profile = plotting_.profile(given["device"], given["port"])
+    if given["pen_up"] is not None or given["pen_down"] is not None:
+        profile = plotting_.with_heights(profile, given["pen_up"], given["pen_down"])
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
     if drawing is not None:
@@ -130,7 +145,10 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     from handout.plotting.jobs import job as kept_
 
     asked, profile, quiet = _asked(wanted, given), wanted.profile, given["quiet"]
-    connected = open_port(port, profile)  # before any work is done for it
+    try:
+        connected = open_port(port, profile)  # before any work is done for it
+    except DeviceError as error:
+        raise type(error)(f"{error} No job was begun.") from error
     try:
         kept = _begun(wanted, asked, port, given)
     except BaseException:
@@ -141,13 +159,14 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
-    reports = plotting_.run(kept, port, told, connected, yes=given["yes"], at_zero=False, quiet=quiet)
+    asked_now = {name: given[name] for name in ("yes", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(kept, port, told, connected, at_zero=False, **asked_now)
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
-    said = f"{said}{results.slipped(result)}\n{reporting.sentence(reports)}".strip()
+    said = f"{said}{results.lent(result)}{results.slipped(result)}\n{reporting.sentence(reports)}".strip()
     results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
@@ -210,10 +229,11 @@ def _resume(given: dict[str, Any]) -> None:
     quiet = given["quiet"]
     results.talk(quiet)(plotting_.outlook(job))
     port = given["port"] or job.port
-    reports = plotting_.run(job, port, told, yes=given["yes"], at_zero=given["at_zero"], quiet=quiet)
+    asked = {name: given[name] for name in ("yes", "at_zero", "home_after", "hold_limit", "quiet")}
+    reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
-    said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}.\n{reporting.sentence(reports)}"
-    said = said.strip()
+    said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}.{results.lent(result)}"
+    said = f"{said}\n{reporting.sentence(reports)}".strip()
     results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
@@ -229,6 +249,7 @@ def _preview(
 ) -> None:
     """--dry-run."""
     from handout.plotting import fit_to_bed, plan
+    from handout.plotting.jobs.pages import laid_out
     from handout.sinks import write_drawings
 
     job, profile = wanted.job, wanted.profile
@@ -238,14 +259,17 @@ def _preview(
         pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
     if given["fit"]:
         drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
-    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0, order=given["order"]) for drawing in drawings]
+    drawings = [laid_out(drawing, profile, given["layers"], given["order"]) for drawing in drawings]
+    plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0) for drawing in drawings]
     planned = sum(p.duration for p in plans)
     result = results.summary(pages, drawings, job, files)
-    written = write_drawings(drawings, files, **look)
+    written = write_drawings(drawings, files, show_travel=given["show_travel"], **look)
     told.planned(plans)
     result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."
-    results.report(result, said + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"])
+    results.report(
+        result, said + results.lent(result) + results.slipped(result), as_json=given["as_json"], quiet=given["quiet"]
+    )
 
 
 def _sheets(number: int) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
 
 _SIMULATED = "sim"
+# s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
+_UNWATCHED = 120.0
 WORDS = ("jobs", "show", "forget")
 
 
@@ -38,6 +41,23 @@ def profile(device: str | None, port: str | None) -> Plotter:
     found = profiles.find(device or usual_device(port), "plotter")
     assert isinstance(found, profiles.Plotter)
     return found
+
+
+def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
+    """The profile with other heights of the pen: servo values, or of a Z axis lengths."""
+    from handout.plotting.trying.heights import replaced
+
+    def height(text: str | None, what: str) -> float | None:
+        if text is None:
+            return None
+        if profile.pen.lift == "z":
+            return units.length(text, what)
+        try:
+            return float(text)
+        except ValueError:
+            raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
+
+    return replaced(profile, height(up, "pen up"), height(down, "pen down"))
 
 
 class _AtTheTerminal:
@@ -70,6 +90,28 @@ class _AtTheTerminal:
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
         click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
         return True
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the button of the plotter is pressed once more, or Enter."""
+        enter = ", or Enter," if sys.stdin.isatty() else ""
+        click.echo(
+            f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the job "
+            "is kept.",
+            err=True,
+        )
+        while not (pressed() or _entered()):
+            pass
+        click.echo("It goes on.", err=True)
+
+
+def _entered() -> bool:
+    """Whether somebody at the terminal has pressed Enter."""
+    import select
+
+    with contextlib.suppress(OSError, ValueError):  # what cannot be looked at is not waited for
+        if sys.stdin.isatty() and select.select([sys.stdin], [], [], 0)[0]:
+            return bool(sys.stdin.readline())
+    return False
 
 
 class Account:
@@ -105,9 +147,19 @@ class Account:
 
 
 def run(
-    job: Job, address: str, told: Account, port: Port | None = None, *, yes: bool, at_zero: bool, quiet: bool
+    job: Job,
+    address: str,
+    told: Account,
+    port: Port | None = None,
+    *,
+    yes: bool,
+    at_zero: bool,
+    quiet: bool,
+    home_after: bool = False,
+    hold_limit: str | None = None,
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    patience = _patience(hold_limit, yes)
     from handout.plotting import open_port
     from handout.plotting.jobs import running
     from handout.plotting.simulated.surroundings import disturbed
@@ -124,22 +176,36 @@ def run(
             _AtTheTerminal(address, yes, voice),
             supply=supply,
             at_zero=at_zero,
+            home_after=home_after,
+            patience=patience,
             progress=_progress(voice),
             plotted=told.plotted,
             log=voice.say,
         )
 
 
+def _patience(hold_limit: str | None, yes: bool) -> float:
+    """How long the plotter may stand on hold, s: where somebody can be asked, as long as they like."""
+    if hold_limit is not None:
+        return units.parse(hold_limit, "time", "hold limit")
+    watched = not yes and sys.stdin.isatty() and sys.stderr.isatty()
+    return math.inf if watched else _UNWATCHED
+
+
 @contextlib.contextmanager
 def _kept(job: Job) -> Iterator[None]:
-    """Add to what ends a job how to go on with it; a job of which nothing was drawn is forgotten."""
+    """Add to what ends a job how to go on with it; one that was refused before anything was drawn is forgotten."""
     from handout.plotting.jobs import store
 
     try:
         yield
-    except (DeviceError, InputError) as error:
+    except DeviceError as error:
         if said := _how_to_go_on(job):
             raise type(error)(f"{error} {said}") from error
+        raise
+    except InputError as error:
+        if _has_begun(job):
+            raise type(error)(f"{error} {_how_to_go_on(job)}") from error
         with contextlib.suppress(InputError):
             store.forget(job)
         raise
@@ -149,12 +215,19 @@ def _kept(job: Job) -> Iterator[None]:
         raise
 
 
-def _how_to_go_on(job: Job) -> str:
+def _has_begun(job: Job) -> bool:
     try:
         standing = job.standing()
     except InputError:  # what is wrong has been said
-        return ""
-    if not (standing.begun or standing.part):
+        return False
+    return standing.begun or standing.part > 0
+
+
+def _how_to_go_on(job: Job) -> str:
+    """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
+    try:
+        job.standing()
+    except InputError:  # what is wrong has been said
         return ""
     return f"The job is kept; go on with: handout plot --resume {job.name}"
 

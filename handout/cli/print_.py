@@ -148,7 +148,9 @@ def _through(given: Mapping[str, Any], ink: Ink, say: Callable[[str], None]) -> 
     found, doubts = through.choose(given["printer"], given["stock"], given["calibration"])
     for doubt in doubts:
         say(f"warning: {doubt}")
-    return through.Through(ink, found) if found is not None else None
+    if found is None:
+        return None
+    return through.Through(ink, found, through.pen_of(found, given["hand"], say), given["hand"], options.pen(given))
 
 
 def _fed(profile: Printer, given: Mapping[str, Any]) -> Printer:

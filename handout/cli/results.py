@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -88,10 +89,21 @@ def writing_time(result: dict[str, Any]) -> str:
 
 
 def lent(result: dict[str, Any]) -> str:
-    """One sentence about the letters that the author never wrote; nothing where there are none."""
-    found = {one["letter"]: one["from"] for one in result.get("borrowed", []) if not one["own"]}
-    named = [f"{letter} ({source})" for letter, source in found.items()]
-    return f" Lent to the hand: {', '.join(named)}." if named else ""
+    """What was written for characters that the hand lacks, in a sentence or two; nothing where there are none."""
+    from handout.writing.text import LEFT_OUT
+
+    counts = Counter[tuple[str, str]]()
+    for one in result.get("borrowed", []):
+        if not one["own"]:
+            counts[one["letter"], one["from"]] += one["count"]
+    lent = [f"{letter} ({source}{_times(n)})" for (letter, source), n in counts.items() if source != LEFT_OUT]
+    gone = [letter + _times(n) for (letter, source), n in counts.items() if source == LEFT_OUT]
+    said = f" Lent to the hand: {', '.join(lent)}." if lent else ""
+    return said + (f" Left out, since the hand has no form for it: {', '.join(gone)}." if gone else "")
+
+
+def _times(number: int) -> str:
+    return f", {number} times" if number > 1 else ""
 
 
 def slipped(result: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from handout.hand.scanned import ScannedHand
+    from handout.inking.lending import Outlook
     from handout.prompting.coverage import Lack
 
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -26,7 +27,7 @@ _quiet = click.option("--quiet", "-q", is_flag=True, help="Say nothing but error
 @click.command("check")
 @click.argument("name")
 @click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
-@click.option("--for", "wanted", help="A text to be written: says which of its letters are missing.")
+@click.option("--for", "wanted", help="A text to be written: says how it comes by letters that are missing.")
 @_as_json
 @_quiet
 def check(name: str, output: str | None, wanted: str | None, as_json: bool, quiet: bool) -> None:
@@ -39,10 +40,12 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
     from handout.hand import file, library, report
+    from handout.inking.lending import outlook
     from handout.prompting.coverage import lacks
 
     paths = _overlays(output)
     hand = file.load(library.scanned_file(name))
+    supply = outlook(hand, wanted) if wanted else ()
     lacking = lacks(wanted, hand.instances, least=1) if wanted else ()
     files = _draw(hand, paths)
     missing = [
@@ -52,9 +55,10 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     result = {**report.facts(hand), "files": [str(path) for path in files]}
     if wanted is not None:
         result["lacks"] = missing
+        result["supply"] = [{"letter": one.letter, "how": one.how, "from": one.source} for one in supply]
     if not as_json and not quiet:
         click.echo(report.table(hand))
-    results.report(result, _checked(hand, files, lacking, wanted), as_json=as_json, quiet=quiet)
+    results.report(result, _checked(hand, files, lacking, supply, wanted), as_json=as_json, quiet=quiet)
 
 
 def _overlays(output: str | None) -> Path | None:
@@ -94,7 +98,9 @@ def _write_png(path: Path, pixels: Any, dpi: float) -> None:
     atomic.write(path, stream.getvalue())
 
 
-def _checked(hand: ScannedHand, files: Sequence[Path], lacking: Sequence[Lack], wanted: str | None) -> str:
+def _checked(
+    hand: ScannedHand, files: Sequence[Path], lacking: Sequence[Lack], supply: Sequence[Outlook], wanted: str | None
+) -> str:
     from handout.hand import report
 
     few = [letter for letter, count in hand.letters.items() if count < report.LEAST]
@@ -105,14 +111,27 @@ def _checked(hand: ScannedHand, files: Sequence[Path], lacking: Sequence[Lack], 
         + "."
     ]
     if wanted is not None:
-        none = sorted({one.letter for one in lacking if not one.anywhere})
         other = sorted({f"{one.letter} ({one.place})" for one in lacking if one.anywhere})
-        lines.append(f"For that text there is no {', '.join(none)}." if none else "Every letter of that text is there.")
+        lines += _supplied(supply)
         if other:
             lines.append(f"In another place of a word only: {', '.join(other)}.")
     if files:
         lines.append(f"Wrote {', '.join(map(str, files))}.")
     return "\n".join(lines)
+
+
+def _supplied(supply: Sequence[Outlook]) -> list[str]:
+    """How a text comes by the letters that its hand lacks."""
+    if not supply:
+        return ["Every letter of that text is there."]
+    composed, lent = (
+        ", ".join(f"{one.letter} ({one.source})" for one in supply if one.how == how) for how in ("composed", "lent")
+    )
+    missing = ", ".join(one.letter for one in supply if one.how == "missing")
+    lines = [f"Put together from what the author wrote: {composed}."] if composed else []
+    lines += [f"Lent with --fallback, as the author never wrote it: {lent}."] if lent else []
+    lines += [f"For that text there is no {missing}, and nothing to lend for it."] if missing else []
+    return lines
 
 
 @click.command("edit")
@@ -202,7 +221,7 @@ def export(name: str, output: str, as_json: bool, quiet: bool) -> None:
     from handout.hand import file, library
 
     source, path = library.scanned_file(name), hand_path(output)
-    file.load(source)
+    file.check(source)
     atomic.write(path, source.read_bytes())
     results.report({"files": [str(path)]}, f"Wrote {path}.", as_json=as_json, quiet=quiet)
 
@@ -218,7 +237,7 @@ def import_(source: str, name: str | None, replace: bool, as_json: bool, quiet: 
     from handout import atomic
     from handout.hand import file, library
 
-    hand = file.load(Path(source))
+    hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
     called = name or Path(source).stem
     path = library.own_file(called)
     if path.exists() and not replace:

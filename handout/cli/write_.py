@@ -37,9 +37,12 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     words = options.text_of(text, file)
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
+    notes = jobs.unheeded(job, given, shown >= jobs.INK)
     pages, drawings = jobs.compose_and_trace(words, job, shown=shown)
     files = write_drawings(drawings, paths, **look, extra=extra)
-    result = results.summary(pages, drawings, job, files)
+    result = results.summary(pages, drawings, job, files) | ({"notes": notes} if notes else {})
+    for note in notes:
+        results.talk(given["quiet"])(note)
     said = (
         f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
         f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"

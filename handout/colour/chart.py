@@ -21,17 +21,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import DoesNotFit, InputError
+from handout.summary import one_line
 from handout.values import Array, Page, readonly, readonly_indices
 
 _T = TypeVar("_T")
 
 VERSION = 1
+FRAME = 0.3  # mm, width of the line about the field for the pen
 CELLS = 7  # of a mark, along a side, its black edge included
 MARKS = 16  # a page, in four rows of four
 _PER_VERSION = 8 * MARKS  # numbers of marks kept for a version
 _LEVELS = np.rint(np.linspace(0, 255, 8)).astype(int)
 _TOP = 8.0  # mm from the upper edge to the first line of words
 _GRID_TOP = 17.9  # mm from there to the first patches, for charts that begin at _TOP
+_FIELD = (66.0, 1.6, 8.0)  # mm: of the field under the patches its left edge, its distance from them, its height
 _LABEL = 3.2  # mm beside and above the patches, for the names of rows and columns
 # colours that come again, the more often the more there are of them in a turn
 _REPEATS = (
@@ -99,6 +102,8 @@ class ChartPage:
     ids: NDArray[np.intp]
     mark_cells: NDArray[np.intp]
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "device", readonly(self.device, None, 3))
         object.__setattr__(self, "cells", readonly_indices(self.cells, len(self.device), 2))
@@ -130,11 +135,18 @@ class ChartPage:
         return self.origin[0], self.origin[1] - (_GRID_TOP - _TOP), self.columns * self.pitch
 
     @property
+    def scribble_field(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom, mm, of the framed field in which a person writes with the pen itself."""
+        aside, under, height = _FIELD
+        x, top = self.origin[0], self.origin[1] + self.rows * self.pitch + under
+        return x + aside, top, x + self.columns * self.pitch - FRAME, top + height
+
+    @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Left, top, right and bottom of all that is printed, mm."""
-        x, y = self.origin
+        x = self.origin[0]
         return (
-            x - _LABEL, self.title[1], x + self.columns * self.pitch, y + self.rows * self.pitch,
+            x - _LABEL, self.title[1], x + self.columns * self.pitch, self.scribble_field[3] + FRAME,
         )  # fmt: skip
 
     @property
@@ -151,6 +163,8 @@ class Chart:
     version: int
     paper: Page
     pages: tuple[ChartPage, ...]
+
+    __repr__ = one_line
 
     @cached_property
     def colours(self) -> Array:

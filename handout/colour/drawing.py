@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.chart import CELLS, ChartPage, letters
+from handout.colour.chart import CELLS, FRAME, ChartPage, letters
 from handout.errors import InputError
 
 DPI = (300.0, 2400.0)
 _INCH = 25.4
 _TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
+_ASK = ("Write some words in the frame with the", "pen of the handwriting, before you scan:")
 _LINES = (3.2, 5.4)  # mm under the top of the title: where lines of words begin
 
 
@@ -56,6 +57,7 @@ def render(page: ChartPage, dpi: float, lines: tuple[str, ...] = (), title: str 
         pixels[top:bottom, left:right] = colour
     _draw_marks(pixels, page, scale)
     _draw_names(pixels, page, scale)
+    _draw_field(pixels, page, scale)
     x, y, width = page.title
     title = title or f"Colour chart {page.version}   page {page.number} of {page.pages}   {page.paper.name}"
     _draw_words(pixels, title, (x, y), _TITLE, width, scale)
@@ -97,6 +99,23 @@ def _draw_names(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> Non
     for row in range(page.rows):
         spot = (x - 0.5, y + (row + 0.5) * page.pitch - _NAMES / 2)
         _draw_words(pixels, str(row + 1), spot, _NAMES, page.pitch, scale, "right")
+
+
+def _draw_field(pixels: NDArray[np.uint8], page: ChartPage, scale: float) -> None:
+    """The frame in which a person writes with the pen itself, and what asks for it."""
+    left, top, right, bottom = page.scribble_field
+    lines = [
+        (left, top, right, top),
+        (left, bottom, right, bottom),
+        (left, top, left, bottom),
+        (right, top, right, bottom),
+    ]
+    boxes = np.array(lines) + np.array([-1, -1, 1, 1]) * FRAME / 2
+    for x0, y0, x1, y1 in _edges(boxes, scale):
+        pixels[y0:y1, x0:x1] = 0
+    for number, words in enumerate(_ASK):
+        spot = (left - 2 * _NAMES, (top + bottom) / 2 + (number - 1) * 1.6 * _WORDS)
+        _draw_words(pixels, words, spot, _WORDS, left - page.origin[0], scale, "right")
 
 
 def _draw_words(

@@ -11,6 +11,7 @@ from handout.colour.models import inverse
 from handout.colour.models.forward import Forward
 from handout.colour.table import ColourTable
 from handout.errors import InputError
+from handout.summary import one_line
 from handout.values import Array
 
 SEEN = 1.0  # ΔE00 from which a colour counts as out of reach: about what is just noticed
@@ -28,6 +29,8 @@ class Reach:
     wanted: Array
     shown: Array
     lost: Array
+
+    __repr__ = one_line
 
     @property
     def out(self) -> float:
@@ -47,12 +50,23 @@ class Reach:
         return float(np.percentile(far, 95)) if len(far) else 0.0
 
     def __str__(self) -> str:
-        if not self.out:
-            return "The printer reaches all of the ink."
-        return (
-            f"{self.out:.0%} of the ink is out of the printer's reach; there it is off by ΔE00 {self.mean:.1f} "
-            f"(95 % within {self.p95:.1f})."
-        )
+        return said(self.out, self.mean)
+
+
+def said(out: float, mean: float, whose: str = "") -> str:
+    """What of an ink cannot be printed, in the sentence in which it is said everywhere.
+
+    Parameters
+    ----------
+    out : share of the ink's samples that are out of reach; mean : ΔE00 lost there, as `Reach` has both.
+    whose : what the ink is called: "of house-joined".
+    """
+    ink = f"the ink {whose}" if whose else "the ink"
+    if not out:
+        return f"The printer reaches all of {ink} (within ΔE00 {SEEN:g})."
+    return (
+        f"{out:.0%} of {ink} is out of the printer's reach (off by more than ΔE00 {SEEN:g}), by {mean:.1f} on the mean."
+    )
 
 
 def reach(samples: Array, table: ColourTable) -> Reach:

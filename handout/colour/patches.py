@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handout.errors import InputError
+from handout.summary import one_line
 from handout.values import Array
 
 LEAST = 100  # patches; a printer is not known from fewer
@@ -32,6 +33,8 @@ class Patches:
     device: Array
     scanned: Array
     deviation: Array
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         rows = len(np.atleast_1d(np.asarray(self.device)))

@@ -17,6 +17,7 @@ from handout.colour.models import Model
 from handout.colour.models.forward import lattice
 from handout.colour.tetrahedra import Nodes, look_up
 from handout.errors import InputError
+from handout.summary import one_line
 from handout.values import Array
 
 SIZE = 33
@@ -42,6 +43,8 @@ class ColourTable:
     nodes: Nodes
     seen: Nodes
     about: Mapping[str, str] = field(default_factory=dict)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         for name in ("nodes", "seen"):

@@ -75,10 +75,11 @@ class Archive:
         From every method: the file cannot be opened, is damaged, or does not hold what it must.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, data: bytes | None = None) -> None:
+        """Open the file `path`, or `data`, which are to become it."""
         self._path = path
         with self._refusing():
-            self._zip = zipfile.ZipFile(path)
+            self._zip = zipfile.ZipFile(path if data is None else io.BytesIO(data))
             infos = self._zip.infolist()
         if len(infos) > _MOST_MEMBERS:
             raise self._error(f"it holds {len(infos)} parts, more than {_MOST_MEMBERS}")
@@ -131,15 +132,16 @@ class Archive:
             raise self._error(f"{name} holds numbers that are not finite")
         return array
 
-    def picture(self, name: str, mode: str) -> NDArray[np.uint8]:
-        """A part as a picture (h, w[, channels]) uint8 of a Pillow `mode` such as ``"RGBA"``."""
+    def picture(self, name: str, mode: str, most: int = _MOST_PIXELS) -> NDArray[np.uint8]:
+        """A part as a picture (h, w[, channels]) uint8, of `most` pixels, of a Pillow `mode` such as ``"RGBA"``."""
         from PIL import Image, UnidentifiedImageError
         from PIL import WebPImagePlugin as _  # noqa: F401  (or Pillow looks for it by importing all that it has)
 
         data = self.read(name)
+        Image.MAX_IMAGE_PIXELS = None  # the check below is narrower, and says what is wrong
         try:
             with Image.open(io.BytesIO(data), formats=["PNG", "WEBP"]) as picture:
-                if picture.width * picture.height > _MOST_PIXELS:
+                if picture.width * picture.height > most:
                     raise self._error(f"{name} has {picture.width} × {picture.height} pixels, too many")
                 if picture.mode != mode:
                     raise self._error(f"{name} is a picture in {picture.mode}, not {mode}")

@@ -30,6 +30,16 @@ MARKS = {
     "ring": "\u030a",
     "caron": "\u030c",
     "cedilla": "\u0327",
+    "macron": "\u0304",
+    "breve": "\u0306",
+    "dot": "\u0307",
+    "double-acute": "\u030b",
+    "ogonek": "\u0328",
+    "comma-below": "\u0326",
+    "turned-comma": "\u0312",
+    "apostrophe": "\u0315",
+    "slash": "\u0338",
+    "bar": "\u0335",
 }
 _PLACES = frozenset({"start", "middle", "end", "alone"})
 _LAST = frozenset({"end", "alone"})

@@ -9,7 +9,7 @@ Source: seed 000, §5.1.3 for what is kept.
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -31,7 +31,7 @@ FORMAT = 2
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _TIME, _PRESSURE = 1e5, 1e3  # steps a second, 1
-_OVER = 4.0  # pixels beyond the picture: smoothing moves lines that run out of it
+_MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
 
@@ -62,17 +62,24 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def save(hand: ScannedHand, path: Path, corrections: Sequence[AnyCorrection] = (), *, packed: bool = False) -> None:
-    """Write a hand, as it was found, and corrections to it; whole or not at all.
+    """Write a hand, as it was found, and corrections to it; whole or not at all, and only what can be read back.
 
     packed : see `to_bytes`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or the corrections do not fit the hand.
+        The file cannot be written or would not be read back, or the corrections do not fit the hand.
     """
     apply(hand, corrections)
-    atomic.write(path, to_bytes(hand, corrections, packed=packed))
+    data = to_bytes(hand, corrections, packed=packed)
+    try:
+        check(path, data)
+    except InputError as error:
+        raise InputError(
+            f"{path} is not written, because it could not be read back; that is a fault of this program. {error}"
+        ) from error
+    atomic.write(path, data)
 
 
 def to_bytes(hand: ScannedHand, corrections: Sequence[AnyCorrection] = (), *, packed: bool = False) -> bytes:
@@ -111,6 +118,20 @@ def load(path: Path) -> ScannedHand:
     return apply(hand, corrections)
 
 
+def check(path: Path, data: bytes | None = None) -> ScannedHand:
+    """The hand of the file `path`, or of `data` that are to become it, with every part looked at, the ink too.
+
+    Raises
+    ------
+    InputError
+        As `load`, or the ink is damaged.
+    """
+    hand = apply(*_read(path, data))
+    for page in hand.pages:
+        _ = page.texture.rgba
+    return hand
+
+
 def read(path: Path) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
     """The hand of a file as it was found, and the corrections to it.
 
@@ -119,20 +140,35 @@ def read(path: Path) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
     InputError
         As `load`.
     """
+    return _read(path, None)
+
+
+def _read(path: Path, data: bytes | None) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
+    """What a file holds; `data` are its bytes where they are not yet there."""
+    if data is None:
+        _refuse_foreign(path)
+    with Archive(path, data) as archive:
+        return _parts(archive, path, data)
+
+
+def _refuse_foreign(path: Path) -> None:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file.")
     with path.open("rb") as stream:
         if stream.read(2) != b"PK":
             raise InputError(f"{path} is not a .hand file: make one with `handout hand read`.")
-    with Archive(path) as archive:
-        _known(archive, path)
-        facts = archive.json("hand.json", _File)
-        corrections = read_corrections(archive.read("corrections.json"), f"{path}, corrections.json")
-        try:
-            pages = tuple(_page(archive, path, number, page) for number, page in enumerate(facts.pages))
-            hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
-        except (ValueError, IndexError, OverflowError) as error:
-            raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
+
+
+def _parts(archive: Archive, path: Path, data: bytes | None) -> tuple[ScannedHand, tuple[AnyCorrection, ...]]:
+    _known(archive, path)
+    facts = archive.json("hand.json", _File)
+    corrections = read_corrections(archive.read("corrections.json"), f"{path}, corrections.json")
+    ink = partial(_ink, path, data)
+    try:
+        pages = tuple(_page(archive, ink, number, page) for number, page in enumerate(facts.pages))
+        hand = ScannedHand(facts.name, facts.title, pages, _glyphs(archive, facts.letters, pages))
+    except (ValueError, IndexError, OverflowError) as error:
+        raise InputError(f"{path} cannot be used: its parts do not fit together ({error}).") from error
     return hand, corrections
 
 
@@ -161,15 +197,15 @@ def _facts(page: ScannedPage) -> _Page:
     )
 
 
-def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPage:
+def _page(
+    archive: Archive, load_ink: Callable[[str, tuple[int, int]], NDArray[np.uint8]], number: int, facts: _Page
+) -> ScannedPage:
     folder = f"pages/{number}/"
     uv = _sums(archive.array(folder + "uv.npy", "int32", None, 2)) / _UV
     count = len(uv)
     first, apart = archive.array(folder + "edges.npy", "int32", None, 2).T
     first = _sums(first)
     pixel = 25.4 / facts.dpi if facts.dpi > 0 else 0.0
-    if count and not ((uv >= -_OVER) & (uv <= np.array(facts.shape[::-1]) + _OVER)).all():
-        raise ValueError(f"page {number} has a vertex outside its picture")
     graph = LineGraph(
         (uv + 0.5) * pixel,
         archive.array(folder + "radius.npy", "uint16", count) / _RADIUS * pixel,
@@ -178,7 +214,7 @@ def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPag
         np.column_stack([first, first + apart]),
     )
     ink = folder + ("ink.webp" if folder + "ink.webp" in archive else "ink.png")
-    texture = Texture(facts.corner, facts.texture, partial(_ink, path, ink, facts.texture))
+    texture = Texture(facts.corner, facts.texture, partial(load_ink, ink, facts.texture))
     if ink not in archive:
         raise ValueError(f"page {number} has no ink")
     values = {name: getattr(facts, name) for name in ("source", "transcript", "dpi", "shape", "pitch", "x_height")}
@@ -189,7 +225,7 @@ def _page(archive: Archive, path: Path, number: int, facts: _Page) -> ScannedPag
         slant=facts.slant,
         pen=facts.pen,
         texture=texture,
-        paper=archive.picture(folder + "paper.png", "RGB"),
+        paper=archive.picture(folder + "paper.png", "RGB", _MOST_PAPER),
         moments=_moments(archive, folder, count),
     )
 
@@ -212,9 +248,9 @@ def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
     return Moments(*found)
 
 
-def _ink(path: Path, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    with Archive(path) as archive:
-        pixels = archive.picture(part, "RGBA")
+def _ink(path: Path, data: bytes | None, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    with Archive(path, data) as archive:
+        pixels = archive.picture(part, "RGBA", shape[0] * shape[1])
     if pixels.shape[:2] != shape:
         raise InputError(f"{path} cannot be used: {part} has another size than it says; make it again.")
     return pixels

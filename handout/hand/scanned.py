@@ -16,11 +16,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from handout import notebook
 from handout.hand.places import Place
+from handout.summary import one_line
 from handout.values import Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
+_OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
 
 
@@ -35,6 +38,8 @@ class Ligature:
     path: Indices
     start: Array
     end: Array
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readonly_indices(self.path, None))
@@ -71,6 +76,8 @@ class ScannedGlyph:
     ligatures: tuple[Ligature, ...] = ()
     confidence: float = 1.0
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         vertices = readonly_indices(self.vertices, None)
         if not len(vertices) or (np.diff(vertices) <= 0).any():
@@ -90,6 +97,8 @@ class Texture:
     corner: tuple[int, int]
     shape: tuple[int, int]
     load: Callable[[], NDArray[np.uint8]] = field(repr=False)
+
+    __repr__ = one_line
 
     @cached_property
     def rgba(self) -> NDArray[np.uint8]:
@@ -135,6 +144,8 @@ class ScannedPage:
     paper: NDArray[np.uint8]
     moments: Moments | None = None
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "baselines", readonly(self.baselines, None, 5))
         paper = np.array(self.paper, dtype=np.uint8)
@@ -149,6 +160,9 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
+        uv = self.graph.uv
+        if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
+            raise ValueError("a vertex lies outside its picture")
         for known in (self.moments.times, self.moments.pressure) if self.moments else ():
             if known is not None and len(known) != len(self.graph):
                 raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")
@@ -199,6 +213,13 @@ class ScannedHand:
     title: str
     pages: tuple[ScannedPage, ...]
     glyphs: tuple[ScannedGlyph, ...]
+
+    __repr__ = one_line
+
+    def _repr_png_(self) -> bytes:
+        from handout.hand.pictures import on_paper
+
+        return notebook.pixels_png(on_paper(self.pages[0]), self.pages[0].dpi)
 
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):

@@ -7,7 +7,6 @@ Source: seed 000, §6.2 (this project's).
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterator
 from functools import cached_property
 
@@ -20,6 +19,7 @@ from handout.motion.trace import trace
 from handout.values import Array, Hand, Indices
 from handout.writing.compose import compose
 from handout.writing.layout import Layout, page
+from handout.writing.marks import BELOW, NOT_ABOVE, decomposed
 
 _JOINED = 0.45  # share of a joined hand's letters that are joined to the one before
 _HASTY = 0.85  # of a quick one's
@@ -28,7 +28,6 @@ _CAPITAL = 1.9  # x-heights, where there is none to measure
 _DOT = 0.4  # x-heights: a dot is no larger
 _WIDER = (0.7, 1.45)
 _LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
-_BELOW = {"\u0327"}
 
 
 class Author:
@@ -110,9 +109,10 @@ class Author:
 
     def marks(self, mark: str) -> Iterator[list[Part]]:
         """The author's own marks of one kind, from letters that have it: x = 0 their middle, y over the letter."""
+        if mark in NOT_ABOVE - BELOW:
+            return  # part of the letter's own line
         for letter in self.hand.letters:
-            own = list(unicodedata.normalize("NFD", letter))[1:]
-            if own != [mark]:
+            if decomposed(letter)[1] != (mark,):
                 continue
             for number in self.hand.of(letter).tolist():
                 yield from self._mark_of(number, mark)
@@ -122,7 +122,7 @@ class Author:
         body = line(self.hand, number, first).xy
         top = float(body[:, 1].max())
         loose = [(part, line(self.hand, number, part).xy) for part in others]
-        if mark in _BELOW:
+        if mark in BELOW:
             kept = [part for part, xy in loose if xy[:, 1].mean() < 0]
             over = 0.0
         else:
@@ -131,7 +131,7 @@ class Author:
         if kept:
             whole = np.concatenate(kept)
             xy = line(self.hand, number, whole).xy
-            shift = float(xy[:, 1].min()) - over if mark not in _BELOW else float(xy[:, 1].min())
+            shift = float(xy[:, 1].min()) - over if mark not in BELOW else float(xy[:, 1].min())
             part = self._part(number, np.sort(whole))
             yield [Part(moved(part.graph, np.array([0.0, shift])), part.source, part.role)]
 

@@ -9,7 +9,6 @@ Source: seed 000, §6.2 (all of this is this project's).
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,28 +16,22 @@ from functools import lru_cache
 import numpy as np
 
 from handout.errors import InputError
+from handout.hand.drawn import MARKS
 from handout.hand.scanned import ScannedHand
 from handout.inking.author import Author
 from handout.inking.specimen_sheet import with_sheet
 from handout.inking.specimens import Part, Specimen, drawn, mark_strokes, moved, resized, with_neighbours
 from handout.values import Array
-from handout.writing.text import Repertoire, borrow, lacking, normalise, spell
+from handout.writing.lookalikes import PICTURE
+from handout.writing.marks import BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, THROUGH, decomposed
+from handout.writing.text import LEFT_OUT, Borrowed, Repertoire, borrow, instead, lacking, normalise, spell
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _OTHER_CASE = frozenset("copsuvwxz")  # of which small letters and capitals have one shape
-_BELOW = {"\u0327"}
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other
 _GAP = (0.12, 0.55)  # x-heights between a letter and its mark
-_NAMES = {
-    "\u0300": "grave",
-    "\u0301": "acute",
-    "\u0302": "circumflex",
-    "\u0303": "tilde",
-    "\u0308": "diaeresis",
-    "\u030a": "ring",
-    "\u030c": "caron",
-    "\u0327": "cedilla",
-}
+_NAMES = {mark: name.replace("-", " ") for name, mark in MARKS.items()}
+_TOP, _RIGHT = 0.5, 0.45  # x-heights below a letter's top, share of its width: where apostrophes and ogoneks go
 
 
 @dataclass(frozen=True)
@@ -51,16 +44,6 @@ class Supplied:
     letter: str
     source: str
     own: bool
-
-
-@dataclass(frozen=True)
-class Borrowed:
-    """What was written for a letter that a hand lacks, and where in the text, graphemes from 0."""
-
-    letter: str
-    source: str
-    own: bool
-    at: tuple[int, ...]
 
 
 def lend(hand: ScannedHand, text: str, *, fallback: bool = False, seed: int = 0) -> tuple[ScannedHand, list[Borrowed]]:
@@ -97,6 +80,36 @@ def lend(hand: ScannedHand, text: str, *, fallback: bool = False, seed: int = 0)
     found = Repertoire(hand.name, frozenset(lent.letters), frozenset(), _lendable(hand, tuple(sorted(needed))))
     spell(text, found, fallback=fallback)
     return lent, [Borrowed(one.letter, one.source, one.own, tuple(needed[one.letter])) for one in supplied]
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """How a letter that a hand lacks can be written: "composed" of what the author wrote, only "lent", or not at all.
+
+    letter : what is wanted; how : "composed", "lent" or "missing"; source : what of, in words.
+    """
+
+    letter: str
+    how: str
+    source: str = ""
+
+
+def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
+    """How each letter of a text is had that a hand lacks, as `lend` would have it; in the order of the text."""
+    needed = lacking(normalise(text), Repertoire(hand.name, frozenset(hand.letters), frozenset()))
+    if not needed or not hand.letters:
+        return tuple(Outlook(letter, "missing") for letter in needed)
+    workshop, lendable = _Workshop(hand, np.random.default_rng(0)), _lendable(hand, tuple(sorted(needed)))
+    found = list[Outlook]()
+    for letter in needed:
+        made, source, _ = workshop.make(letter, fallback=False)
+        if made:
+            found.append(Outlook(letter, "composed", source))
+            continue
+        made, source, _ = workshop.make(letter, fallback=True)
+        source = source if made else workshop.instead(letter)[1]
+        found.append(Outlook(letter, "lent" if source and letter in lendable else "missing", source))
+    return tuple(found)
 
 
 @lru_cache(maxsize=8)
@@ -137,23 +150,27 @@ class _Workshop:
         """All that can be written with whatever is lent."""
         house = self._author.house
         letters = frozenset(self._hand.letters) | frozenset(house.glyphs)
-        return Repertoire(self._hand.name, letters, frozenset(house.marks))
+        return Repertoire(self._hand.name, letters, frozenset(house.marks) | {DOTLESS})
 
     def make(self, letter: str, fallback: bool) -> tuple[list[Specimen], str, bool]:
         """Forms of a letter, in words what of, and whether all of it is the author's; none if it cannot be had."""
-        base, *marks = list(unicodedata.normalize("NFD", letter))
+        base, marks = decomposed(letter)
         if not marks and fallback:
             made, source = self._lent(letter)
             return made, source, False
         if len(marks) != 1 or len(base) != 1:
             return [], "", False
+        if marks[0] == DOTLESS:
+            return self._dotless(letter, base), f"{base} without its dot", True
         return self._accented(letter, base, marks[0], fallback)
 
     def instead(self, letter: str) -> tuple[list[Specimen], str]:
         """What a similar form of a letter needs beyond what the hand has, and which that is."""
-        parts = [part.base for part in borrow(letter, self.known, 0)]
-        more = [made for part in parts if part not in self._hand.letters for made in self._lent(part)[0]]
-        return more, f"{''.join(parts)} in its place" if parts else ""
+        forms = borrow(letter, self.known, 0)
+        if not forms:
+            return [], LEFT_OUT if PICTURE.match(letter) else ""
+        more = [made for form in forms if form.base not in self._hand.letters for made in self._lent(form.base)[0]]
+        return more, instead("".join(form.base for form in forms))
 
     def _lent(self, letter: str) -> tuple[list[Specimen], str]:
         other = letter.swapcase()
@@ -174,6 +191,9 @@ class _Workshop:
         if not marks and mark == "\u0308":
             marks = list(self._diaereses())
             source, own = f"{base} with two of the author's own dots", bool(marks)
+        elif not marks and mark == "\u0307":
+            marks = list(self._single_dots())
+            source, own = f"{base} with the author's own dot", bool(marks)
         if not marks and fallback and mark in self._author.house.marks:
             marks = [self._drawn_mark(mark) for _ in range(_FORMS)]
             source = f"{base} with a drawn {_NAMES.get(mark, 'mark')}"
@@ -186,9 +206,9 @@ class _Workshop:
             with_neighbours(
                 self._hand,
                 number,
-                self._author.dot(number) if mark not in _BELOW else np.zeros(0, dtype=np.intp),
+                self._author.dot(number) if mark not in NOT_ABOVE else np.zeros(0, dtype=np.intp),
                 letter,
-                self._seated(marks[i % len(marks)], self._author.stem(number), mark),
+                self._seated(marks[i % len(marks)], self._author.stem(number), base, mark),
             )
             for i, number in enumerate(numbers)
         ]
@@ -198,25 +218,49 @@ class _Workshop:
         """A mark on a letter that is lent itself."""
         bases, source = self._lent(base)
         made = [
-            Specimen(letter, (*one.parts, *self._seated(marks[i % len(marks)], one.parts[0].graph.xy, mark)))
+            Specimen(letter, (*one.parts, *self._seated(marks[i % len(marks)], one.parts[0].graph.xy, base, mark)))
             for i, one in enumerate(bases)
         ]
         return made, f"{base}, {source}, with a {_NAMES.get(mark, 'mark')}", False
 
-    def _seated(self, mark: list[Part], letter: Array, kind: str) -> list[Part]:
+    def _dotless(self, letter: str, base: str) -> list[Specimen]:
+        """Forms of ı or ȷ: those of the author's i or j whose dot is known."""
+        numbers = [number for number in self._author.best(base, 4 * _FORMS) if len(self._author.dot(number))]
+        return [with_neighbours(self._hand, n, self._author.dot(n), letter, ()) for n in numbers[:_FORMS]]
+
+    def _seated(self, mark: list[Part], letter: Array, base: str, kind: str) -> list[Part]:
         """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
-        small, slant = self._author.small, self._author.slant
-        low, high = float(letter[:, 1].min()), float(letter[:, 1].max())
-        if kind in _BELOW:
-            under = letter[letter[:, 1] < low + 0.3 * small]
+        if kind in NOT_ABOVE - BELOW:
+            seat = self._within(letter, base, kind)
+        elif kind in BELOW:
+            low = float(letter[:, 1].min())
+            under = letter[letter[:, 1] < low + 0.3 * self._author.small]
             seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), low])
         else:
-            upper = letter[letter[:, 1] > high - 0.4 * small]
-            over = min(float(part.graph.xy[:, 1].min()) for part in mark)
-            # the mark hangs over the middle of the letter's upper part, along the slant
-            middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
-            seat = np.array([middle + slant * over, high])
+            seat = self._over(mark, letter)
         return [Part(moved(part.graph, seat), part.source, part.role) for part in mark]
+
+    def _over(self, mark: list[Part], letter: Array) -> Array:
+        """Where a mark hangs: over the middle of a letter's upper part, along the slant."""
+        small, slant, high = self._author.small, self._author.slant, float(letter[:, 1].max())
+        upper = letter[letter[:, 1] > high - 0.4 * small]
+        over = min(float(part.graph.xy[:, 1].min()) for part in mark)
+        middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
+        return np.array([middle + slant * over, high])
+
+    def _within(self, letter: Array, base: str, kind: str) -> Array:
+        """Where the origin of a mark goes that touches its letter, or stands beside its top; see `writing.accents`."""
+        small, high = self._author.small, float(letter[:, 1].max())
+        if kind in THROUGH:
+            y = CROSSED.get(base, 0.5) * high
+            near = letter[np.abs(letter[:, 1] - y) <= max(0.1 * small, float(np.abs(letter[:, 1] - y).min()))]
+            x = near[:, 0].min() if base in "DL" else 0.5 * (near[:, 0].min() + near[:, 0].max())
+            return np.array([float(x), y])
+        if kind == OGONEK:
+            right = letter[letter[:, 0] >= letter[:, 0].min() + _RIGHT * np.ptp(letter[:, 0])]
+            return np.asarray(right[right[:, 1].argmin()])
+        beside = letter[letter[:, 1] > high - _TOP * small]
+        return np.array([float(beside[:, 0].max()), high])
 
     def _diaereses(self) -> Iterator[list[Part]]:
         """Pairs of the author's dots, side by side."""
@@ -230,10 +274,16 @@ class _Workshop:
                 for (dot, _), side in ((one, -1), (other, 1))
             ]
 
+    def _single_dots(self) -> Iterator[list[Part]]:
+        """The author's dots, each at the gap that it keeps."""
+        for dot, over in self._author.dots():
+            gap = float(np.clip(over, *(self._author.small * np.array(_GAP))))
+            yield [Part(moved(dot.graph, np.array([0.0, gap])), dot.source, dot.role)]
+
     def _drawn_mark(self, mark: str) -> list[Part]:
         small, slant = self._author.small, self._author.slant
         strokes = [small * xy for xy in mark_strokes(self._author.house, mark, self._rng)]
-        if mark not in _BELOW:
+        if mark not in NOT_ABOVE:
             strokes = [xy - [0.0, small] for xy in strokes]
         low = min(float(xy[:, 1].min()) for xy in strokes)
         leant = [np.column_stack([xy[:, 0] + slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]

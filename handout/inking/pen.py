@@ -44,7 +44,7 @@ class Pen:
 
 
 def usual(model: str, width: float | None = None, colour: str | None = None) -> Pen:
-    """A pen of the model, with the width (mm) and the ink usual for it where none are given.
+    """A pen of the model, with the width (mm) and the ink (see `named`) usual for it where none are given.
 
     Raises
     ------
@@ -52,7 +52,33 @@ def usual(model: str, width: float | None = None, colour: str | None = None) -> 
         As `Pen`.
     """
     own_width, own_colour = _OWN.get(model, (0.3, "#000000"))
-    return Pen(own_width if width is None else width, own_colour if colour is None else colour, model)
+    return Pen(own_width if width is None else width, own_colour if colour is None else named(colour), model)
+
+
+def named(colour: str) -> str:
+    """A colour as ``"#rrggbb"``, of that or of any way in which CSS writes colours, such as a name.
+
+    Raises
+    ------
+    InputError
+        No colour, or one that is seen through.
+    """
+    from PIL import ImageColor
+
+    if _HEX.match(colour):
+        return colour
+    try:
+        parts = ImageColor.getrgb(colour.strip())
+    except ValueError:
+        parts = (0, 0, 0, 0) if colour.strip().lower() == "transparent" else ()
+    if len(parts) == 4 and parts[3] < 255:
+        raise InputError(f"colour: {colour!r} can be seen through, and ink is opaque here: give a colour such as navy.")
+    if not parts or max(parts) > 255:
+        raise InputError(
+            f'colour: {colour!r} is not a colour; write it as "#rrggbb", such as "#1a1a2e", or by its name in CSS, '
+            "such as navy or rebeccapurple."
+        )
+    return "#{:02x}{:02x}{:02x}".format(*parts[:3])
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ that thin ink is paler and purer in colour and a crossing is darker.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -115,7 +115,8 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
     Parameters
     ----------
     drawing : Drawing
-        Strokes without pressure get what is usual for their direction and speed.
+        Strokes without pressure get what is usual for their direction and speed; those with a colour of their own
+        have it.
     dpi : float
         20 to 4800.
     pen : Pen
@@ -134,11 +135,12 @@ def ink(drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator) -> Ras
     """
     if drawing.ink is not None:
         return drawing.ink(dpi)
-    if pen.model == "plain":
+    if pen.model == "plain" and not any(stroke.colour for stroke in drawing.strokes):
         return plain.ink(drawing, dpi, width=pen.width, colour=rgb(pen.colour))
     rgba = np.zeros((*plain.shape(drawing, dpi, pen.width), 4), dtype=np.float32)
     pixels = rgba.reshape(-1, 4)
-    for at, light in passed(drawing, dpi, pen, rng):
+    for at, light in _coloured(drawing, dpi, pen, rng):
+        light = light * (1 - pixels[at, 3:] * (1 - pixels[at, :3]))  # of another colour that is there already
         clear = light.min(axis=1, keepdims=True)
         cover = 1 - clear
         pixels[at, 3:] = cover
@@ -161,9 +163,18 @@ def image(
         return papers.laid(drawing.ink(dpi), paper)
     page = np.full(size, 255, dtype=np.uint8) if paper is None else paper.copy()
     pixels = page.reshape(-1, 3)
-    for at, light in passed(drawing, dpi, pen, rng):
+    for at, light in _coloured(drawing, dpi, pen, rng):
         pixels[at] = np.rint(pixels[at] * light)
     return page
+
+
+def _coloured(
+    drawing: Drawing, dpi: float, pen: Pen, rng: np.random.Generator
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
+    """As `passed`, the strokes of one colour after those of the other; those without one have the pen's."""
+    for colour in dict.fromkeys(stroke.colour for stroke in drawing.strokes):
+        own = tuple(stroke for stroke in drawing.strokes if stroke.colour == colour)
+        yield from passed(replace(drawing, strokes=own), dpi, replace(pen, colour=colour or pen.colour), rng)
 
 
 def passed(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 
@@ -55,7 +55,8 @@ def trace(
     """Timed strokes for a manuscript.
 
     Those of a scanned hand go along its ink, in the order in which a person writes them (see `motion.recovery`), at a
-    pace that is worked out from the path; `engine` is for drawn hands, and the pen of scanned ones does not tremble.
+    pace that is worked out from the path, each in the colour of its page's ink; `engine` is for drawn hands, and the
+    pen of scanned ones does not tremble.
 
     Parameters
     ----------
@@ -96,14 +97,22 @@ def trace(
 def _along_ink(
     manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
 ) -> Drawing:
+    from handout.hand.ink_colours import ink_colours
     from handout.motion.recovery.pages import paths
     from handout.motion.recovery.timing import strokes
 
+    inks = ink_colours(hand)
+    ink_of = {
+        placed.at: int(inks.of[placed.ink.number]) for line in manuscript.lines for placed in line.placed if placed.ink
+    }
     found = [(path, n) for n, line in enumerate(manuscript.lines) for path in paths(line.placed, hand)]
     timed = strokes(
         [path for path, _ in found], [n for _, n in found], manuscript.x_height, rng, speed=speed, jitter=jitter
     )
-    return Drawing(tuple(timed), manuscript.page, {"hand": hand.name, **manuscript.about})
+    # a stroke over letters of several inks has that of most of it
+    most = (int(np.bincount([ink_of.get(at, 0) for at in path.of.tolist()]).argmax()) for path, _ in found)
+    coloured = tuple(replace(stroke, colour=inks.colours[ink]) for stroke, ink in zip(timed, most, strict=True))
+    return Drawing(coloured, manuscript.page, {"hand": hand.name, **manuscript.about})
 
 
 def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:

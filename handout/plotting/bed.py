@@ -14,9 +14,12 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.profiles import Plotter
+from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke, readonly
 
 _SLACK = 0.05  # mm beyond the bed that no machine notices
+# where the zero of a machine is, as a person sees it
+CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,8 @@ class Placement:
     turn: Array
     shift: Array
     turned: bool
+
+    __repr__ = one_line
 
     def to_machine(self, xy: Array) -> Array:
         """(n, 2) mm, page → machine."""
@@ -81,7 +86,7 @@ def reach(profile: Plotter) -> tuple[Array, Array]:
     return (np.zeros(2), size) if zero_in_corner_ahead else (np.array([0.0, -size[1]]), np.array([size[0], 0.0]))
 
 
-def check(xy: Array, profile: Plotter) -> None:
+def check(xy: Array, profile: Plotter, way_out: str = "--fit or a larger bed") -> None:
     """Raise DoesNotFit for the machine coordinate, (n, 2) mm, that is farthest outside the bed."""
     least, greatest = reach(profile)
     for axis, name in enumerate("xy"):
@@ -90,7 +95,7 @@ def check(xy: Array, profile: Plotter) -> None:
         if value < least[axis] - _SLACK or value > greatest[axis] + _SLACK:
             raise DoesNotFit(
                 f"{name} = {value:.4g} mm is outside the bed {least[axis]:g}–{greatest[axis]:g} mm of "
-                f"{profile.name or profile.title}: use --fit or a larger bed."
+                f"{profile.name or profile.title}: use {way_out}."
             )
 
 

@@ -13,6 +13,7 @@ from handout.plotting.blocks import Pause, Pen
 from handout.plotting.knots import Track
 from handout.plotting.lookahead import Flags, Machine, Motion, to_steps
 from handout.profiles import Plotter
+from handout.summary import one_line
 from handout.values import Array, readonly
 
 TRAVEL, LIFT, LOWER, DRAW = range(4)
@@ -39,6 +40,8 @@ class Course:
     pause: Array
     first: NDArray[np.intp]
     told: tuple[tuple[Pen | Pause | None, int], ...]
+
+    __repr__ = one_line
 
     @property
     def follows_pressure(self) -> bool:

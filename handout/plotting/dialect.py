@@ -49,13 +49,18 @@ class Heard(NamedTuple):
 class Controller(Protocol):
     """A machine that is connected and ready; counts are of the commands given to `send`, in order.
 
-    All methods raise PortError when the connection breaks, DeviceSilent when nothing answers (or something was lost on
+    All methods raise PortError when the connection breaks, DeviceHeld when it is held for too long, DeviceSilent when nothing answers (or something was lost on
     the way), DeviceAlarm when the machine refuses or stops.
 
     profile : with the machine's own limits.
     sent : commands written to the port, whole or in part.
     taken : commands it has acknowledged.
     executed : commands that have certainly been executed; never more than were.
+    proven : of these, how many have also been found right since, as far as the machine can tell: no damaged command is
+        among them.
+    patience : s that it may stand on hold, or wait for somebody to press its button, until that is taken for an end
+        (DeviceHeld); infinite unless it is set.
+    spoilt : whether a command has come over wrong behind those; told by `halt`, after a break of any kind.
     queued : moves it has in hand, as last heard; None as long as it has not said.
     listener : called whenever it has said how far it is.
     silent : why its answers do not tell when it executed what; "" if they do.
@@ -68,6 +73,12 @@ class Controller(Protocol):
     queued: int | None
     listener: Callable[[Heard], None]
     silent: str
+    spoilt: bool
+    patience: float
+
+    @property
+    def proven(self) -> int:
+        """See above."""
 
     def send(self, data: bytes) -> None:
         """Write a command as soon as the machine has room for it, hearing what it says meanwhile."""
@@ -98,6 +109,37 @@ class Controller(Protocol):
 
     def home(self) -> None:
         """Find its zero by its switches."""
+
+    def pen(self, down: bool) -> None:
+        """Lower or lift the pen where it stands, and wait for it."""
+
+    def jog(self, dx: float, dy: float) -> None:
+        """Lift the pen and travel so far (machine coordinates, mm), whether or not it knows where it is."""
+
+    def release(self) -> None:
+        """Take the power from its motors; it no longer knows where it is then.  InputError: it has no way to."""
+
+    def heed_button(self) -> None:
+        """From now on `send`, `wait` and `finish` raise ButtonPressed when its button has been pressed, if it has one
+        and does not hold by itself."""
+
+    def pressed(self) -> bool:
+        """Whether its button has been pressed since it was asked last; waits a moment for that."""
+
+
+class Buttonless:
+    """A controller without a button, or one that holds by itself when a person wants it to."""
+
+    def heed_button(self) -> None:
+        """Nothing to heed."""
+
+    def pressed(self) -> bool:
+        """Never."""
+        return False
+
+
+class ButtonPressed(Exception):
+    """A person wants the plot to pause."""
 
 
 class Dialect(Protocol):

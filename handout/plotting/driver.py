@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceError
+from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
 from handout.plotting.dialect import Command, Controller, Heard, dialect
@@ -26,6 +26,7 @@ from handout.values import Array
 
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
+Proved = Callable[[int], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 _AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
@@ -121,6 +122,7 @@ def draw(
     fresh: bool = True,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    proved: Proved | None = None,
     secure: Secure | None = None,
     overlap: float = OVERLAP,
     log: Callable[[str], None] | None = None,
@@ -133,6 +135,7 @@ def draw(
     progress : called with the share that is done, 0 to 1, and the time that is left, s.
     watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
         how many blocks of the plan have certainly been done.
+    proved : called before `watch` whenever more is known to be right, with how many blocks that are.
     secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
         what is secured counts as executed.  It is waited for with the pen lifted.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
@@ -165,13 +168,14 @@ def draw(
     clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
     stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
     securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
-    stream = _Stream(plan, commands, controller, progress, watch, securing, clock)
+    stream = _Stream(plan, commands, controller, progress, watch, securing, clock, proved)
     try:
         with _few_garbage():
             stream.run()
     except DeviceError as error:
         controller.halt()
-        raise type(error)(f"{error} {stream.under_way()}".strip()) from error
+        kind = DeviceGarbled if controller.spoilt else type(error)
+        raise kind(f"{error} {stream.under_way()}".strip()) from error
     except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
         with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
             controller.halt()
@@ -206,14 +210,16 @@ class _Stream:
         watch: Watch | None,
         securing: Securing,
         clock: Callable[[], float],
+        proved: Proved | None = None,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch, self.securing = progress, watch, securing
+        self.progress, self.watch, self.securing, self.proved = progress, watch, securing, proved
         self.min_queue: int | None = None
         self.observer, self._clock = Observer(plan, commands), clock
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
         controller.listener = self._listen
+        self._proven = 0
         self._told = 0.0
         self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
 
@@ -242,6 +248,7 @@ class _Stream:
         """Tell everyone who wants to know what has changed."""
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
+        self._note_proof(machine.proven - first)
         if self._counts == before:
             return
         executed = max(self._counts[2], 0)
@@ -252,6 +259,13 @@ class _Stream:
         if self.progress is not None and at - self._told >= _OFTEN:
             self._told = at
             self.progress(at / whole, whole - at)
+
+    def _note_proof(self, proven: int) -> None:
+        """Tell of how much is known that no command came over wrong."""
+        if proven > self._proven:
+            self._proven = proven
+            if self.proved is not None:
+                self.proved(self.commands[proven - 1].done)
 
     def _listen(self, heard: Heard) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.summary import one_line
 from handout.values import Array
 
 Flags = NDArray[np.bool_]
@@ -75,6 +76,8 @@ class Motion:
     acceleration: Array
     length: Array
     duration: Array
+
+    __repr__ = one_line
 
     def travelled(self, rows: NDArray[np.intp], t: Array) -> Array:
         """How far blocks have come `t` seconds after their starts.  (m,) mm."""

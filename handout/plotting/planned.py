@@ -14,6 +14,7 @@ from handout.plotting.blocks import Block
 from handout.plotting.course import TRAVEL, Course
 from handout.plotting.lookahead import Motion
 from handout.profiles import Plotter
+from handout.summary import one_line
 from handout.values import Array, Drawing, Stroke
 
 Speed = float | Literal["fast"]
@@ -42,6 +43,8 @@ class Plan:
     blocks: tuple[Block, ...]
     begins: Array
     meant: Array
+
+    __repr__ = one_line
 
     @property
     def duration(self) -> float:

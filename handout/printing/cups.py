@@ -6,7 +6,7 @@ import os
 import re
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from getpass import getuser
 from pathlib import Path
 from urllib.parse import quote
@@ -15,7 +15,7 @@ from handout.errors import PrinterError
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.fates import asked
 from handout.printing.ipp.link import Link, address
-from handout.printing.queue import Fate, Ticket
+from handout.printing.queue import Fate, FateUnknown, Ticket
 
 WAY_OUT = "use --dry-run out.pdf to write a file instead"
 NO_LP = f"The command lp is not installed (on Debian it is in the package cups-client): {WAY_OUT}."
@@ -36,6 +36,10 @@ def lp_arguments(queue: str, pdf: Path, ticket: Ticket) -> list[str]:
         options["media-source"] = ticket.source
     pairs = [part for name, value in (options | dict(ticket.options)).items() for part in ("-o", f"{name}={value}")]
     return ["lp", "-d", queue, "-t", ticket.title, *pairs, "--", str(pdf)]
+
+
+class _Silent(PrinterError):
+    """A command of the print system did not come to an end."""
 
 
 class CupsQueue:
@@ -60,13 +64,14 @@ class CupsQueue:
         """Nothing to wait for: CUPS prints by itself what it has taken."""
         return Fate("waiting")
 
-    def fate(self, job: str, title: str) -> Fate:
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
         """What the print system says of a job, in IPP: ``lpstat`` does not tell printed from cancelled."""
-        # CUPS tells of a job by its title to the person who sent it only
-        client = Client(Link(address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")), user=getuser())
         number = job.rpartition("-")[2]
         try:
-            return asked(client, number if number.isdigit() else "", title)
+            # CUPS tells of a job by its title to the person who sent it only
+            where = address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")
+            client = Client(Link(where), user=getuser())
+            return asked(client, number if number.isdigit() else "", title, earlier, self._wait)
         except PrinterError:
             return Fate("unknown", "the print system cannot be asked about it")
 
@@ -79,10 +84,19 @@ class CupsQueue:
 
         Raises
         ------
+        FateUnknown
+            ``lp`` does not come to an end, and CUPS does not know the job.
         PrinterError
-            ``lp`` is missing, does not answer, or refuses the job; the message holds its own words.
+            ``lp`` is missing or refuses the job; the message holds its own words.
         """
-        done = self._ask(lp_arguments(self.name, pdf, ticket))
+        try:
+            done = self._ask(lp_arguments(self.name, pdf, ticket))
+        except _Silent as error:
+            # a job may have been made all the same
+            job = self.fate("", ticket.title).job
+            if job:
+                return f"{self.name}-{job}"
+            raise FateUnknown(f"{error} Whether the page was queued cannot be told.") from error
         if done.returncode != 0:
             raise PrinterError(f"Queue {self.name!r} refused the page: {_words(done)}")
         found = _REQUEST.search(done.stdout)
@@ -129,7 +143,9 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
         )
     except FileNotFoundError:
         return None
-    except (subprocess.TimeoutExpired, OSError) as error:
+    except subprocess.TimeoutExpired as error:
+        raise _Silent(f"The command {command[0]} did not come to an end in {_PATIENCE:g} s.") from error
+    except OSError as error:
         raise PrinterError(f"The command {command[0]} did not work: {error}; {WAY_OUT}.") from error
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 
 from handout import atomic
@@ -46,7 +47,7 @@ class _Folder:
         """It is there."""
         return Fate("completed")
 
-    def fate(self, job: str, title: str) -> Fate:
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
         """Whether its file is there; one that was never named was never written."""
         there = bool(job) and (self._folder / f"{job}.{self.format}").is_file()
         return Fate("completed") if there else Fate("failed", "its file is not there")
@@ -101,7 +102,7 @@ class SimulatedQueue(_Folder):
         atomic.write(self._folder / "jobs.jsonl", "".join(self._log).encode())
         return job
 
-    def fate(self, job: str, title: str) -> Fate:
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
         """Whether a job of that title is in its log."""
         there = any(json.loads(entry)["title"] == title for entry in self._log)
         return Fate("completed") if there else Fate("failed", "the job is not there")

@@ -11,6 +11,7 @@ next step is taken; of a line that was cut off by a crash nothing is believed.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import secrets
@@ -43,10 +44,11 @@ class Step:
     why: str = ""
 
 
-def _next(before: Step | None, state: State, more: Mapping[str, str]) -> Step:
-    """A step after another: the job stays the same until the envelope is sent anew."""
+def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
+    """Add a step: envelopes stand in the order in which they were begun, the job is the same until one is sent anew."""
+    before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
     known = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
-    return Step(state, **{**known, **more})
+    steps[piece] = Step(state, **{**known, **more})
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class Journal:
     run : part of the titles of its jobs, so that no other job is taken for one of them.
     """
 
-    run: str = ""
+    run: str = field(default_factory=lambda: _token())
     seed: int = 0
     resumed: bool = False
     path: Path | None = None
@@ -100,11 +102,16 @@ class Journal:
     def title(self, piece: Piece) -> str:
         """What the job of an envelope is called at the printer; nobody's name is in it."""
         row, copy = piece
-        return " ".join(["handout", *([self.run] if self.run else []), f"row {row}", *([f"copy {copy}"] * (copy > 1))])
+        return " ".join(["handout", self.run, f"row {row}", *([f"copy {copy}"] * (copy > 1))])
+
+    def earlier(self, piece: Piece) -> frozenset[str]:
+        """The titles of the envelopes that were out before this one was begun."""
+        before = itertools.takewhile(lambda known: known[0] != piece, self.steps.items())
+        return frozenset(step.title for _, step in before if step.state == "completed")
 
     def note(self, piece: Piece, state: State, **more: str) -> None:
         """Add a step of an envelope; it is on the disk when this returns."""
-        self.steps[piece] = _next(self.steps.get(piece), state, more)
+        _add(self.steps, piece, state, more)
         self._write({"row": piece[0], "copy": piece[1], "state": state, **more})
 
     def __enter__(self) -> Journal:
@@ -144,7 +151,7 @@ def begin(what: Batch, seed: int, place: Path | None = None, afresh: bool = Fals
             f"This batch of {what.table.name} was begun on {_time(before)} and broke off: go on with --resume, or "
             "print all of it again with --afresh."
         )
-    run = secrets.token_hex(3)
+    run = _token()
     head = {"begun": _now(), "run": run, "table": str(what.table), "facts": dict(what.facts), "seed": seed}
     return Journal(run, seed, False, path, {}, _opened(path), head)
 
@@ -161,7 +168,7 @@ def resume(what: Batch, place: Path | None = None) -> Journal:
     last = _read(path)
     if last is None:
         raise InputError(_nothing_to_resume(what, place or folder()))
-    run = secrets.token_hex(3)
+    run = _token()
     return Journal(run, last.head["seed"], True, path, last.steps, _opened(path), {"resumed": _now(), "run": run})
 
 
@@ -172,6 +179,11 @@ class _Run:
     head: dict[str, Any]
     steps: dict[Piece, Step]
     ended: str = ""
+
+
+def _token() -> str:
+    """What tells one run from another in the titles of its jobs."""
+    return secrets.token_hex(3)
 
 
 def _time(run: _Run) -> str:
@@ -225,7 +237,7 @@ def _read(path: Path) -> _Run | None:
         elif run is not None and "state" in entry:
             piece = (int(entry["row"]), int(entry["copy"]))
             more = {name: str(entry[name]) for name in _TOLD if name in entry}
-            run.steps[piece] = _next(run.steps.get(piece), entry["state"], more)
+            _add(run.steps, piece, entry["state"], more)
         elif run is not None:
             run.ended = entry.get("ended", "")
     return run

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol
@@ -95,8 +95,11 @@ class Queue(Protocol):
         """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
         ...
 
-    def fate(self, job: str, title: str) -> Fate:
-        """What became of a job that was sent some time ago; `job` is empty where only its title is known."""
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+        """What became of a job that was sent some time ago; `job` is empty where only its title is known.
+
+        `earlier` are titles of jobs that were over before this one was begun.
+        """
         ...
 
     def cancel(self, job: str, title: str) -> Fate:

@@ -72,7 +72,7 @@ def _fate(journal: Journal, queue: Queue, piece: Piece) -> Fate:
     at = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
         return Fate("unknown", f"{at}, and {step.why}")
-    fate = queue.fate(step.job, step.title)
+    fate = queue.fate(step.job, step.title, journal.earlier(piece))
     if fate.job:
         journal.note(piece, "sent", job=fate.job)
     if fate.state in ("completed", "failed"):
@@ -163,17 +163,37 @@ def _resumable(
         sent = tuple(n for n in checked.done if n < number)
         rest = [n for n in checked.done if n >= number]
         resume = selection.ranges(rest, whole)
-        went = f"Rows {selection.ranges(sent, whole)} were sent" if sent else "Nothing was sent"
         begun = sum(job.row == number for job in jobs)
-        part = f" and {begun} of {copies} copies of row {number}" if begun and copies > 1 else ""
         how = "the same command and --resume" if journal.path is not None else f"--rows {resume}"
-        told = f"{went}{part}; go on with {how}."
+        told = f"{_went(sent, whole, journal, piece, (begun, copies))}; go on with {how}."
         if isinstance(error, KeyboardInterrupt):
             error.add_note(f"Stopped at row {number}. {told}")
             raise
-        failed = tuple(Failed(n, str(error) if n == number and begun else "not sent") for n in rest)
+        here = str(error) if begun or _in_doubt(journal, piece) else "not sent"
+        failed = tuple(Failed(n, here if n == number else "not sent") for n in rest)
         report = Report(sent, (*checked.failed, *failed), (), tuple(jobs), tuple(checked.warnings))
         raise PrintingStopped(f"Row {number}: {error} {told}", report, resume) from error
+
+
+def _in_doubt(journal: Journal, piece: Piece) -> bool:
+    """Whether an envelope may have come out, as far as is known."""
+    step = journal.steps.get(piece)
+    return step is not None and step.state in ("sending", "sent", "doubtful")
+
+
+def _went(sent: Sequence[int], whole: Sequence[int], journal: Journal, piece: Piece, copies: tuple[int, int]) -> str:
+    """What was sent before a batch stopped, and what of the row at which it stopped; `copies` are (begun, all)."""
+    (row, _), (begun, wanted) = piece, copies
+    rows = f"{'Row' if len(sent) == 1 else 'Rows'} {selection.ranges(sent, whole)}"
+    went = f"{rows} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
+    if begun and wanted > 1:
+        here = f"{begun} of {wanted} copies of row {row}"
+        return f"{went} and {here}" if went else f"{here} {'was' if begun == 1 else 'were'} sent"
+    if _in_doubt(journal, piece):
+        job = journal.steps[piece].job
+        here = f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"
+        return f"{went}, and {here}" if went else here[0].upper() + here[1:]
+    return went or "Nothing was sent"
 
 
 def _stop(queue: Queue, journal: Journal, piece: Piece) -> None:

@@ -114,6 +114,14 @@ class Coverage:
             for name, short, every in named
         )
 
+    def short(self) -> str:
+        """How many letters and pairs stay below the least number, in a few words."""
+        letters, pairs = (
+            f"{len(self.short_letters)} of {len(self.letters)}",
+            f"{len(self.short_pairs)} of {len(self.pairs)}",
+        )
+        return f"{letters} letters and {pairs} common pairs will be there"
+
     def _line(self, row: Row) -> str:
         mark = "*" if row.total < self.least else " "
         counts = "".join(f"{n:7d}" for n in (row.start, row.middle, row.end, row.alone, row.total))

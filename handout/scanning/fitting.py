@@ -214,8 +214,17 @@ def _solved(xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, b
     return np.asarray(splu(matrix).solve(goal)).reshape(2, n).T
 
 
+def within(xy: Array, shape: tuple[int, int]) -> Array:
+    """Places (n, 2), pixels, those outside a picture (h, w) moved to its edge."""
+    height, width = shape
+    return np.asarray(np.clip(xy, -0.5, (width - 0.5, height - 0.5)))
+
+
 def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Array) -> tuple[Array, Indices]:
-    """The graph with its free ends drawn on, straight, to where the pen was when its ink began or ended."""
+    """The graph with its free ends drawn on, straight, to where the pen was when its ink began or ended.
+
+    A line that runs out of the picture ends at the picture's edge.
+    """
     degree = np.bincount(edges.ravel(), minlength=len(xy))
     places, pairs, count = [xy], [edges], len(xy)
     for path in branches(edges, len(xy)):
@@ -227,9 +236,10 @@ def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Arr
             to = xy[way[0]] - xy[back]
             to /= max(float(np.hypot(*to)), 1e-9)
             steps = np.arange(0, 3 * r, 0.25)
-            depth = sampled(inside, xy[way[0]] + steps[:, None] * to)
-            out = depth < 0.5
-            far = float(steps[out.argmax()]) - _END * r if out.any() else 0.0
+            ahead = xy[way[0]] + steps[:, None] * to
+            off = (ahead != within(ahead, inside.shape)).any(axis=1)  # the picture, where there still is ink
+            out = off | (sampled(inside, ahead) < 0.5)
+            far = float(steps[out.argmax()]) - (0.0 if off[out.argmax()] else _END * r) if out.any() else 0.0
             if far < 0.25:
                 continue
             parts = max(1, round(far))

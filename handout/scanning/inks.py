@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.hues import kinds
 from handout.scanning.page import Scan
 from handout.scanning.ruling import find_ruling
 from handout.values import Array
@@ -21,7 +22,6 @@ _CONTRAST = 0.12  # least distance of ink from paper
 _ZERO = 0.30  # the share of ink that counts as none, on plain paper
 _ABOVE = 0.03  # how far over the ruling zero ink lies
 _HIGHEST = 0.65  # a higher zero would cost letters
-_APART = np.cos(np.radians(28))  # of the directions of two inks
 _SHARE = 0.004  # of the strokes, for an ink to count
 _AS_DARK = 0.6  # of the commonest ink's contrast, for another to count: a paler one is what shines through
 _STIFF = 2e-3  # variance of colour that every axis has to bear
@@ -183,7 +183,7 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
     colours = colours[:: max(1, len(colours) // 40_000)]
     away = colours - paper
     size = np.linalg.norm(away, axis=1)
-    kind = _kinds(away / np.maximum(size, 1e-9)[:, None])
+    kind = kinds(away / np.maximum(size, 1e-9)[:, None], _SHARE)
     share = np.bincount(kind) / len(kind)
     inks: list[Ink] = []
     grain: list[float] = []
@@ -201,25 +201,6 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
         inks.append(Ink(colour, axis, zero, float(share[k]), level))
         grain.append(float(np.std((own - paper) @ axis)))
     return tuple(inks), grain[0]
-
-
-def _kinds(directions: Array) -> NDArray[np.intp]:
-    """Number of the ink of every direction (n, 3) in which a colour lies from the paper."""
-    centres: list[Array] = []
-    rest = np.ones(len(directions), dtype=bool)
-    while len(centres) < 4 and rest.sum() > _SHARE * len(directions):
-        centre = np.median(directions[rest], axis=0)
-        for _ in range(10):
-            centre = centre / np.linalg.norm(centre)
-            near = rest & (directions @ centre > _APART)
-            if not near.any():
-                # the middle of two inks is neither: begin at one of them
-                centre = directions[rest][0]
-                near = rest & (directions @ centre > _APART)
-            centre = np.mean(directions[near], axis=0)
-        centres.append(centre / np.linalg.norm(centre))
-        rest &= directions @ centres[-1] <= _APART
-    return np.asarray(np.argmax(directions @ np.stack(centres, axis=1), axis=1), dtype=np.intp)
 
 
 def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Array, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.scanning.density import Density
-from handout.scanning.fitting import evened, fitted, lengthened, sampled
+from handout.scanning.fitting import evened, fitted, lengthened, sampled, within
 from handout.scanning.mask import Mask
 from handout.scanning.page import Scan
 from handout.scanning.skeleton import fill_holes, skeleton, without_spurs
@@ -43,7 +43,9 @@ def find_lines_of_ink(scan: Scan, mask: Mask, density: Density) -> LineGraph:
     xy, edges = without_spurs(*apart(xy, edges, sampled(inside, xy) - _COARSE, half), inside)
     weight = np.where(ink, np.maximum(density.values, 0.02), 0).astype(np.float32)
     xy, half_width = fitted(evened(xy, edges), edges, weight, ink.astype(np.float32), half)
-    xy, edges = lengthened(xy, edges, inside, half_width)
+    # what lies beyond the picture is not known: smoothing must not move a line that runs off its edge out there
+    xy, edges = lengthened(within(xy, ink.shape), edges, inside, half_width)
+    xy = within(xy, ink.shape)
     radius = np.maximum(sampled(inside, xy) - 0.5, 0.5)
     thick = mean_within(density.values, xy, radius)
     # a pixel's middle lies half a pixel from its corner, and the page begins at the corner

@@ -18,6 +18,7 @@ from handout.scanning.density import Density
 from handout.scanning.inks import Inks
 from handout.scanning.page import Scan
 from handout.scanning.smoothing import LEAST_WIDTH, smooth
+from handout.summary import one_line
 
 PENS = {
     "fineliner": Weights(8, 12, 64, 4),
@@ -46,6 +47,8 @@ class Mask:
     ink: NDArray[np.bool_]
     pen: str
     stroke: float
+
+    __repr__ = one_line
 
 
 def find_mask(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from handout.scanning.inks import Inks
 from handout.scanning.mask import Mask
 from handout.scanning.page import Scan
+from handout.summary import one_line
 from handout.values import Array
 
 _GROW = 0.34  # mm: 4 pixels at 300 dpi, 8 at 600
@@ -35,6 +36,8 @@ class Matte:
 
     rgba: NDArray[np.uint8]
     paper: NDArray[np.uint8]
+
+    __repr__ = one_line
 
     def over(self, colour: Array) -> NDArray[np.uint8]:
         """(h, w, 3) uint8: the ink on paper of a colour (3,) or (h, w, 3), 0–255."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.scanning.picture import Picture, read_picture
+from handout.summary import one_line
 
 LEAST_DPI, MOST_DPI = 100.0, 2400.0
 ENOUGH_DPI, _FINE = 600.0, 700.0  # what is finer than the second is reduced to the first
@@ -34,6 +35,8 @@ class Scan:
     source: str = "the scan"
     told: bool = True
     origin: tuple[int, int] = (0, 0)
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         rgb = np.asarray(self.rgb)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.summary import one_line
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Image_
@@ -53,6 +54,8 @@ class Picture:
     own: float | None
     source: str
     photographed: bool = False
+
+    __repr__ = one_line
 
 
 def read_picture(path: Path, page: int | None = None) -> Picture:

@@ -23,6 +23,7 @@ from handout.scanning.matting import Matte, find_matte
 from handout.scanning.page import Scan, read_scan
 from handout.scanning.paper import Paper, crop, find_paper, flatten
 from handout.scanning.rules import Rules, find_rules
+from handout.summary import one_line
 from handout.values import LineGraph, Moments
 
 _PITCHES = (3.0, 28.0)  # mm
@@ -59,6 +60,8 @@ class WrittenPage:
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
     moments: Moments | None = None
+
+    __repr__ = one_line
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,28 +28,32 @@ class _Look:
     dpi: float
     paper: Paper
     transparent: bool
+    travel: bool = False
 
 
 def _svg(page: Drawing, look: _Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(page, pen_width=look.pen.width, colour=look.pen.colour)
+    return to_svg(page, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.travel)
 
 
 def _png(page: Drawing, look: _Look) -> bytes:
     from handout.inking import papers, pens, plain
+    from handout.sinks import travel
     from handout.sinks.png import to_png
 
     pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
-    if page.ink is None and pen.model == "plain" and look.paper.name == "none":
+    one = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.travel
+    if one and pen.model == "plain" and look.paper.name == "none":
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
     # the ink draws on children of its generator, so that it is the same on any paper
     sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
-    return to_png(pens.image(page, dpi, pen, rng, sheet), dpi, about=page.about)
+    image = pens.image(page, dpi, pen, rng, sheet)
+    return to_png(travel.over(image, page, dpi) if look.travel else image, dpi, about=page.about)
 
 
 def _pdf(pages: Sequence[Drawing], look: _Look) -> bytes:
@@ -57,7 +61,7 @@ def _pdf(pages: Sequence[Drawing], look: _Look) -> bytes:
     if all(page.ink is None for page in pages):
         from handout.sinks.pdf import to_pdf
 
-        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour)
+        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.travel)
     from io import BytesIO
 
     from handout.inking import pens
@@ -93,6 +97,7 @@ _PAGES: dict[str, Callable[[Drawing, _Look], bytes]] = {
 
 
 OF_INK = (".pdf", ".png")  # formats that can show scanned ink
+SHOW_TRAVEL = (".svg", ".pdf", ".png")  # formats that can show how a lifted pen travels
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
@@ -129,6 +134,7 @@ def write_drawings(
     dpi: float = 300.0,
     paper: Paper | None = None,
     transparent: bool = False,
+    show_travel: bool = False,
     extra: Mapping[str, PageSink] | None = None,
 ) -> list[Path]:
     """Write pages to files whose suffixes say the format.
@@ -149,6 +155,8 @@ def write_drawings(
         What PNG files show the ink on; white without one.
     transparent : bool
         Leave the paper out of PNG files.
+    show_travel : bool
+        Show in pictures of strokes (SVG, PDF, PNG) how the lifted pen travels between them.
     extra : mapping of suffix to function, optional
         Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
 
@@ -160,12 +168,14 @@ def write_drawings(
     Raises
     ------
     InputError
-        No page, transparent paper, or what `check_outputs` and the formats refuse.
+        No page, transparent paper, travel where it cannot be shown, or what `check_outputs` and the formats refuse.
     """
     if not drawings:
         raise InputError("There is no page to write.")
     _check_strokes(drawings, paths)
-    look = _Look(pen or Pen(), dpi, paper or Paper(), transparent)
+    look = _Look(pen or Pen(), dpi, paper or Paper(), transparent, show_travel)
+    if show_travel:
+        _check_travel(paths, transparent)
     if transparent and look.paper.name != "none":
         raise InputError("A picture is either transparent or on paper: leave out one of the two.")
     files = check_outputs(paths, extra, len(drawings))
@@ -184,6 +194,14 @@ def _check_strokes(drawings: Sequence[Drawing], paths: Sequence[str | Path]) -> 
             raise InputError(
                 f"{path}: the page has scanned ink and no strokes: write it as {' or '.join(OF_INK)}, or trace it."
             )
+
+
+def _check_travel(paths: Sequence[str | Path], transparent: bool) -> None:
+    """Raise InputError where the moves of a lifted pen cannot be shown."""
+    if transparent:
+        raise InputError("A transparent picture has ink only: leave out --transparent, or --show-travel.")
+    if not any(Path(path).suffix.lower() in SHOW_TRAVEL for path in paths):
+        raise InputError(f"Travel is shown in pictures: give a file in one of {', '.join(SHOW_TRAVEL)}.")
 
 
 def write_drawing(

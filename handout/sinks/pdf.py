@@ -16,13 +16,15 @@ from handout import __version__
 from handout.errors import InputError
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths
+from handout.sinks import about, paths, travel
 from handout.values import Array, Drawing
 
 _POINT = 72 / 25.4  # points a mm
 
 
-def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+def to_pdf(
+    drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False
+) -> bytes:
     """Pages as one PDF file.
 
     Parameters
@@ -32,7 +34,9 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
     pen_width : float
         mm, of strokes without a width of their own; one whose width varies, or of a flat nib, is filled as it is.
     colour : str
-        ``"#rrggbb"``, device RGB.
+        ``"#rrggbb"``, device RGB, of strokes without a colour of their own.
+    show_travel : bool
+        Draw the moves between strokes, thin and red.
 
     Raises
     ------
@@ -42,7 +46,7 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
     if not drawings:
         raise InputError("There is no page to write.")
     pen.check_width(pen_width)
-    ink = " ".join(f"{part:.4g}" for part in pen.rgb(colour))
+    pen.rgb(colour)
     count = len(drawings)
     kids = " ".join(f"{4 + 2 * i} 0 R" for i in range(count))
     objects = [
@@ -55,7 +59,8 @@ def to_pdf(drawings: Sequence[Drawing], *, pen_width: float = 0.5, colour: str =
         objects.append(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
-        objects.append(_stream(_content(drawing, pen_width, ink)))
+        moves = travel.moves(drawing) if show_travel else []
+        objects.append(_stream("\n".join([_content(drawing, pen_width, colour), *_travel(moves)])))
     return _file(objects)
 
 
@@ -79,13 +84,18 @@ def _stream(content: str) -> bytes:
     return f"<</Length {len(packed)}/Filter/FlateDecode>>stream\n".encode() + packed + b"\nendstream"
 
 
-def _content(drawing: Drawing, pen_width: float, ink: str) -> str:
+def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
     """The strokes in mm, y down, under a matrix that turns these into points, y up."""
+    ink = _rgb(colour)
     lines = [f"{_POINT:.8f} 0 0 {-_POINT:.8f} 0 {drawing.page.height * _POINT:.4f} cm 1 J 1 j {ink} RG"]
     before = ""
-    if any(outline.needed(stroke) for stroke in drawing.strokes):
+    filled = any(outline.needed(stroke) for stroke in drawing.strokes)
+    if filled:
         lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
+        if (own := _rgb(stroke.colour or colour)) != ink:
+            ink = own
+            lines += [f"{ink} RG", *([f"{ink} rg"] if filled else [])]
         if outline.needed(stroke):
             lines += [_filled(piece) for piece in outline.pieces(stroke, curve)]
             continue
@@ -95,6 +105,18 @@ def _content(drawing: Drawing, pen_width: float, ink: str) -> str:
             before = width
         lines.append(_path(curve))
     return "\n".join(lines)
+
+
+def _travel(moves: Sequence[Array]) -> list[str]:
+    if not moves:
+        return []
+    points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
+    lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
+    return [f"{_rgb(travel.COLOUR)} RG {paths.short(round(travel.WIDTH * 1000))} w", *lines]
+
+
+def _rgb(colour: str) -> str:
+    return " ".join(f"{part:.4g}" for part in pen.rgb(colour))
 
 
 def _path(curve: Curve) -> str:

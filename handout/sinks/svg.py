@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import zlib
 from itertools import pairwise
 
 import numpy as np
 
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths, replay
+from handout.sinks import about, paths, replay, travel
 from handout.values import Array, Drawing, Stroke
 
 
-def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> bytes:
+def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False) -> bytes:
     """A page as an SVG file; units are mm.
 
     Every stroke is a ``<path class="stroke">`` of cubic Béziers that stays within 0.01 mm of the samples, with
@@ -29,7 +30,9 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
         mm, of strokes without a width of their own.  A stroke whose width varies, or of a flat nib, is drawn in its
         greatest width and clipped to its mark; ``data-w`` (µm) has its width at the knots, ``data-nib`` its edge.
     colour : str
-        ``"#rrggbb"``.
+        ``"#rrggbb"``, of strokes without a colour of their own.
+    show_travel : bool
+        Show the moves between strokes from the beginning, in programs that do not know the style sheet too.
 
     Raises
     ------
@@ -39,16 +42,31 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e")
     pen.rgb(colour)
     pen.check_width(pen_width)
     script = f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>"
-    parts = [*_head(drawing), *_ink(drawing, pen_width, colour), *_travel(drawing), script, "</svg>\n"]
+    ink, moves = _ink(drawing, pen_width, colour), _travel(drawing, show_travel)
+    parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")
 
 
-def _head(drawing: Drawing) -> list[str]:
+def to_inline_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> str:
+    """A page as an element that may stand among others on one web page: no script, no style, no name twice."""
+    parts = [part for stroke in drawing.strokes for part in (stroke.xy, stroke.width, stroke.rotation)]
+    seen = zlib.crc32(b"".join(part.tobytes() for part in parts if part is not None))
+    key = f"d{seen:08x}-"  # drawings with equal marks may share their names
+    first = f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)} style="background:#fff;max-width:100%">'
+    title = f"<title>{about.escaped(about.title(drawing))}</title>"
+    return "\n".join([first, title, *_ink(drawing, pen_width, colour, key), "</svg>"])
+
+
+def _size(drawing: Drawing) -> str:
     width, height = _mm(drawing.page.width), _mm(drawing.page.height)
+    return f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
+
+
+def _head(drawing: Drawing, show_travel: bool) -> list[str]:
+    shown = ' class="show-travel"' if show_travel else ""
     return [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
-        f'viewBox="0 0 {width} {height}">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)}{shown}>',
         f"<title>{about.escaped(about.title(drawing))}</title>",
         f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
         f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
@@ -56,21 +74,24 @@ def _head(drawing: Drawing) -> list[str]:
     ]
 
 
-def _ink(drawing: Drawing, pen_width: float, colour: str) -> list[str]:
+def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
+    """The strokes; `key` stands before every name."""
     fitted = curves.fit(drawing.strokes)
+    own = {stroke.colour for stroke in drawing.strokes}
+    colour = own.pop() or colour if len(own) == 1 else colour
     return [
-        f'<g id="ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
+        f'<g id="{key}ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
         'stroke-linecap="round" stroke-linejoin="round">',
         *(
-            _stroke(stroke, curve, pen_width, number)
+            _stroke(stroke, curve, pen_width, f"{key}mark-{number}")
             for number, (stroke, curve) in enumerate(zip(drawing.strokes, fitted, strict=True))
         ),
         "</g>",
     ]
 
 
-def _stroke(stroke: Stroke, curve: Curve, pen_width: float, number: int) -> str:
-    mark = f"mark-{number}" if outline.needed(stroke) else ""
+def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
+    mark = name if outline.needed(stroke) else ""
     width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
     own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
@@ -119,9 +140,11 @@ def _path(curve: Curve) -> str:
     return begin + "".join("c" + paths.joined(leg) for leg in legs.reshape(len(legs), 6).tolist())
 
 
-def _travel(drawing: Drawing) -> list[str]:
+def _travel(drawing: Drawing, shown: bool) -> list[str]:
     # the attribute hides it in programs that do not read the style sheet; for others the sheet decides
-    group = '<g id="travel" class="travel" display="none" fill="none" stroke="#c8503c" stroke-width=".15">'
+    hidden = "" if shown else ' display="none"'
+    look = f'stroke="{travel.COLOUR}" stroke-width="{_mm(travel.WIDTH)}"'
+    group = f'<g id="travel" class="travel"{hidden} fill="none" {look}>'
     return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
 
 

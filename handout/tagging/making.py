@@ -20,9 +20,11 @@ from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, Sc
 from handout.scanning.belonging import owners
 from handout.scanning.reading import WrittenPage
 from handout.scanning.rules import Rules, find_rules
+from handout.summary import one_line
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.assign import Assignment, assign, by_letter, owners_at
+from handout.tagging.cropped import cropped, doubted
 from handout.tagging.features import X_HEIGHT
 from handout.tagging.transcript import read_transcript
 from handout.values import Indices, LineGraph
@@ -61,6 +63,8 @@ class MadePage:
     poor: tuple[int, ...] = ()
     missing: tuple[Missing, ...] = ()
     fits: tuple[tuple[int, float], ...] = ()
+
+    __repr__ = one_line
 
 
 def with_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) -> WrittenPage:
@@ -112,7 +116,8 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
     assignment = assign(written.graph, alignment, owners_at(own, written.graph.uv))
     page = page_of(written, transcript)
     glyphs, missing = _glyphs(page, alignment, _within_reach(written.graph, alignment, assignment.letter))
-    notes = (*written.notes, *_notes(page, alignment, missing))
+    glyphs, cut = doubted(glyphs, cropped(written.graph, written.scan.shape, written.scan.pixel), page.source)
+    notes = (*written.notes, *_notes(page, alignment, missing), *cut)
     fits = tuple((line.number, line.fit) for line in alignment.lines)
     return MadePage(page, glyphs, notes, alignment.poor, missing, fits)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.summary import one_line
 from handout.values import Array, Drawing, Indices, Stroke
 
 _TURN = 0.08  # of a stroke's usual height: a turn back that is smaller is none
@@ -30,6 +31,8 @@ class Recording:
     letters: tuple[Indices, ...] = ()
     lines: int | None = None
     small: float = 0.0
+
+    __repr__ = one_line
 
 
 def x_height(strokes: Sequence[Stroke]) -> float:

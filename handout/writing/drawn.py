@@ -9,6 +9,7 @@ import numpy as np
 
 from handout.values import Hand, Placed
 from handout.writing.lining import HOUSE
+from handout.writing.marks import DOTLESS
 from handout.writing.pieces import Piece
 from handout.writing.scribe import ToPage, Unit
 from handout.writing.slips import Struck
@@ -21,7 +22,7 @@ _MOST_SPACES = 12
 
 def repertoire(hand: Hand) -> Repertoire:
     """What a drawn hand can write."""
-    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks))
+    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
 
 
 class DrawnScribe:

@@ -3,71 +3,18 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-
-import regex
 
 from handout.errors import InputError, MissingCharacters
 from handout.hand.places import graphemes
+from handout.writing.lookalikes import ALIKE, NEWLINES, PICTURE, SAME, SIMILAR, SPACES
+from handout.writing.marks import decomposed, recomposed
 
-# Characters that look the same when written by hand; "" is not written at all
-_SAME = str.maketrans(
-    {
-        "\t": "    ",
-        "\u00ad": "",
-        "\u200b": "",
-        "\u200c": "",
-        "\u200d": "",
-        "\u2060": "",
-        "\ufeff": "",
-        "\u2010": "-",
-        "\u2011": "-",
-        "\u2012": "–",
-        "\u2015": "—",
-        "\u2212": "–",
-        "\u2032": "’",
-        "\u2033": "”",
-        "\u02bc": "’",
-        "\u2024": ".",
-        "\u2044": "/",
-        "\u037e": ";",
-        "ﬀ": "ff",
-        "ﬁ": "fi",
-        "ﬂ": "fl",
-        "ﬃ": "ffi",
-        "ﬄ": "ffl",
-        "\u0133": "ij",
-        "\u0132": "IJ",
-        "\u1e9e": "SS",
-        "\u212b": "Å",
-        "\u2126": "Ω",
-        "\u00b4": "’",
-        "º": "°",
-    }
-)
-# what a pen writes alike; a scanned hand has them as its transcript was typed
-_ALIKE = {
-    "'": "’‘",
-    "’": "'‘",
-    "‘": "'’",
-    '"': ("”", "“", "''"),
-    "“": ('"', "”"),
-    "”": ('"', "“"),
-    "–": "-—",
-    "—": "–-",
-    "-": "–",
-    "…": ("...",),
-}
-# without U+00A0, U+2007 and U+202F, at which a line must not break
-_SPACES = str.maketrans(
-    dict.fromkeys("\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200a\u205f\u3000", " ")
-)
-_NEWLINES = regex.compile(r"\r\n|[\r\v\f\x85\u2028\u2029]")
-# What may stand for a letter when the user accepts borrowed forms
-_BORROWED = {"ł": "l", "Ł": "L", "đ": "d", "Đ": "Ð", "ı": "i", "ħ": "h", "Ħ": "H", "™": "TM", "©": "(c)", "®": "(R)"}
 _MOST_NAMED = 20
 _FEW = 40  # letters of a hand that can be told one by one
+_OVERLAY = 1  # the combining class of strokes through a character
+LEFT_OUT = "left out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +39,24 @@ class Repertoire:
     lendable: frozenset[str] = frozenset()
 
 
+@dataclass(frozen=True)
+class Borrowed:
+    """What was written for a grapheme that a hand lacks, and where in the text, graphemes from 0.
+
+    source : what of, in words; `LEFT_OUT` if nothing was written.
+    own : whether all of it is the author's.
+    """
+
+    letter: str
+    source: str
+    own: bool
+    at: tuple[int, ...]
+
+
 def normalise(text: str) -> str:
     """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
-    text = unicodedata.normalize("NFC", _NEWLINES.sub("\n", text))
-    return unicodedata.normalize("NFC", text.translate(_SAME).translate(_SPACES))
+    text = unicodedata.normalize("NFC", NEWLINES.sub("\n", text))
+    return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
 
 
 def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Letter | str]:
@@ -106,7 +67,8 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
     Parameters
     ----------
     fallback : bool
-        Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case.
+        Accept borrowed forms: an accent that the hand lacks is left out, a letter is taken from the other case, and a
+        picture (an emoji) is not written; `borrowed` tells what.
 
     Raises
     ------
@@ -116,24 +78,28 @@ def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Le
         The hand lacks characters; the message lists all of them with their places.
     """
     units = graphemes(text)
-    written = {unit for unit in units if not unit.isspace()}
-    missing = {unit for unit in written if not _form(unit, hand, 0, fallback)}
+    forms = {unit: _form(unit, hand, 0, fallback) for unit in units if not unit.isspace()}
+    missing = {unit for unit, form in forms.items() if not form and not (fallback and PICTURE.match(unit))}
     if missing:
         raise MissingCharacters(_complaint(_places(units, missing), hand, fallback))
-    if not written:
-        raise InputError("There is nothing to write: the text is empty.")
+    if not any(forms.values()):
+        which = "the text holds nothing but what is left out" if forms else "the text is empty"
+        raise InputError(f"There is nothing to write: {which}.")
     return _spelt(units, hand, fallback)
 
 
 def _spelt(units: Sequence[str], hand: Repertoire, fallback: bool) -> Iterator[Letter | str]:
+    spaced, omitted = True, False
     for at, unit in enumerate(units):
-        if unit.isspace():
-            yield unit
-        else:
-            yield from _form(unit, hand, at, fallback)
+        written = [unit] if unit.isspace() else _form(unit, hand, at, fallback)
+        if not written:
+            omitted = True
+        elif not (omitted and spaced and unit == " "):  # what is left out between two spaces takes one along
+            spaced, omitted = unit.isspace(), False
+            yield from written
 
 
-def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> list[Letter]:
+def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> Sequence[Letter]:
     return _letters(grapheme, hand, at) or (borrow(grapheme, hand, at) if fallback else [])
 
 
@@ -161,23 +127,44 @@ def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
 
 def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     """The grapheme as one letter of the hand, with accents where it has no form of its own; [] if it lacks it."""
-    for same in (grapheme, *_ALIKE.get(grapheme, ())):
+    for same in (grapheme, *ALIKE.get(grapheme, ())):
         if all(part in hand.letters for part in same):
             return [Letter(part, (), at) for part in same]
-    base, *marks = list(unicodedata.normalize("NFD", grapheme))
+    base, marks = decomposed(grapheme)
     if base in hand.letters and marks and all(mark in hand.marks for mark in marks):
-        return [Letter(base, tuple(marks), at)]
+        return [Letter(base, marks, at)]
     return []
 
 
 def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     """What a hand writes for a grapheme that it lacks where similar forms are accepted; [] if there is nothing."""
-    base, *marks = list(unicodedata.normalize("NFD", grapheme))
+    base, marks = decomposed(grapheme)
     kept = tuple(mark for mark in marks if mark in hand.marks)
-    for choice in (_BORROWED.get(base, base), unicodedata.normalize("NFKC", base), base.swapcase()):
+    if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in kept):
+        base, kept = grapheme, ()  # a sign without its stroke says something else: ≠ is not =
+    for choice in (SIMILAR.get(base, base), _plain(base), base.swapcase()):
         if choice and all(part in hand.letters for part in choice):
             return [Letter(part, kept if i == 0 else (), at) for i, part in enumerate(choice)]
     return []
+
+
+def borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
+    """What a hand writes for the graphemes of normalised `text` that it lacks, where similar forms are accepted."""
+    found = []
+    for grapheme, places in lacking(text, hand).items():
+        written = "".join(spelt(letter) for letter in borrow(grapheme, hand, 0))
+        found.append(Borrowed(grapheme, instead(written), False, tuple(places)))
+    return found
+
+
+def instead(written: str) -> str:
+    """In words, what is written for a character that a hand lacks; nothing: it is left out."""
+    return f"{written} in its place" if written else LEFT_OUT
+
+
+def _plain(grapheme: str) -> str:
+    """A grapheme in common characters, as Unicode knows it: ½ is 1/2."""
+    return unicodedata.normalize("NFKC", grapheme).translate(SAME)
 
 
 def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) -> str:
@@ -192,9 +179,16 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) 
         which = (
             f", which can supply {'all' if len(given) == len(missing) else ' '.join(given)} of them" if given else ""
         )
-        way_out += f", or --fallback to accept similar forms{which}"
+        pictures = [grapheme for grapheme in missing if PICTURE.match(grapheme)]
+        ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
+        ways += [f"leave {'it' if len(missing) == 1 else _pictures(pictures, missing)} out"] if pictures else []
+        way_out += f", or --fallback to {' and '.join(ways)}"
     few = f"; it can write only {''.join(sorted(hand.letters))}" if 0 < len(hand.letters) < _FEW else ""
     return f"The hand {hand.name} has no form for {', '.join(named)}{more}{few}: {way_out}."
+
+
+def _pictures(pictures: Sequence[str], missing: Collection[str]) -> str:
+    return "them" if len(pictures) == len(missing) else " ".join(map(_name, pictures[:_MOST_NAMED]))
 
 
 def _name(grapheme: str) -> str:
@@ -205,7 +199,7 @@ def _name(grapheme: str) -> str:
 
 def spelt(letter: Letter) -> str:
     """The grapheme that a letter and its accents are, NFC."""
-    return unicodedata.normalize("NFC", letter.base + "".join(letter.marks))
+    return recomposed(letter.base, letter.marks)
 
 
 def runs(letters: Sequence[Letter]) -> list[str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -16,13 +15,11 @@ from handout.values import Array, Glyph, Hand
 from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.choice import Chooser, joined
+from handout.writing.clearance import bounded, in_the_way, too_near
 from handout.writing.text import Letter, spelt
 from handout.writing.variation import Drift, Variation, walk, warp
 
 _MOST_SLURRED = 0.3  # beyond it nobody reads the word
-_LEAST_ROOM = 0.13  # x-heights between two letters that are not joined, at any height
-_HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # x-heights: where their distance is taken, and over what reach
-_WIDEST_DOT, _FURTHEST_BACK = 0.45, 0.4  # x-heights: of a dot, and how far it is moved out of a tall letter's way
 _CAPITALS = 0.12  # x-heights between two capitals, besides their widths
 
 
@@ -109,18 +106,20 @@ class Writer:
         n, rng, vary = len(glyphs), self.rng, self._vary
         shapes = self._shapes(n)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
-        widths[:-1] += [_too_near(a, b, width) for (a, b), width in zip(pairwise(glyphs), widths, strict=False)]
+        widths[:-1] += [too_near(a, b, width) for (a, b), width in zip(pairwise(glyphs), widths, strict=False)]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
-        points = []
+        points = list[list[Array]]()
         following = [*zip(glyphs[1:], widths, strict=False), None]
         for glyph, shape, start, share, after in zip(glyphs, shapes, starts, self._slurs(n), following, strict=True):
+            points.append([])
             for stroke, late in zip(glyph.strokes, glyph.late, strict=True):
                 placed = slurred(stroke, share) @ shape
                 if late:
                     placed = placed + self._flight()
-                    placed = placed - (_in_the_way(placed, *after) if after else 0.0, 0.0)
-                points.append(placed + start)
-        return np.vstack(points), float(widths.sum())
+                    placed = placed - (in_the_way(placed, *after) if after else 0.0, 0.0)
+                points[-1].append(placed + start)
+        bounded(glyphs, points)
+        return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
 
     def _flight(self) -> Array:
         """Where a dot, bar or accent lands, away from its place."""
@@ -174,50 +173,6 @@ def _advances(glyphs: Sequence[Glyph]) -> Array:
     letters = [glyph.letter for glyph in glyphs]
     capitals = [a.isupper() and b.isupper() for a, b in pairwise(letters)] + [False]
     return np.array([glyph.width for glyph in glyphs]) + _CAPITALS * np.array(capitals)
-
-
-def _too_near(left: Glyph, right: Glyph, width: float) -> float:
-    """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself."""
-    if joined(left, right) or not (left.letter.isalnum() and right.letter.isalnum()):
-        return 0.0
-    # the one bar of tt or ft was drawn for where the other letter stands
-    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
-        return 0.0
-    room = width + _edges(right)[0] - _edges(left)[1]
-    return max(0.0, _LEAST_ROOM - float(room.min()))
-
-
-def _in_the_way(dot: Array, after: Glyph, width: float) -> float:
-    """How far a dot must move left to stay clear of the next letter, which stands `width` off; bars may run into it."""
-    if np.ptp(dot[:, 0]) > _WIDEST_DOT:
-        return 0.0
-    beside = np.abs(_HEIGHTS - dot[:, 1].mean()) < _SEEN
-    wall = width + float(_edges(after)[0][beside].min(initial=np.inf))
-    return min(max(0.0, float(dot[:, 0].max()) + _LEAST_ROOM - wall), _FURTHEST_BACK)
-
-
-def _barred(glyph: Glyph) -> bool:
-    """Whether one of its strokes, written late or not, is a bar."""
-    return any(np.ptp(s[:, 0]) > max(_WIDEST_DOT, 2 * np.ptp(s[:, 1])) for s in glyph.strokes)
-
-
-@lru_cache(maxsize=4096)
-def _edges(glyph: Glyph) -> tuple[Array, Array]:
-    """Leftmost and rightmost x of a letter at some heights, without what is written late; ±inf where it has nothing."""
-    ways = [_evenly(s) for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
-    left, right = np.full(len(_HEIGHTS), np.inf), np.full(len(_HEIGHTS), -np.inf)
-    if ways:
-        xy = np.vstack(ways)
-        near = np.abs(xy[:, 1, None] - _HEIGHTS) < _SEEN
-        left = np.where(near, xy[:, :1], np.inf).min(axis=0)
-        right = np.where(near, xy[:, :1], -np.inf).max(axis=0)
-    return left, right
-
-
-def _evenly(stroke: Array) -> Array:
-    """Places along the straight ways between the points of a stroke."""
-    at = np.linspace(0, len(stroke) - 1, 8 * len(stroke))
-    return np.column_stack([np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T])
 
 
 def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...], ...]:

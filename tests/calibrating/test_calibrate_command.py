@@ -47,6 +47,9 @@ def test_read_build_show_export(call, scan, tmp_path):
     for kind, head in (("cube", b"TITLE"), ("ti3", b"CTI3"), ("png", b"\x89PNG"), ("npz", b"PK")):
         call("calibrate", "export", "--printer", "epson", "--format", kind, "-o", f"out.{kind}", "-q")
         assert (tmp_path / f"out.{kind}").read_bytes().startswith(head)
+    for kind, signature in (("icc", b"prtrRGB Lab "), ("icc-link", b"linkRGB RGB ")):
+        call("calibrate", "export", "--printer", "epson", "--format", kind, "-o", f"{kind}.icc", "-q")
+        assert (tmp_path / f"{kind}.icc").read_bytes()[12:24] == signature
 
 
 def test_a_bad_scan_writes_no_patches(call, tmp_path):

@@ -54,7 +54,9 @@ def test_ink_out_of_reach_is_counted(stored):
     made(DRAWING, 300)
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
-    assert made.said().startswith(f"calibration simulated/white of {stored.made:%Y-%m-%d} (made today); 38% of the ink")
+    assert made.said().startswith(
+        f"calibration simulated/white of {stored.made:%Y-%m-%d} (made today). 38% of the ink is"
+    )
 
 
 def test_a_blank_page_says_nothing_of_reach(stored):

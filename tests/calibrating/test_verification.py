@@ -41,7 +41,7 @@ def test_every_colour_comes_twice_and_the_model_reaches_it(made, stored):
 
 def test_the_strip_keeps_to_a_small_sheet_and_marks_of_its_own(made):
     left, top, right, bottom = made.page.bounds
-    assert right - left < 180 and bottom - top < 95
+    assert right - left < 180 and bottom - top < 100
     from handout.colour.chart import page_of_marks
 
     assert all(page_of_marks(number) is None for number in made.page.ids.tolist())

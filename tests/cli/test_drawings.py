@@ -2,8 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 
 from handout.cli import cli
 from handout.errors import InputError
@@ -43,6 +45,49 @@ def test_a_drawing_is_previewed_and_what_is_left_out_is_said(folder):
 def test_a_drawing_is_plotted_in_the_order_with_the_least_travel(folder):
     facts = json.loads(run("plot", "drawing.svg", "--port", "sim:", "--order", "travel", "--json", "-y").stdout)
     assert facts["pen_down_mm"] == pytest.approx(166, abs=0.1) and facts["executed_s"] > 1
+
+
+@pytest.mark.parametrize("what", ["drawing.svg", "the boats came home last night with the tide, and all was well"])
+def test_a_preview_shows_the_order_of_travel_that_is_plotted(folder, what):
+    def facts(*more):
+        return json.loads(
+            run("plot", what, "--page", "A6", "--device", "simulated", "--seed", "3", "--json", *more).stdout
+        )
+
+    written, moved = (facts("--dry-run", f"{order}.json", "--order", order) for order in ("writing", "travel"))
+    assert moved["pen_up_mm"] < 0.95 * written["pen_up_mm"] and moved["pen_down_mm"] == written["pen_down_mm"]
+    before, after = read_drawing("writing.json"), read_drawing("travel.json")
+    assert after.pen_up == pytest.approx(moved["pen_up_mm"], abs=0.01)
+    assert [s.xy[0].tolist() for s in after.strokes] != [s.xy[0].tolist() for s in before.strokes]
+    clock = [t for stroke in after.strokes for t in (stroke.t[0], stroke.t[-1])]
+    assert clock == sorted(clock) and after.duration == pytest.approx(before.duration)
+    plotted = facts("--port", "sim:", "--order", "travel", "-y")
+    assert plotted["pen_up_mm"] == moved["pen_up_mm"]
+
+
+def test_travel_is_shown_in_previews_when_asked(folder):
+    run("plot", "drawing.svg", "--dry-run", "p.svg", "--dry-run", "p.png", "--dry-run", "p.pdf", "--dpi", "72", "-q")
+    run(
+        *("plot", "drawing.svg", "--dry-run", "t.svg", "--dry-run", "t.png", "--dry-run", "t.pdf", "--dpi", "72", "-q"),
+        "--show-travel",
+    )
+    assert 'id="travel" class="travel" display="none"' in (folder / "p.svg").read_text(encoding="utf-8")
+    text = (folder / "t.svg").read_text(encoding="utf-8")
+    assert 'class="show-travel"' in text and 'display="none"' not in text
+    assert red(folder / "t.png") > red(folder / "p.png") + 50  # a stroke of the drawing is red itself
+    assert len((folder / "t.pdf").read_bytes()) > len((folder / "p.pdf").read_bytes())
+
+
+def red(path):
+    """Pixels of the colour that travel is drawn in."""
+    page = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    return int((page[..., 0] - page[..., 2] > 60).sum())
+
+
+def test_travel_is_refused_where_it_cannot_be_seen(folder):
+    for arguments in (["--dry-run", "a.json"], ["--dry-run", "a.png", "--transparent"], ["--port", "sim:"]):
+        with pytest.raises(InputError, match=r"[Tt]ravel"):
+            run("plot", "drawing.svg", "--show-travel", *arguments)
 
 
 def test_a_drawing_is_exported(folder):

@@ -64,6 +64,50 @@ def test_bad_input_is_one_sentence(call, words, said):
 
 
 def test_leaving_the_questions_is_an_interrupt(call, monkeypatch):
-    monkeypatch.setattr("sys.stdin", io.StringIO("d\n"))
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("click.termui.visible_prompt_func", interrupted)
     _, err = call("pen", "heights", "--port", "sim:", code=130)
     assert "Interrupted." in err
+
+
+@pytest.mark.parametrize("device", ["simulated", "axidraw-v3", "marlin-servo", "hp-7475a"])
+def test_the_pen_is_moved_by_hand(call, device):
+    where = ("--port", "sim:", "--device", device)
+    assert "the pen is down" in call("pen", "down", *where)[1] and "the pen is up" in call("pen", "up", *where)[1]
+    told = json.loads(call("pen", "jog", "5", "1.5cm", *where, "--json", "-q")[0])
+    assert told["done"] == "moved by 5, 15 mm" and told["position"] in (None, [pytest.approx(5, abs=0.02), 15.0])
+    code = 2 if device == "hp-7475a" else 0
+    assert "motors" in call("pen", "motors-off", *where, code=code)[1]
+    assert "Where is the plotter?" in call("pen", "home", code=2)[1]
+    assert "jog x" in call("pen", "jog", "far", "0", *where, code=2)[1]
+
+
+def test_home_is_found_or_the_reason_told(call):
+    assert "above its zero, at 0, 0 mm" in call("pen", "home", "--port", "sim:", "--device", "midtbot")[1]
+    _, err = call("pen", "home", "--port", "sim:", code=3)
+    assert "does not know where it stands" in err and "lower left corner" in err
+    assert "moved by -3, 4 mm" in call("pen", "jog", "-3", "4", "--port", "sim:")[1]
+
+
+def test_heights_at_the_end_of_the_input(call, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("d\n"))
+    _, err = call("pen", "heights", "--port", "sim:", code=2)
+    assert "the input has ended: it needs d, u, f, c, t, x typed at a terminal, or --up and --down" in err
+
+
+def test_plotting_with_other_heights(call):
+    out, _ = call("plot", "--port", "sim:", "hi", "--pen-up", "30", "--pen-down", "80", "--seed", 1, "--json", "-q")
+    job = json.loads(out)["job"]
+    assert json.loads(call("plot", "show", job, "--json")[0])["finished"]
+    for given, says in ((("--pen-up", "5000"), "outside S1 to S1000"), (("--pen-down", "low"), "is not a number")):
+        assert says in call("plot", "--port", "sim:", "hi", *given, code=2)[1]
+    assert "no heights" in call("plot", "--dry-run", "a.svg", "--device", "hp-7475a", "hi", "--pen-up", "3", code=2)[1]
+    assert "not less" not in call("plot", "--port", "sim:", "--device", "grbl-z", "hi", "--pen-down", "-.3mm", "-q")[1]
+
+
+def test_the_button_pauses_a_plot(call):
+    _, err = call("plot", "--port", "sim:?fault=button&after=60", "--device", "axidraw-v3", "all is well", "--seed", 1)
+    assert "Paused, the pen is lifted: press the plotter's button again to go on" in err
+    assert err.index("Paused") < err.index("It goes on.") < err.index("Plotted 1 sheet")

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from handout import profiles
-from handout.errors import DeviceSilent
+from handout.errors import DeviceSilent, InputError
 from handout.plotting.bed import place as placed
 from handout.plotting.jobs import store
 from handout.plotting.simulated import SimulatedPlotter
@@ -59,13 +59,37 @@ def test_a_job_is_forgotten_when_one_asks_for_it(call):
     assert "no job" in call("plot", "forget", name, code=2)[1]
 
 
-def test_what_never_began_is_not_kept(call, monkeypatch):
+def test_resume_takes_the_newest_though_its_plotter_did_not_answer(call, monkeypatch):
+    older = broken(call)
+
     def nobody(*_):
         raise DeviceSilent("Nobody there.")
 
-    monkeypatch.setattr("handout.plotting.jobs.running.meet", nobody)
-    assert call("plot", "--port", "sim:", TEXT, code=3)[1].endswith("Nobody there.\n")
+    with monkeypatch.context() as patch:
+        patch.setattr("handout.plotting.jobs.running.meet", nobody)
+        _, err = call("plot", "--port", "sim:", "the newer one", "--seed", 2, code=3)
+    newer = re.search(r"Nobody there. The job is kept; go on with: handout plot --resume (\S+)", err).group(1)
+    assert newer != older
+    out, err = call("plot", "--resume", "--json")
+    told = json.loads(out)
+    assert (told["job"], told["title"], told["finished"]) == (newer, "the newer one", True)
+    assert f"{newer} (the newer one): goes on with sheet 1 of 1." in err
+    assert json.loads(call("plot", "--resume", "--port", "sim:", "--json", "-q")[0])["job"] == older
+
+
+def test_what_was_refused_before_it_began_is_not_kept(call, monkeypatch):
+    def refused(*_):
+        raise InputError("No such thing.")
+
+    monkeypatch.setattr("handout.plotting.jobs.running.meet", refused)
+    assert call("plot", "--port", "sim:", TEXT, code=2)[1].endswith("No such thing.\n")
     assert "none is kept" in call("plot", "show", "a", code=2)[1]
+    assert call("plot", "jobs", "--json")[0] == "[]\n"
+
+
+def test_a_port_that_cannot_be_opened_begins_no_job(call):
+    _, err = call("plot", "--port", "/dev/no-such-port", TEXT, code=3)
+    assert err.endswith("No job was begun.\n")
     assert call("plot", "jobs", "--json")[0] == "[]\n"
 
 

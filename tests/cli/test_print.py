@@ -49,15 +49,16 @@ def placed(path):
 
 
 def test_a_jam_and_then_the_rest(call, table):
-    with SimulatedPrinter(Path("out"), Faults(jam_at=2, cleared_after=0.1)) as printer:
+    with SimulatedPrinter(Path("out"), Faults(jam_at=2)) as printer:
         command = ("print", table, "--printer", "epson", "--queue", printer.uri, *QUICK)
         _, err = call(*command, code=3)
         assert "Row 3: job 2 was not printed: the printer gave it up, the paper has jammed." in err
-        assert "Rows 2 were sent; go on with the same command and --resume." in err
+        assert "Row 2 was sent; go on with the same command and --resume." in err
         _, err = call(*command, code=2)
         assert "--resume" in err and "--afresh" in err and len(printer.jobs) == 2
         _, err = call(*command, "--page", "C6", "--resume", code=2)
         assert "--page-name" not in err and "--page was DL and is now C6" in err
+        printer.clear()  # somebody takes out what has jammed
         out, err = call(*command, "--resume", "--json")
         facts = json.loads(out)
         assert (facts["rows"], facts["before"], facts["unknown"]) == (3, [2], [])
@@ -67,9 +68,10 @@ def test_a_jam_and_then_the_rest(call, table):
 
 
 def test_an_envelope_that_nobody_knows_of(call, table):
-    with SimulatedPrinter(faults=Faults(lie_at=1, cleared_after=0.1)) as printer:
+    with SimulatedPrinter(faults=Faults(lie_at=1)) as printer:
         command = ("print", table, "--printer", printer.uri, "--rows", "2-3", *QUICK)
         call(*command, code=3)
+        printer.clear()
         _, err = call(*command, "--resume", code=4)
         assert re.search(r"row 2: it was sent as job 1, and .* --resume --again 2 prints it again", err)
         call(*command, "--resume", "--again", "2", "-q")
@@ -78,13 +80,14 @@ def test_an_envelope_that_nobody_knows_of(call, table):
 
 def test_ctrl_c_cancels_what_is_in_flight(table, heard):
     with SimulatedPrinter(faults=Faults(printing=60)) as printer:
+        tell, followed = printer._tell, threading.Event()
+        printer._tell = lambda request: followed.set() or tell(request)
         command = [sys.executable, "-m", "handout", "print", str(table), "--queue", printer.uri, "--printer", "epson"]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         running = subprocess.Popen([*command, *QUICK], stderr=subprocess.PIPE, text=True, env=environment)
         try:
-            while not printer.jobs and running.poll() is None:
-                threading.Event().wait(0.02)
-            threading.Event().wait(0.3)
+            while not followed.wait(0.02) and running.poll() is None:
+                pass
             running.send_signal(signal.SIGINT)
             _, err = running.communicate(timeout=30)
         finally:

@@ -29,7 +29,7 @@ def test_read_and_check(call, small_scan):
     out, err = call("hand", "check", "mine.hand", "-o", "seen.png", "--for", "zeal even", "--json")
     checked = json.loads(out)
     assert {one["letter"] for one in checked["lacks"] if not one["anywhere"]} == {"z"}
-    assert "there is no z." in err and checked["letters"][0]["total"] >= 4
+    assert "Lent with --fallback, as the author never wrote it: z (" in err and checked["letters"][0]["total"] >= 4
     assert Image.open("seen.png").size == Image.open(small_scan.scan).size
 
 
@@ -64,6 +64,20 @@ def test_the_letters_of_a_text_are_lent_where_they_are_shown_too(call, kept):
     facts = json.loads(out)
     assert {one["letter"]: one["own"] for one in facts["borrowed"]} == {"z": False, "ë": True}
     assert len(facts["why"]) == 4 and "Lent to the hand: z (" in err and Path("a.png").exists()
+
+
+def test_check_says_how_letters_are_had_as_write_has_them(call, kept):
+    out, err = call("hand", "check", kept, "--for", "fëlt zed 漢", "--json")
+    how = {one["letter"]: one["how"] for one in json.loads(out)["supply"]}
+    assert how == {"ë": "composed", "z": "lent", "漢": "missing"}
+    assert "Put together from what the author wrote: ë (e with " in err and "there is no 漢" in err
+    assert "z" in err.split("Lent with --fallback")[1] and "ë" not in err.split("Lent with --fallback")[1]
+    common = ("--hand", kept, "--page", "A6", "-o", "a.svg", "--json")
+    assert json.loads(call("write", "fëlt", *common)[0])["borrowed"][0]["own"] is True
+    assert "'z'" in call("write", "zed", *common, code=2)[1]
+    assert json.loads(call("write", "zed", "--fallback", *common)[0])["borrowed"][0]["own"] is False
+    assert "'漢'" in call("write", "漢", "--fallback", *common, code=2)[1]
+    assert "Every letter of that text is there." in call("hand", "check", kept, "--for", "even")[1]
 
 
 def test_import_list_show_export_remove(call, kept):
@@ -106,6 +120,17 @@ def test_a_damaged_hand_does_not_stop_the_list(call, kept):
     path.write_bytes(path.read_bytes()[:500])
     assert "cannot be used" in call("hand", "list")[0]
     call("hand", "remove", "mine")
+
+
+def test_a_hand_whose_ink_is_damaged_is_not_imported(call, kept):
+    data = bytearray(Path(kept).read_bytes())
+    at = data.index(b"pages/0/ink.png") + 500
+    data[at : at + 200] = bytes(200)
+    Path("bad.hand").write_bytes(data)
+    for arguments in (("import", "bad.hand"), ("export", "bad.hand", "-o", "copy.hand")):
+        _, err = call("hand", *arguments, code=2)
+        assert "bad.hand cannot be used" in err
+    assert not Path("copy.hand").exists() and not list(Path("config").rglob("bad.hand"))
 
 
 def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):

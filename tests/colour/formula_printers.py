@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from handout.colour.patches import Patches
+from handout.printing.simulated import Inkjet
 from handout.values import Array
 
 _MIX = np.array([[0.90, 0.07, 0.03], [0.05, 0.88, 0.07], [0.02, 0.12, 0.86]])
@@ -18,6 +19,19 @@ def identical(device: Array) -> Array:
 def dull(device: Array) -> Array:
     """(n, 3) scanned RGB of a printer with a short range, mixing inks and a tone curve, on cream paper."""
     return 0.12 + (np.array([0.95, 0.93, 0.86]) - 0.12) * (device @ _MIX.T) ** 1.3
+
+
+class Dark(Inkjet):
+    """A pigment inkjet on photo paper whose black sets in early: dark colours far apart are seen almost alike."""
+
+    def __init__(self) -> None:
+        super().__init__("photo", n=3)
+
+    def separate(self, device: Array) -> Array:
+        """(n, 4) what the driver asks for."""
+        colour = (1 - device) ** 1.2
+        black = np.clip((colour.min(axis=1, keepdims=True) - 0.1) / 0.9, 0, 1) ** 1.4
+        return np.concatenate([colour * (1 - 0.6 * black), black], axis=1)
 
 
 def chart(side: int = 6, greys: int = 52) -> Array:

@@ -2,7 +2,9 @@
 
 import io
 import json
+import struct
 import zipfile
+import zlib
 
 import numpy as np
 import pytest
@@ -86,6 +88,25 @@ def test_textures_are_read_when_looked_at(whole, small_hand, tmp_path):
     assert page.texture.shape == small_hand.pages[0].texture.shape
     with pytest.raises(InputError, match=r"ink\.png is not a picture"):
         _ = page.texture.rgba
+
+
+def bomb(side, colour):
+    """A PNG of some kilobytes that unpacks to side × side pixels: of two kinds of colour, 2 RGB, 6 RGBA."""
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 8, colour, 0, 0, 0))
+    rows = zlib.compress(bytes(1000))  # the rest is never asked for
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(("part", "colour"), [("ink", 6), ("paper", 2)])
+@pytest.mark.parametrize("side", [4000, 15000])  # under and over what Pillow itself refuses
+def test_a_picture_larger_than_it_says_is_never_unpacked(whole, tmp_path, part, colour, side):
+    path = rewritten(whole, tmp_path / "a.hand", {f"pages/0/{part}.png": bomb(side, colour)})
+    with pytest.raises(InputError, match=rf"{part}\.png has {side} × {side} pixels, too many"):
+        file.check(path)
 
 
 def test_corrections_are_kept_apart(small_hand, tmp_path):

@@ -73,11 +73,34 @@ def test_all_that_a_drawn_hand_has_can_be_lent(small_hand):
     text = "Zß 7&?! ç É ñ ê å ž x X (ł)"
     lent, borrowed = lend(small_hand, text, fallback=True)
     found = spelt(borrowed)
-    assert found["ł"][1] is False and found["ł"][2] == (text.index("ł"),) and "l in its place" in found["ł"][0]
+    assert found["ł"][1] is False and found["ł"][2] == (text.index("ł"),) and found["ł"][0] == "l with a drawn slash"
     assert set("Z7&?!çñêåžX") <= set(lent.letters)
     assert all(not one.own for one in borrowed)
     again, _ = lend(small_hand, text, fallback=True)
     assert np.array_equal(again.pages[-1].texture.rgba, lent.pages[-1].texture.rgba)
+
+
+def test_marks_are_set_as_the_drawn_hands_set_them(small_hand):
+    lent, borrowed = lend(small_hand, "ı ė")
+    assert {one.letter: (one.source, one.own) for one in borrowed} == {
+        "ı": ("i without its dot", True),
+        "ė": ("e with the author's own dot", True),
+    }
+    # a stroke crosses its stem, an ogonek hangs from the line, an apostrophe stands beside the top
+    lent, borrowed = lend(small_hand, "ł ą ď", fallback=True)
+    tops = {x: [lent.outline(i)[:, :2] for i in lent.of(x)] for x in "łąďlad"}
+    assert all(xy[:, 1].min() < min(own[:, 1].min() for own in tops["a"]) - 0.05 for xy in tops["ą"])
+    assert np.median([np.ptp(xy[:, 0]) for xy in tops["ď"]]) > np.median([np.ptp(xy[:, 0]) for xy in tops["d"]])
+    assert {one.source for one in borrowed} == {
+        f"{x} with a drawn {m}" for x, m in (one.split("/") for one in ["l/slash", "a/ogonek", "d/apostrophe"])
+    }
+
+
+def test_a_picture_is_left_out_and_listed(small_hand):
+    with pytest.raises(MissingCharacters, match="--fallback to leave it out"):
+        lend(small_hand, "an 🦊 even")
+    same, borrowed = lend(small_hand, "an 🦊 even 🦊", fallback=True)
+    assert spelt(borrowed) == {"🦊": ("left out", False, (3, 10))} and same is small_hand
 
 
 def test_a_pen_is_no_hand(small_hand):

@@ -209,3 +209,18 @@ def test_a_dot_that_only_rests_is_seen(model):
     stroke = Stroke(np.array([0.0, 0.1]), np.array([[5.0, 5.0], [5.0, 5.0]]))
     page = pens.image(Drawing((stroke,), Page(10.0, 10.0)), 300, usual(model), np.random.default_rng(1))
     assert page.min() < 190
+
+
+@pytest.mark.parametrize(
+    ("given", "colour"),
+    [("navy", "#000080"), (" RebeccaPurple ", "#663399"), ("rgb(1, 2, 255)", "#0102ff"), ("#AbC", "#AbC")],
+)
+def test_inks_go_by_the_names_that_css_has(given: str, colour: str) -> None:
+    assert usual("ballpoint", colour=given).colour == colour
+
+
+@pytest.mark.parametrize("given", ["transparent", "#00008000", "rgba(0, 0, 0, 10)", "nayv", "", "rgb(300, 0, 0)"])
+def test_what_is_no_ink_is_refused_in_a_sentence(given: str) -> None:
+    with pytest.raises(InputError, match=r"colour: .* (is not a colour|can be seen through)") as error:
+        usual("ballpoint", colour=given)
+    assert "navy" in str(error.value) and "\n" not in str(error.value)

@@ -148,5 +148,5 @@ def test_travel_order_is_settled_when_the_job_is_made(tmp_path):
     drawing = page(seed=8, words=30)
     job = store.create([drawing], SERVO, Options(order="travel"), place=tmp_path)
     kept = job.drawing(0)
-    assert sorted(s.t[0] for s in kept.strokes) == sorted(s.t[0] for s in drawing.strokes)
+    assert sorted(s.xy.tolist() for s in kept.strokes) == sorted(s.xy.tolist() for s in drawing.strokes)
     assert kept.pen_up < drawing.pen_up

@@ -66,7 +66,7 @@ def intended():
     lines = len(list(marlin.program(JOB, QUICK)))
     assert controller.sent == controller.taken == controller.executed == lines >= 34
     assert watched.said == []
-    return watched.did, watched.port.faults._bytes
+    return watched.did, watched.port.faults.written
 
 
 @pytest.mark.parametrize("fault", ["lost-byte", "flipped-byte", "doubled-byte"])

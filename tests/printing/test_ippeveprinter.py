@@ -17,7 +17,7 @@ from handout.printing import formats, journal, pwg
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.feeding import Feeding
 from handout.printing.ipp.client import Client, Refused
-from handout.printing.ipp.link import Link, address
+from handout.printing.ipp.link import Link, LinkError, address
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.queue import Fate, Ticket
 from handout.printing.table import read_addresses
@@ -82,7 +82,8 @@ def test_twelve_envelopes_arrive_as_they_were_sent(started, tmp_path):
     report = run(printer)
     assert report.exit_code == 0 and len(report.jobs) == 12
     told = printer.told
-    assert [one["IPP_JOB_NAME"] for one in told] == [f"handout row {row}" for row in range(2, 14)]
+    assert [one["IPP_JOB_NAME"].split()[-1] for one in told] == [str(row) for row in range(2, 14)]
+    assert len({one["IPP_JOB_NAME"].split()[1] for one in told}) == 1
     sheet = "{media-size={x-dimension=11000 y-dimension=22000} media-source=main media-type=envelope}"
     assert {one["IPP_MEDIA_COL"] for one in told} == {sheet}
     assert {(one["IPP_COPIES"], one["IPP_SIDES"]) for one in told} == {("1", "one-sided")}
@@ -157,6 +158,45 @@ def test_a_busy_printer_is_waited_for(started):
     assert queue.follow(second) == Fate("completed") == queue.fate(first, ticket.title)
     assert len(printer.documents) == 2
     assert said == [f"{printer.uri()} is busy; waiting for it."]
+
+
+class Failing(Link):
+    """The way to the printer, which fails at one request: before it goes out, or when it has been answered."""
+
+    def __init__(self, where, at, after, passing):
+        super().__init__(where, 10.0)
+        self.posts, self.at, self.after, self.passing = 0, at, after, passing
+
+    def post(self, request, document=b""):
+        self.posts += 1
+        data = super().post(request, document) if self.posts != self.at or self.after else b""
+        if self.posts == self.at:
+            raise LinkError("The printer answered with HTTP status 500.", True, passing=self.passing)
+        return data
+
+
+@pytest.mark.parametrize(("after", "passing"), [(True, False), (False, False), (False, True)])
+def test_a_server_that_fails_at_any_request_prints_every_row_once(started, tmp_path, after, passing):
+    printer = started()
+    hand = tmp_path / "hand.toml"
+    hand.write_text("a hand")
+    rows_ = read_addresses(TABLE)
+    for at in range(3, 9):  # the first two are asked before there is a batch
+        what = journal.batch(tmp_path / f"{at}.csv", rows_, hand, {"at": at})
+        printed = len(printer.documents)
+        link = Failing(address(printer.uri()), at, after, passing)
+        queue = IppQueue(Client(link, wait=_short), wait=_short)
+        try:
+            report = run(printer, journal.begin(what, 1, tmp_path), queue, select="2-3")
+        except PrintingStopped:
+            report = run(printer, journal.resume(what, tmp_path), select="2-3")
+        assert report.exit_code == 0 and link.posts > at
+        new = [one["IPP_JOB_NAME"].split()[-1] for one in printer.told[printed:]]
+        assert new == ["2", "3"], (at, new)
+
+
+def _short(seconds):
+    threading.Event().wait(min(seconds, 0.05))
 
 
 def test_killed_in_the_middle_and_gone_on_with(started, tmp_path):

@@ -82,10 +82,11 @@ def test_every_step_is_in_the_journal(what, tmp_path):
 
 
 def test_after_a_jam_exactly_the_rest_is_sent(what, tmp_path):
-    with SimulatedPrinter(faults=Faults(jam_at=4, cleared_after=0.05)) as printer:
+    with SimulatedPrinter(faults=Faults(jam_at=4)) as printer:
         with pytest.raises(PrintingStopped, match=r"Row 5: job 4 was not printed: .* Rows 2-4 were sent; .*--resume"):
             run(begin(what, tmp_path), queue_of(printer))
         assert printed(printer) == [2, 3, 4]
+        printer.clear()
         report = run(resume(what, tmp_path), queue_of(printer))
         assert printed(printer) == [2, 3, 4, 5, 6, 7]
         assert report.before == (2, 3, 4) and report.rows == (5, 6, 7) and report.exit_code == 0
@@ -94,11 +95,12 @@ def test_after_a_jam_exactly_the_rest_is_sent(what, tmp_path):
 
 
 def test_a_batch_that_broke_off_is_not_begun_again_by_mistake(what, tmp_path):
-    with SimulatedPrinter(faults=Faults(jam_at=2, cleared_after=0.05)) as printer:
+    with SimulatedPrinter(faults=Faults(jam_at=2)) as printer:
         with pytest.raises(PrintingStopped):
             run(begin(what, tmp_path), queue_of(printer), 2)
         with pytest.raises(InputError, match=r"table.csv was begun on .* and broke off: .*--resume.*--afresh"):
             begin(what, tmp_path)
+        printer.clear()
         run(begin(what, tmp_path, afresh=True), queue_of(printer), 2)
         assert printed(printer) == [2, 2, 3]
         assert run(resume(what, tmp_path), queue_of(printer), 2).before == (2, 3)
@@ -188,9 +190,10 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
 
 
 def test_a_lie_is_left_to_the_user_even_when_the_jam_is_gone(what, tmp_path):
-    with SimulatedPrinter(faults=Faults(lie_at=2, cleared_after=0.05)) as printer:
+    with SimulatedPrinter(faults=Faults(lie_at=2)) as printer:
         with pytest.raises(PrintingStopped, match=r"Row 3: what became of job 2 cannot be told.*Look"):
             run(begin(what, tmp_path), queue_of(printer), 3)
+        printer.clear()
         report = run(resume(what, tmp_path), queue_of(printer), 3)
         assert printed(printer) == [2, 4] and [one.row for one in report.unknown] == [3]
         assert run(resume(what, tmp_path), queue_of(printer), 3, again="3").exit_code == 0
@@ -220,9 +223,7 @@ def test_ctrl_c_cancels_the_job_in_flight(what, tmp_path):
         queue.send = slower
         with pytest.raises(KeyboardInterrupt) as caught:
             run(begin(what, tmp_path), queue, 3)
-        assert caught.value.__notes__ == [
-            "Stopped at row 3. Rows 2 were sent; go on with the same command and --resume."
-        ]
+        assert caught.value.__notes__ == ["Stopped at row 3. Row 2 was sent; go on with the same command and --resume."]
         assert printer.jobs[1].state.name == "CANCELED" and printed(printer) == [2]
         printer.faults = Faults()
         run(resume(what, tmp_path), queue_of(printer), 3)
@@ -240,9 +241,10 @@ def test_what_the_printer_still_has_is_waited_for_and_not_sent_again(what, tmp_p
 
 
 def test_copies_are_envelopes_of_their_own(what, tmp_path):
-    with SimulatedPrinter(faults=Faults(jam_at=4, cleared_after=0.05)) as printer:
-        with pytest.raises(PrintingStopped, match=r"Row 3: .* Rows 2 were sent and 2 of 2 copies of row 3"):
+    with SimulatedPrinter(faults=Faults(jam_at=4)) as printer:
+        with pytest.raises(PrintingStopped, match=r"Row 3: .* Row 2 was sent and 2 of 2 copies of row 3"):
             run(begin(what, tmp_path), queue_of(printer), 3, copies=2)
+        printer.clear()
         run(resume(what, tmp_path), queue_of(printer), 3, copies=2)
         assert printed(printer) == [2, 2, 3, 3, 4, 4] and printer.printed[-1].name.endswith("row 4 copy 2")
 

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.values import Glyph
+from handout.writing.clearance import in_the_way, too_near
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
-from handout.writing.words import _in_the_way, _too_near, slurred
+from handout.writing.words import slurred
 
 
 @settings(max_examples=20, deadline=None)
@@ -73,13 +74,13 @@ def test_letters_that_are_not_joined_keep_apart_and_dots_keep_clear_of_stems():
     stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
     dotted = Glyph("i", (np.array([[0.1, 1.0], [0.1, 0.0]]), np.array([[0.3, 1.5], [0.5, 1.5]])), (False, True), 0.3)
     low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
-    assert _too_near(stem, stem, 0.1) == pytest.approx(0.03)
-    assert _too_near(stem, stem, 0.3) == 0.0
+    assert too_near(stem, stem, 0.1) == pytest.approx(0.03)
+    assert too_near(stem, stem, 0.3) == 0.0
     barred = Glyph("t", (*stem.strokes, np.array([[-0.3, 1.0], [0.5, 1.0]])), (False, True), 0.1, after="l")
-    assert _too_near(stem, barred, 0.1) == 0.0
+    assert too_near(stem, barred, 0.1) == 0.0
     # an o reaches under nothing: what counts is the height where both have ink
-    assert _too_near(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
-    assert _in_the_way(dotted.strokes[1], stem, 0.3) == pytest.approx(0.5 + 0.13 - 0.4)
-    assert _in_the_way(dotted.strokes[1], low, 0.3) == 0.0
+    assert too_near(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
+    assert in_the_way(dotted.strokes[1], stem, 0.3) == pytest.approx(0.5 + 0.13 - 0.4)
+    assert in_the_way(dotted.strokes[1], low, 0.3) == 0.0
     bar = np.array([[-0.2, 1.0], [0.9, 1.0]])
-    assert _in_the_way(bar, stem, 0.3) == 0.0
+    assert in_the_way(bar, stem, 0.3) == 0.0

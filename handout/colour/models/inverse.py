@@ -13,9 +13,11 @@ from handout.values import Array
 _ROUNDS, _DONE = 10, 2e-4  # Gauss–Newton; scanned, at which a colour is met
 _DAMPING = 1e-6  # of squared slopes
 _LEAP, _BEYOND = 0.25, 0.5  # device: the longest step, and how far out of 0–1 a colour may go
-_CANDIDATES = 8  # of the skin, near in evened L*a*b*, of which ΔE00 chooses
+_CANDIDATES = 8  # samples, near in evened L*a*b*, of which ΔE00 chooses
 _SHELL = 1.8 / 32  # scanned: a little more than the diagonal of a cell of the usual table
 _SEEN = 0.1  # ΔE00 below which nothing nearer is looked for
+_CLEARLY = 0.1  # ΔE00 less that are lost, for which the exact inverse beyond the surface is given up
+_FAR = 2.0  # ΔE00 within which the printable colour that looks nearest may lead to the exact inverse
 _STEPS = (1 / 64, 1 / 128)  # device: of the refinement
 
 
@@ -40,12 +42,12 @@ def solve(forward: Forward, wanted: Array, start: Array) -> Array:
 def nearest(forward: Forward, wanted: Array) -> Array:
     """(n, 3) device RGB in 0–1 of the printable colours that look nearest to (n, 3) scanned RGB out of gamut.
 
-    The nearest sample of the skin by ΔE00, then parabolas along each channel at two scales, on colours interpolated
+    The nearest sample by ΔE00, then parabolas along each channel at two scales, on colours interpolated
     linearly: the foot of a distance hardly moves with what that is off.
     """
     from scipy.spatial import KDTree
 
-    device, seen = forward.skin
+    device, seen = forward.samples
     labs, aim = convert.lab(seen), convert.lab(wanted)
     near = KDTree(convert.evened(labs)).query(convert.evened(aim), k=_CANDIDATES)[1]
     far = convert.delta_e(labs[near], aim[:, None, :])
@@ -79,7 +81,10 @@ def invert(forward: Forward, wanted: Array) -> Array:
     """(n, 3) device RGB of (n, 3) scanned RGB.
 
     In gamut, and out of it by less than a cell of a table, the exact inverse, unclamped, so that a table stays
-    accurate up to the surface; farther out, the printable colour that looks nearest.
+    accurate up to the surface; farther out, the printable colour that looks nearest.  In the dark, where black ink
+    takes over from the others, colours far apart are seen almost alike, and the way from the nearest sample may end
+    outside the cube although the colour can be printed: where cutting to 0–1 loses anything, the search begins anew at
+    the printable colour that looks nearest, and what loses clearly less is taken.
     """
     from scipy.spatial import KDTree
 
@@ -88,9 +93,24 @@ def invert(forward: Forward, wanted: Array) -> Array:
     out = np.array(device[which])
     close = away <= _SHELL
     out[close] = solve(forward, wanted[close], out[close])
-    if not close.all():
-        out[~close] = nearest(forward, wanted[~close])
+    lost = np.where(close, 0.0, np.inf)
+    lost[close] = missed(forward, out[close], wanted[close])
+    off = np.flatnonzero(lost > _SEEN)
+    if len(off):
+        out[off] = _better(forward, wanted[off], out[off], lost[off])
     return out
+
+
+def _better(forward: Forward, wanted: Array, found: Array, lost: Array) -> Array:
+    """(n, 3) device RGB: `found`, which loses (n,) ΔE00 when it is cut, or what loses clearly less."""
+    printed = nearest(forward, wanted)
+    short = missed(forward, printed, wanted)
+    near = short < np.minimum(lost, _FAR)
+    again = printed.copy()
+    again[near] = solve(forward, wanted[near], printed[near])
+    least = missed(forward, again, wanted)
+    best = np.where((least <= short)[:, None], again, printed)
+    return np.where((np.minimum(least, short) < lost - _CLEARLY)[:, None], best, found)
 
 
 def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:

@@ -7,5 +7,6 @@ file ─► opening ─► registration ─► sampling ─► flatness ─► m
 from handout.colour.reading.findings import Finding, Refused
 from handout.colour.reading.opening import Scan, open_scans
 from handout.colour.reading.pipeline import Reading, SheetReading, read
+from handout.colour.reading.scribble import Scribble
 
-__all__ = ["Finding", "Reading", "Refused", "Scan", "SheetReading", "open_scans", "read"]
+__all__ = ["Finding", "Reading", "Refused", "Scan", "Scribble", "SheetReading", "open_scans", "read"]

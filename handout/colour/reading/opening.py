@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from handout.colour.reading.findings import Finding, Refused, refused
 from handout.errors import InputError
+from handout.summary import one_line
 
 _MOST = 300_000_000  # pixels: A4 at 1200 dpi has 139 million
 _LEAST = 200  # pixels a side: a chart at 50 dpi has 413
@@ -41,6 +42,8 @@ class Scan:
     source: str = "scan"
     findings: tuple[Finding, ...] = ()
     jpeg: bool = False
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         if self.pixels.dtype not in (np.uint8, np.uint16) or self.pixels.ndim != 3 or self.pixels.shape[2] != 3:

@@ -18,6 +18,7 @@ _TRUE = 0.01  # share by which scanners and printers may be off
 _PLAUSIBLE = (0.75, 1.35)  # of the printed size against the true one; outside, the file's dpi is of something else
 _WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 3.5  # mm
 _GREY = 1.5 / 255
+COARSE = 70.0  # dpi under which marks are hard to read, and the edge of a patch looks like dust on it
 _LOOKED = 2400  # pixels a side, in which blocks are looked for
 _BLOCKY = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
 _HOLES = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
@@ -63,6 +64,19 @@ def of_place(placement: Placement, source: str) -> list[Finding]:
             "Press it flat under a closed lid: paper that does not touch the glass is scanned darker.",
         )
     return found
+
+
+def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
+    """The findings about a scan; what too few pixels look like is put down to them."""
+    effects = [one for one in findings if one.code in ("marks-hidden", "blemish", "uneven", "banding")]
+    if placement.dpi >= COARSE or not effects:
+        return findings
+    severity: Any = "refuse" if any(one.severity == "refuse" for one in effects) else "warn"
+    sentence = (
+        f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks and to tell dust from the edges of "
+        "patches: scan at 300 dpi."
+    )
+    return [*(one for one in findings if one not in effects), Finding("low-dpi", severity, sentence, source)]
 
 
 def _of_size(placement: Placement, say: Any) -> None:

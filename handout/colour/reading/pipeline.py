@@ -18,6 +18,8 @@ from handout.colour.reading.opening import Scan, open_scans
 from handout.colour.reading.print_checks import Seen
 from handout.colour.reading.registration import Placement, place
 from handout.colour.reading.sampling import Sampled, sample
+from handout.colour.reading.scribble import Scribble, scribble_of
+from handout.summary import one_line
 from handout.values import Array, readonly
 
 _DIFFER = 2.5 / 255  # two scans of one page, or whites of two pages: more is another setting of the scanner
@@ -42,6 +44,7 @@ class SheetReading:
     values : (n, 3), 0–1, patches in the order of the page without the shading.
     used : (n,) bool, patches that lie in the picture and are not spoilt.
     findings : what is wrong with this scan.
+    scribble : what was written in its field with a pen; None if nothing was.
     """
 
     scan: Scan
@@ -51,6 +54,9 @@ class SheetReading:
     values: Array
     used: NDArray[np.bool_]
     findings: tuple[Finding, ...]
+    scribble: Scribble | None = None
+
+    __repr__ = one_line
 
     @property
     def page(self) -> ChartPage:
@@ -77,6 +83,8 @@ class Reading:
     findings: tuple[Finding, ...]
     sheets: tuple[SheetReading, ...] = field(repr=False, default=())
 
+    __repr__ = one_line
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "device", readonly(self.device, None, 3))
         object.__setattr__(self, "scanned", readonly(self.scanned, len(self.device), 3))
@@ -86,6 +94,11 @@ class Reading:
     def usable(self) -> bool:
         """Whether a calibration may be made of it: no finding refuses."""
         return not any(finding.severity == "refuse" for finding in self.findings)
+
+    @property
+    def scribble(self) -> Scribble | None:
+        """What was written in the chart's field with a pen, on the first page that has something."""
+        return next((sheet.scribble for sheet in self.sheets if sheet.scribble is not None), None)
 
 
 def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequence[float] | None = None) -> Reading:
@@ -169,7 +182,10 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
         spoilt, said = print_checks.spoilt(seen, ideal, grainy)
         findings += [*stripes, *said]
         bad = bad | spoilt
-    return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings))
+    findings = picture_checks.of_coarse(placement, scan.source, findings)
+    white = seen.where(255, 255, 255)
+    scribble = scribble_of(scan, placement, values[white].mean(axis=0), shading) if white.any() else None
+    return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
 
 
 def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:

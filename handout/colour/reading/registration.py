@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, page_of_marks, whole
 from handout.colour.drawing import dictionary
-from handout.colour.reading.findings import refused
+from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.opening import Scan
 from handout.values import Array, readonly, readonly_indices
 
@@ -24,6 +24,8 @@ _STRAY = 6.0  # mm: a mark further off than a sheet can bend was read wrongly
 _UNIT = 100.0  # mm; the spline counts in it
 _SMOOTHING = 2e-4  # of the spline, in that unit: keeps errors of single corners from reaching beyond their mark
 _INCH = 25.4
+_COARSE = 60.0  # dpi under which marks cannot be read
+_SHEET = 210.0  # mm, the shorter side of a sheet
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +95,16 @@ def place(
     """
     grey = in_grey(scan.pixels)
     marks, mirrored = _marks(grey, page_of)
-    page, found = _one_page(marks, scan.source, page_of)
+    try:
+        page, found = _one_page(marks, scan.source, page_of)
+    except Refused as error:
+        if error.finding.code == "another-chart" or (dpi := _likely_dpi(scan)) >= _COARSE:
+            raise
+        raise refused(
+            "low-dpi",
+            f"The scan has only {dpi:.0f} dpi, too few to read the chart's marks: scan the whole page at 300 dpi.",
+            scan.source,
+        ) from error
     if chart is not None and whole(page) is not chart:
         wanted = f"chart {chart.version} on {chart.paper.name}"
         pages = f" in {len(chart.pages)} pages" if len(chart.pages) > 1 else ""
@@ -107,6 +118,11 @@ def place(
     if mirrored:
         corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
     return _fitted(scan, page, mirrored, order, corners)
+
+
+def _likely_dpi(scan: Scan) -> float:
+    """Pixels an inch: what the file says, or as if the picture showed a sheet and little else."""
+    return max(scan.dpi) if scan.dpi is not None else min(scan.pixels.shape[:2]) * _INCH / _SHEET
 
 
 def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:

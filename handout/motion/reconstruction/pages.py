@@ -12,6 +12,7 @@ from handout.motion import lognormal
 from handout.motion.reconstruction import geometry, timing
 from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.trace import extent, resampled, snr
+from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
 
 _DOT = 0.2  # mm: a stroke of no more extent is a dot
@@ -44,6 +45,8 @@ class PlannedPage:
     page: Page
     timed: bool
     about: Mapping[str, Any] = field(default_factory=dict)
+
+    __repr__ = one_line
 
 
 def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:

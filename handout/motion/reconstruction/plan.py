@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from handout.motion import lognormal
 from handout.motion.lognormal import Complex, Pulses
+from handout.summary import one_line
 from handout.values import Array, readonly
 
 
@@ -35,6 +36,8 @@ class LognormalPlan:
     theta: Array
     start: float
     end: float
+
+    __repr__ = one_line
 
     def __post_init__(self) -> None:
         targets = readonly(self.targets, None, 2)

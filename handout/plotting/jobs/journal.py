@@ -6,7 +6,10 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
     1c0f55b0 part 0                             the person has done what was asked; the part begins
     90a1be17 drawn 0 17 12.345                  of part 0 certainly all before stroke 17 is drawn, and of that one what
                                                 lies before 12.345 s of the drawing's clock
-    77bd03e2 doubtful                           a command came over wrong: what was drawn behind that place may be wrong
+    4e6f3d10 drawn 0 17 14.101 unproven         the same, but whether all came over right since the last such line
+                                                without that word has not been seen yet
+    77bd03e2 doubtful                           a command came over wrong: what was drawn behind the last place without
+                                                that word may be wrong, and is drawn again
     0d4c1a9e complete 0                         all of the part is
     7be2a5c8 stopped The connection is lost     the program ended in good order, and why
     35cf0a7d finished                           all parts are complete
@@ -16,7 +19,8 @@ as something is certain; `secure` makes sure that all lines survive a power cut 
 on them.  A power cut leaves a torn end at most: that is cut off.  Damage before the end is not what a power cut does.
 
 A disk may take a second for one line (a memory card, a disk that is busy).  So a thread of its own writes, and whoever
-draws goes on: `drawn` and `doubt` never wait.  Of places that wait to be written only the last is kept.
+draws goes on: `drawn` and `doubt` never wait.  Of places that wait to be written only the last of
+either kind is kept.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.plotting.places import START, Place
 
-_DRAWN = "drawn"
+_DRAWN, _UNPROVEN = "drawn", "unproven"
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,8 @@ class Standing:
     """How far a job has come.
 
     part : the part that is under way or comes next; begun : whether it was begun.
-    place : what of its drawing is certainly drawn; doubtful : whether what lies behind may be drawn wrong.
+    place : what of its drawing is certainly drawn, or if a command came over wrong, what of it is certainly right;
+        proven : what of it is certainly right; doubtful : whether what lies behind `place` may be drawn wrong.
     finished : all parts are complete; stopped : why it ended the last time, "" if that is not known.
     runs : when programs took it up.
     """
@@ -51,6 +56,7 @@ class Standing:
     part: int = 0
     begun: bool = False
     place: Place = START
+    proven: Place = START
     doubtful: bool = False
     finished: bool = False
     stopped: str = ""
@@ -92,14 +98,16 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
     if word == "run":
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
-        return replace(standing, part=int(rest), begun=True, place=START, doubtful=False)
+        return replace(standing, part=int(rest), begun=True, place=START, proven=START, doubtful=False)
     if word == _DRAWN:
-        part, stroke, time = rest.split()
-        return replace(standing, part=int(part), begun=True, place=Place(int(stroke), float(time)), doubtful=False)
+        part, stroke, time, *unproven = rest.split()
+        place = Place(int(stroke), float(time))
+        proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
+        return replace(standing, part=int(part), begun=True, place=place, proven=proven, doubtful=False)
     if word == "doubtful":
-        return replace(standing, doubtful=True)
+        return replace(standing, place=standing.proven, doubtful=True)
     if word == "complete":
-        return replace(standing, part=int(rest) + 1, begun=False, place=START)
+        return replace(standing, part=int(rest) + 1, begun=False, place=START, proven=START)
     if word == "stopped":
         return replace(standing, stopped=rest)
     return replace(standing, finished=True) if word == "finished" else standing
@@ -152,7 +160,7 @@ class Journal:
             raise
         self.certain = self.standing
         self._disk, self._lock = disk(), threading.Lock()
-        self._waiting: list[bytes] = []  # lines that are not written; of places at most one
+        self._waiting: list[bytes] = []  # lines that are not written; of places at most two
         self._asked: Future[None] | None = None  # the thread will write these lines
         self._failed: OSError | None = None
         try:
@@ -167,13 +175,14 @@ class Journal:
         self._write(f"part {part}")
         self.sync()
 
-    def drawn(self, place: Place) -> None:
-        """What of the part under way is certainly drawn by now."""
-        if place != self.standing.place:
-            self._write(f"{_DRAWN} {self.standing.part} {place.stroke} {place.time!r}")
+    def drawn(self, place: Place, proven: bool = True) -> None:
+        """What of the part under way is certainly drawn by now, and whether it is known to be right."""
+        if place != (self.standing.proven if proven else self.standing.place):
+            more = "" if proven else f" {_UNPROVEN}"
+            self._write(f"{_DRAWN} {self.standing.part} {place.stroke} {place.time!r}{more}")
 
     def doubt(self) -> None:
-        """Behind the certain place the ink may be wrong: where the machine stands does not tell how far it is."""
+        """What was drawn behind the last proven place may be wrong, wherever the machine stands: it is drawn again."""
         self._write("doubtful")
 
     def complete(self) -> None:
@@ -201,9 +210,7 @@ class Journal:
         line = " ".join(text.split()).encode("utf-8", "replace")
         whole = _sum(line) + b" " + line + b"\n"
         with self._lock:
-            if self._waiting and _is_place(self._waiting[-1]) and _is_place(whole):
-                self._waiting.pop()  # the later place says it all
-            self._waiting.append(whole)
+            self._waiting = [*_behind(self._waiting, whole), whole]
             after = _after(self.standing, whole)
             assert after is not None
             self.standing = after
@@ -250,5 +257,17 @@ class Journal:
         self._disk.shutdown()
 
 
-def _is_place(line: bytes) -> bool:
-    return line[9:].startswith(_DRAWN.encode())
+def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
+    """The lines that still have to be written before another: of places at the end, the other kind's."""
+    if not (kind := _kind(line)):
+        return waiting
+    many = len(waiting)
+    while many and _kind(waiting[many - 1]):
+        many -= 1
+    return waiting[:many] + [one for one in waiting[many:] if _kind(one) != kind]  # a later place says it all
+
+
+def _kind(line: bytes) -> str:
+    """Which kind of place a line tells; "" if none."""
+    words = line[9:].decode("utf-8", "replace").split()
+    return "" if words[0] != _DRAWN else words[-1] if words[-1] == _UNPROVEN else _DRAWN

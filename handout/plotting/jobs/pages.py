@@ -15,15 +15,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
 
 from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
-from handout.plotting.order import by_travel
+from handout.plotting.order import shortened
 from handout.plotting.planned import Order
 from handout.profiles import Plotter
 from handout.sinks.drawing_json import from_json, to_json
-from handout.values import Drawing
+from handout.values import Drawing, Stroke
+
+_CHANGE = 1.0  # s on the clock of a page between two layers
 
 
 class Made(NamedTuple):
@@ -54,19 +57,30 @@ def keep(made: Made, folder: Path, number: int, profile: Plotter, layers: Layers
     DoesNotFit
         It has strokes outside the bed.
     """
-    drawing = made.drawing
-    if drawing.strokes:
-        placed = bed.place(drawing.page, profile)
-        for stroke in drawing.strokes:
+    if made.drawing.strokes:
+        placed = bed.place(made.drawing.page, profile)
+        for stroke in made.drawing.strokes:
             bed.check(placed.to_machine(stroke.xy), profile)
-    drawing = arranged(drawing, layers)
-    found = survey(drawing, layers)
-    if order == "travel":
-        strokes = [by_travel(drawing.strokes[layer.first : layer.ends[-1]]) for layer in found]
-        drawing = dataclasses.replace(drawing, strokes=tuple(stroke for layer in strokes for stroke in layer))
-        found = survey(drawing, layers)
+    drawing = laid_out(made.drawing, profile, layers, order)
     write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
-    return Record(found, made.share, made.told)
+    moved = {"pen_up": drawing.pen_up, "duration": drawing.duration} if order == "travel" else {}
+    told = {name: moved.get(name, value) for name, value in made.told.items()}
+    return Record(survey(drawing, layers), made.share, told)
+
+
+def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:
+    """The drawing with its strokes in the order in which a job draws them: layer after layer, each by itself."""
+    drawing = arranged(drawing, layers)
+    if order == "writing" or not drawing.strokes:
+        return drawing
+    home = bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0]
+    clock, strokes = 0.0, list[Stroke]()
+    for layer in survey(drawing, layers):
+        run = shortened(dataclasses.replace(drawing, strokes=drawing.strokes[layer.first : layer.ends[-1]]), home)
+        later = max(clock - float(run[0].t[0]), 0.0) + (_CHANGE if strokes else 0.0)
+        strokes += [dataclasses.replace(stroke, t=stroke.t + later) for stroke in run] if later else run
+        clock = float(run[-1].t[-1]) + later
+    return dataclasses.replace(drawing, strokes=tuple(strokes))
 
 
 def enter(record: Record, folder: Path, number: int) -> None:
@@ -115,11 +129,15 @@ def drop(folder: Path) -> None:
 def write(path: Path, data: bytes) -> None:
     """A file that is there whole or not at all; it survives a power cut when its name does too: see `sync_folder`."""
     part = path.with_name(f".{path.name}.new-{os.getpid()}")
-    with part.open("wb") as stream:
-        stream.write(data)
-        stream.flush()
-        os.fsync(stream.fileno())
-    part.replace(path)
+    try:
+        with part.open("wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def sync_folder(path: Path) -> None:

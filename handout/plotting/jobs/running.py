@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Protocol
@@ -19,21 +20,20 @@ import numpy as np
 
 from handout.errors import DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import Controller
-from handout.plotting.driver import Progress, Report, draw, meet
+from handout.plotting.dialect import ButtonPressed, Controller
+from handout.plotting.driver import Progress, Report, draw, meet, park
 from handout.plotting.jobs.finding import found
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.parts import Part, asked
 from handout.plotting.jobs.supply import Supply
-from handout.plotting.places import Milestones
+from handout.plotting.places import Milestones, Place
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan
 from handout.plotting.ports import Port
 from handout.plotting.remaining import onward, remaining
 from handout.values import Drawing
 
-_CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
 _REACH = 1.1  # ink on the drawing's path for ink in straight pieces
 _WRITTEN = 1.0  # mm of ink between two lines of the journal
@@ -48,6 +48,9 @@ class Person(Protocol):
     def try_again(self, error: DeviceError) -> bool:
         """Say what has gone wrong, and wait until it is put right; False if the job is to end here."""
 
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """The plot pauses, its pen lifted: wait until its button has been `pressed`, or until one is told to go on."""
+
 
 def run_job(
     job: Job,
@@ -56,6 +59,8 @@ def run_job(
     *,
     supply: Supply | None = None,
     at_zero: bool = False,
+    home_after: bool = False,
+    patience: float = math.inf,
     progress: Progress | None = None,
     plotted: Callable[[Report, Port], None] | None = None,
     log: Callable[[str], None] | None = None,
@@ -67,6 +72,10 @@ def run_job(
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
     at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    home_after : the pen goes back to zero after an interrupt too, if the machine knows the way; at the end of every
+        part it does so anyway.
+    patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
+        break, the pen lifted.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
     plotted : told of every part that has been plotted.
 
@@ -88,7 +97,7 @@ def run_job(
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
-                    run.parts(port, at_zero)
+                    run.parts(port, at_zero, home_after, patience)
             except DeviceError as error:
                 at_zero = False
                 if not person.try_again(error):
@@ -113,6 +122,7 @@ class _Run:
         self.job, self.kept, self.supply, self.person, self.log = job, kept, supply, person, log
         self.progress, self.plotted = progress, plotted
         self.reports: list[Report] = []
+        self.controller: Controller
         self._warned = False
 
     def is_done(self) -> bool:
@@ -146,11 +156,24 @@ class _Run:
             self.job = load(self.job.folder)
         return self.job.parts[number] if number < len(self.job.parts) else None
 
-    def parts(self, port: Port, at_zero: bool) -> None:
+    def parts(self, port: Port, at_zero: bool, home_after: bool, patience: float) -> None:
         """All parts that are left, over one connection."""
-        kept = self.kept
+        self.controller = self._meet(port, patience)
+        try:
+            self._find_zero(self.controller, at_zero)
+            self._parts(port, patience)
+        except KeyboardInterrupt:
+            if home_after:
+                park(self.controller)
+            raise
+
+    def _meet(self, port: Port, patience: float) -> Controller:
         controller = meet(port, self.job.profile, self.log)
-        self._find_zero(controller, at_zero)
+        controller.patience = patience
+        return controller
+
+    def _parts(self, port: Port, patience: float) -> None:
+        kept = self.kept
         while (part := self._next()) is not None:
             self._warn()
             number = kept.standing.part
@@ -160,8 +183,26 @@ class _Run:
                 for request in asked(before, part, self.job.pages, self.job.layers):
                     self.person.do(request)
                 kept.begin(number)
-            self._draw(number, controller, port, fresh)
+            self._draw_with_pauses(number, port, fresh, patience)
             kept.complete()
+
+    def _draw_with_pauses(self, number: int, port: Port, fresh: bool, patience: float) -> None:
+        """One part; when its button is pressed the machine stops, lifts its pen and waits, as after an interrupt."""
+        while True:
+            self.controller.heed_button()
+            try:
+                self._draw(number, self.controller, port, fresh)
+                return
+            except ButtonPressed:
+                self.person.paused(self.controller.pressed)
+            if not self._left(number).strokes:
+                return
+            fresh = False
+            self.controller = self._meet(port, patience)
+            if self.controller.position() is None:
+                self._find_zero(self.controller, at_zero=False)
+            else:
+                self.controller.go(0.0, 0.0)
 
     def _warn(self) -> None:
         """Say at once that some page will be lacking, not when its turn comes."""
@@ -187,7 +228,7 @@ class _Run:
             controller.go(0.0, 0.0)
         elif resumed or profile.bed.zero == "here":
             if resumed and not at_zero:
-                corner = _CORNERS[profile.bed.origin]
+                corner = bed.CORNERS[profile.bed.origin]
                 self.person.do(
                     f"Lift the pen and push it above the plotter's zero, the {corner} of the page as it lies"
                 )
@@ -223,6 +264,7 @@ class _Run:
                 fresh=fresh,
                 progress=self._progress(number, made),
                 watch=keeper.note,
+                proved=keeper.proved,
                 secure=keeper.secure,
                 overlap=job.options.overlap,
                 log=self.log,
@@ -268,7 +310,7 @@ class _Keeper:
     def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
         self.kept, self.whole, self.left = kept, whole, left
         self.start, self.reached = kept.standing.place, Milestones(made)
-        self._done = self._written = 0
+        self._done = self._written = self._proven = self._sure = 0
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
         """So much is certainly drawn; not every line is worth writing."""
@@ -276,10 +318,21 @@ class _Keeper:
         if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
             self.write()
 
+    def proved(self, done: int) -> None:
+        """So much is known to be right."""
+        self._proven = done
+        if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
+            self.write()
+
     def write(self) -> None:
         """Write down what was noted last."""
-        self._written = self._done
-        self.kept.drawn(onward(self.start, self.left, self.whole, self.reached.place(self._done)))
+        self._written, self._sure = self._done, self._proven
+        self.kept.drawn(self._place(min(self._proven, self._done)))
+        if self._proven < self._done:
+            self.kept.drawn(self._place(self._done), proven=False)
+
+    def _place(self, done: int) -> Place:
+        return onward(self.start, self.left, self.whole, self.reached.place(done))
 
     def secure(self) -> Future[None]:
         """What was noted last is to survive a power cut; done when it would."""

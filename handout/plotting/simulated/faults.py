@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from handout.plotting.simulated.options import BYTE_FAULTS, Options
+from handout.plotting.simulated.options import ANSWER_FAULTS, BYTE_FAULTS, Options
 
 
 class Faults:
     """The fault that was asked for.
 
     lines : instructions of a plot that were read so far, the one being read included.
+    written, said : bytes of the host and of the plotter so far.
     """
 
     def __init__(self, options: Options) -> None:
         self.options = options
         self.lines = 0
-        self._bytes = 0  # written by the host so far
+        self.written = self.said = 0
         self._ends = 0  # ends of instructions among them
         self._struck = False
 
@@ -35,8 +36,8 @@ class Faults:
         A fault at the byte `at` of all that the host writes strikes there; without `at`, at the end of instruction
         number `after`.
         """
-        fault, begin = self.options.fault, self._bytes
-        self._bytes += len(data)
+        fault, begin = self.options.fault, self.written
+        self.written += len(data)
         if self._struck or fault not in BYTE_FAULTS:
             return data, ""
         place = self.options.at - begin if self.options.at >= 0 else self._end(data, ends)
@@ -44,14 +45,28 @@ class Faults:
             return data, ""
         self._struck = True
         before, byte, rest = data[:place], data[place : place + 1], data[place + 1 :]
-        if fault in ("unplugged", "power-cut"):
+        if fault in ("unplugged", "power-cut", "reset"):
             return before, fault
-        changed = {"lost-byte": b"", "doubled-byte": byte + byte}
-        return before + changed.get(fault, bytes([byte[0] ^ (1 << self.options.bit)])) + rest, ""
+        return before + self._instead(byte) + rest, ""
+
+    def answered(self, data: bytes) -> bytes:
+        """What of an answer comes back to the host."""
+        place, self.said = self.options.at - self.said, self.said + len(data)
+        if self._struck or self.options.fault not in ANSWER_FAULTS or not 0 <= place < len(data):
+            return data
+        self._struck = True
+        return data[:place] + self._instead(data[place : place + 1]) + data[place + 1 :]
+
+    def _instead(self, byte: bytes) -> bytes:
+        """What comes in the place of a byte."""
+        kind = self.options.fault.partition("-")[0]
+        if kind == "flipped":
+            return bytes([byte[0] ^ (1 << self.options.bit)])
+        return {"lost": b"", "doubled": byte + byte, "changed": bytes([self.options.value])}[kind]
 
     def _end(self, data: bytes, ends: bytes) -> int:
         """Where the end of instruction number `after` is among the bytes; −1: not among them."""
-        if self.options.fault in ("unplugged", "power-cut"):
+        if self.options.fault in ("unplugged", "power-cut", "reset"):
             return -1  # these strike when it is read
         for place, byte in enumerate(data):
             if byte in ends:

@@ -71,6 +71,9 @@ class Firmware(Protocol):
     def alarm(self) -> None:
         """A limit switch is hit."""
 
+    def hold(self) -> None:
+        """Somebody puts it on hold; nothing where that cannot be."""
+
 
 def make(profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> Firmware:
     """The controller of a profile's dialect.

@@ -1,7 +1,8 @@
 """What can be asked of the simulated plotter in its address: ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
 
 A fault strikes after so many instructions of the plot have been read (`after`); the faults of `BYTE_FAULTS` can instead
-be told the byte, counted from 0 over all that is written to the port, at which they strike (`at`).
+be told the byte, counted from 0 over all that is written to the port, at which they strike (`at`); those of
+`ANSWER_FAULTS` strike at a byte of all that the plotter says.
 """
 
 from __future__ import annotations
@@ -22,19 +23,26 @@ FAULTS = {
     "lost-byte": "the end of a line, or the byte `at`, is lost on the way to it",
     "flipped-byte": "the same byte comes with its bit number `bit` turned over",
     "doubled-byte": "the same byte comes twice",
+    "changed-byte": "the byte `at` comes as the byte of number `as`",
+    "lost-answer": "the byte `at` of all that it says is lost on the way back",
+    "flipped-answer": "the same byte comes back with its bit number `bit` turned over",
+    "changed-answer": "the same byte comes back as the byte of number `as`",
     "lost-ok": "one ok is lost on the way back",
     "resend-loop": "it takes every line for damaged and asks for it again (Marlin)",
     "error": "it refuses a line (error:33)",
     "alarm": "a limit switch is hit (ALARM:1)",
+    "hold": "it is put on hold (GRBL, HP-GL), or waits for somebody to press its button (Marlin)",
     "view": "someone presses VIEW on its panel, and again after a while (HP-GL)",
+    "button": "someone presses its button, and again after a while (EBB)",
     "reset": "it starts again, as after a break in its power",
     "unplugged": "the connection is gone; it goes on with what it has received",
     "power-cut": "it has no power any more: it stands, its pen where it is, and is silent",
 }
-BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "unplugged", "power-cut")
+BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut", "reset")
+ANSWER_FAULTS = ("lost-answer", "flipped-answer", "changed-answer")
 _NUMBERS = {
-    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "buffer": (16, 65536), "queue": (2, 2000), "realtime": (0, 1),
-    "blank": (0, 1), "motors": (0, 1), "busy": (0, 64),
+    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536), "queue": (2, 2000),
+    "realtime": (0, 1), "blank": (0, 1), "motors": (0, 1), "busy": (0, 64),
 }  # fmt: skip
 _QUANTITIES = {"late": "time", "disk": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
@@ -43,7 +51,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     """How a simulated plotter differs from its profile.
 
     fault : what goes wrong, one of `FAULTS`; after : how many instructions of the plot are read before that.
-    at : the byte at which one of `BYTE_FAULTS` strikes (−1: after `after` instructions); bit : that is turned over.
+    at : the byte at which one of `BYTE_FAULTS` (−1: after `after` instructions) or of `ANSWER_FAULTS` strikes; bit :
+        that is turned over; value : the byte that comes instead (``as`` in the address; 33 is the ``!`` of GRBL).
     buffer, queue : bytes and moves it can hold (0: as the profile says).
     late, latency : s, of an ok with ``fault=late``, and of every byte.
     acceleration, speed : mm/s², mm/s, of its own settings (0: as the profile says).
@@ -61,6 +70,7 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     after: int = 20
     at: int = -1
     bit: int = 0
+    value: int = 33
     buffer: int = 0
     queue: int = 0
     late: float = 0.5
@@ -96,7 +106,7 @@ def parse(query: str) -> Options:
         elif re.fullmatch(r"\$\d{1,3}", name):
             given["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
-            given[name] = _whole(name, text)
+            given["value" if name == "as" else name] = _whole(name, text)
         elif name == "firmware":
             given[name] = _version(text)
         else:

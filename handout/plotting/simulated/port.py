@@ -65,7 +65,7 @@ class SimulatedPlotter:
         self._out: deque[tuple[float, bytes]] = deque()  # when it can be read, and what
         self._began: float | None = None
         self._ended = 0.0
-        self._dies = math.inf  # when its power is cut
+        self._dies = self._begins = math.inf  # when its power is cut, when it starts anew
         self._clock: Clock | None = clock or (time if self.options.realtime else None)
         self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
         self.faults = Faults(self.options)
@@ -109,12 +109,15 @@ class SimulatedPlotter:
         """Put bytes on the wire."""
         self._catch_up()
         self._check_open()
-        data, cut = self.faults.damaged(data, self._wire.framing.ends)
-        arrives = self._wire.put(data, self.now + self.options.latency)
+        comes, cut = self.faults.damaged(data, self._wire.framing.ends)
+        arrives = self._wire.put(comes, self.now + self.options.latency)
         if cut == "unplugged":
             self._gone = True
         elif cut == "power-cut":
             self._dies = arrives
+        elif cut == "reset":
+            self._begins = arrives
+            self._wire.put(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
 
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; if nothing has, what is answered next, within `timeout` seconds."""
@@ -195,6 +198,10 @@ class SimulatedPlotter:
             self._at(max(event, self.now))
             if self.now >= self._dies:
                 self._cut_power()
+            if self.now >= self._begins:
+                self._wire.receive(self.now)
+                self._begin_anew()
+                self._restart()
             if self._silent:
                 continue
             self._receive()
@@ -209,7 +216,7 @@ class SimulatedPlotter:
         if self._silent:
             return math.inf
         wakes = self._wakes if isinstance(self._waits, float) else math.inf
-        return min(self._wire.next, float(self.firmware.next), wakes, self._dies)
+        return min(self._wire.next, float(self.firmware.next), wakes, self._dies, self._begins)
 
     def _at(self, now: float) -> None:
         self.now = self.firmware.now = now
@@ -221,7 +228,7 @@ class SimulatedPlotter:
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0
         soonest = self.now + self.options.latency + len(data) * self._wire.byte + late
-        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), data))
+        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
 
     def _receive(self) -> None:
         for piece in self._wire.receive(self.now):
@@ -236,6 +243,16 @@ class SimulatedPlotter:
         self._silent, self._dies = True, math.inf
         self.firmware.stop()
         self._restart()
+
+    def _begin_anew(self) -> None:
+        """As after a break in its power that was too short to be seen."""
+        self._begins = math.inf
+        self.firmware.stop()
+        self.firmware.start()
+        self._wire.clear()
+        if self._wire.framing.blocks:
+            self._wire.lose()
+        self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
 
     def _main(self) -> Iterator[Wait]:
         """The controller's main program: read an instruction, obey, answer; do something else when none is there."""
@@ -280,10 +297,10 @@ class SimulatedPlotter:
         elif self.faults.strikes("alarm"):
             self.firmware.alarm()
         elif self.faults.strikes("reset"):
-            self.firmware.stop()
-            self.firmware.start()
-            self._wire.clear()
-            self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
+            self._begin_anew()
+        elif self.faults.strikes("hold"):
+            self.firmware.hold()
+            return False
         else:
             return False
         return True

@@ -14,7 +14,8 @@ from typing import NamedTuple, Protocol
 import msgspec
 import numpy as np
 
-from handout.plotting import pens
+from handout.errors import InputError
+from handout.plotting import bed, pens
 from handout.plotting.dialect import Controller, Log, dialect
 from handout.plotting.driver import draw
 from handout.plotting.planning import plan
@@ -27,7 +28,6 @@ ROWS = 5
 _PAGE = Page(70.0, 50.0)  # mm that the rows need
 _SPEED = 30.0  # mm/s
 _GO = 0.15  # s between two strokes
-_CORNERS = {"bottom-left": "lower left corner", "top-left": "upper left corner", "centre": "middle"}
 _STEPS_Z = (1.0, 0.25, 0.05)  # mm
 _SHARES = (1 / 8, 1 / 25, 1 / 100)  # of the way between up and down: the steps of a servo
 _ROW_Z, _ROW_SHARE = 0.1, 1 / 25  # from one row to the next
@@ -61,6 +61,34 @@ def check(profile: Plotter) -> None:
     pens.at(profile.pen, profile.pen.down)
 
 
+def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
+    """The profile with other heights of its pen; a pen that follows pressure does so by as much as before.
+
+    Raises
+    ------
+    InputError
+        There are no heights to set, or such as its servo or its Z axis cannot be told.
+    """
+    check(profile)
+    pen = profile.pen
+    new_up, new_down = pen.up if up is None else up, pen.down if down is None else down
+    steps = Steps(profile)
+    for name, value in (("pen up", new_up), ("pen down", new_down)):
+        if not steps.least <= value <= steps.greatest:
+            raise InputError(
+                f"{name}: {in_words(value, profile)} is outside {in_words(steps.least, profile)} to "
+                f"{in_words(steps.greatest, profile)} of {profile.title}."
+            )
+    if new_up == new_down or (steps.lift_z and (new_down > new_up) != (pen.down > pen.up)):
+        raise InputError(
+            f"The pen would not be lifted: up {in_words(new_up, profile)}, down {in_words(new_down, profile)}; the "
+            f"profile has {in_words(pen.up, profile)} and {in_words(pen.down, profile)}."
+        )
+    pressed = None if pen.pressed is None else round(pen.pressed + new_down - pen.down, 3)
+    own = msgspec.structs.replace(pen, up=new_up, down=new_down, pressed=pressed)
+    return msgspec.structs.replace(profile, pen=own)
+
+
 def in_words(value: float, profile: Plotter) -> str:
     """A value or a height as a person reads it."""
     if profile.pen.lift == "z":
@@ -74,7 +102,7 @@ def begin(controller: Controller, port: Port, person: Person, log: Log) -> Bench
     """Have the machine made ready; it moves only after that."""
     profile = controller.profile
     finds = "It looks for its zero first, then" if profile.homing else "Then"
-    where = "" if profile.homing else f" Its carriage has to stand in its zero ({_CORNERS[profile.bed.origin]})."
+    where = "" if profile.homing else f" Its carriage has to stand in its zero ({bed.CORNERS[profile.bed.origin]})."
     person.do(
         f"Lay a sheet under the pen, the tip a few mm above it.{where} {finds} the pen goes to "
         f"{in_words(profile.pen.up, profile)}: keep a hand on the switch,"

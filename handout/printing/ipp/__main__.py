@@ -6,7 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
-from handout.printing.ipp.simulated import Faults, SimulatedPrinter
+from handout.printing.ipp.simulated import FAILURES, Faults, SimulatedPrinter
 
 
 def main() -> None:
@@ -14,12 +14,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m handout.printing.ipp", description=Faults.__doc__)
     parser.add_argument("folder", type=Path, help="receives what is printed")
     parser.add_argument("--port", type=int, default=8632)
-    numbers = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "unanswered_at")
-    for name in numbers:
-        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=0)
-    for name in ("cleared_after", "slow", "printing"):
+    jobs = ("busy", "empty_at", "jam_at", "hold_at", "lie_at", "lost_at", "torn_at", "unanswered_at")
+    for name in (*jobs, "fail_at", "fail_for"):
+        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=getattr(Faults, name))
+    parser.add_argument("--fail-as", choices=FAILURES, default=Faults.fail_as)
+    for name in ("cleared_after", "slow", "printing", "retry_after"):
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, default=getattr(Faults, name))
-    for name in ("forgetful", "old", "no_envelopes"):
+    for name in ("forgetful", "old", "no_envelopes", "simple"):
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true")
     given = vars(parser.parse_args())
     folder, port = given.pop("folder"), given.pop("port")

@@ -15,11 +15,10 @@ from handout.errors import PrinterError
 from handout.printing.ipp import words
 from handout.printing.ipp.link import Link, LinkError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
+from handout.printing.ipp.patience import Patience
 from handout.printing.ipp.request import Abilities, Request, job_attributes
 from handout.printing.ipp.words import JobState, Status
 
-# seconds between attempts at a printer that is busy: each twice as long as the one before, and how long in all
-_FIRST_PAUSE, _LONGEST_PAUSE, _PATIENCE = 0.5, 10.0, 600.0
 _USER = "handout"  # nobody's name is told to the printer; the same one every time, so that a job may be cancelled
 _OF_JOBS = ("job-id", "job-name", "job-state", "job-state-reasons")
 
@@ -31,10 +30,16 @@ class Operation(IntEnum):
 
     PRINT_JOB = 0x0002
     VALIDATE_JOB = 0x0004
+    CREATE_JOB = 0x0005
+    SEND_DOCUMENT = 0x0006
     CANCEL_JOB = 0x0008
     GET_JOB_ATTRIBUTES = 0x0009
     GET_JOBS = 0x000A
     GET_PRINTER_ATTRIBUTES = 0x000B
+
+
+# a page goes with these only once: whether it was taken has to be found out before it goes again
+_TAKING = (Operation.PRINT_JOB, Operation.SEND_DOCUMENT)
 
 
 class Refused(PrinterError):
@@ -53,6 +58,22 @@ class JobStatus:
     name: str
     state: JobState
     reasons: tuple[str, ...]
+
+    @property
+    def lacking(self) -> bool:
+        """Whether it still waits for its page, or for the rest of it."""
+        return not self.state.over and bool({"job-incoming", "job-data-insufficient"} & set(self.reasons))
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a printer lists of the jobs of one name.
+
+    job : the newest of them, None if there is none; over : names of all finished jobs that it lists.
+    """
+
+    job: JobStatus | None
+    over: frozenset[str] = frozenset()
 
 
 class Client:
@@ -104,11 +125,32 @@ class Client:
         Raises
         ------
         Refused
-            The printer does not take it: certainly nothing is printed.
+            The printer does not take it: nothing is printed, unless the status is one of `words.DOUBTFUL`.
         LinkError
-            The connection broke: what became of the page is not known.
+            The connection broke, or what answers HTTP has failed: what became of the page is not known.
         """
-        answer = self._ask(Operation.PRINT_JOB, _about(request), job_attributes(request, abilities), document)
+        job = job_attributes(request, abilities)
+        return self._taken(self._ask(Operation.PRINT_JOB, _about(request), job, document))
+
+    def create(self, request: Request, abilities: Abilities) -> int:
+        """Begin a job (Create-Job), which prints nothing before it has its document; its number."""
+        about = tuple(one for one in _about(request) if one.name != "document-format")
+        return self._taken(self._ask(Operation.CREATE_JOB, about, job_attributes(request, abilities)))
+
+    def send(self, number: int, request: Request, document: bytes) -> None:
+        """Give a job that has been begun its only document (Send-Document); raises as `print` does."""
+        about = (
+            _number(number),
+            attribute("document-format", Tag.MIME_TYPE, request.format),
+            attribute("last-document", Tag.BOOLEAN, True),
+        )
+        self._ask(Operation.SEND_DOCUMENT, about, document=document)
+
+    def patience(self) -> Patience:
+        """For whoever has to wait for the printer between two requests."""
+        return Patience(self._wait, self._say)
+
+    def _taken(self, answer: Message) -> int:
         number = answer.all("job-id", Tag.JOB)
         if not number or not isinstance(number[0].value, int):
             raise LinkError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
@@ -120,13 +162,13 @@ class Client:
         try:
             answer = self._ask(Operation.GET_JOB_ATTRIBUTES, (_number(number), wanted))
         except Refused as error:
-            if error.code in (Status.NOT_FOUND, 0x0407):
+            if error.code in (Status.NOT_FOUND, Status.GONE):
                 return None
             raise
         return next(iter(_jobs(answer)), None)
 
-    def find(self, name: str) -> JobStatus | None:
-        """The newest job of that name (Get-Jobs), among those that wait and those that are over; None: there is none.
+    def find(self, name: str) -> Search:
+        """The newest job of that name (Get-Jobs), among those that wait and those that are over.
 
         Raises
         ------
@@ -134,13 +176,16 @@ class Client:
             The printer does not tell.
         """
         found: list[JobStatus] = []
+        over: frozenset[str] = frozenset()
         for which in ("not-completed", "completed"):
             asked = (
                 attribute("requested-attributes", Tag.KEYWORD, *_OF_JOBS),
                 attribute("which-jobs", Tag.KEYWORD, which),
             )
-            found += [job for job in _jobs(self._ask(Operation.GET_JOBS, asked)) if job.name == name]
-        return max(found, key=lambda job: job.number, default=None)
+            listed = _jobs(self._ask(Operation.GET_JOBS, asked))
+            found += [job for job in listed if job.name == name]
+            over = frozenset(job.name for job in listed if job.name != name)
+        return Search(max(found, key=lambda job: job.number, default=None), over)
 
     def cancel(self, number: int) -> None:
         """Stop a job (Cancel-Job); one that is over already stays as it is."""
@@ -153,19 +198,20 @@ class Client:
     def _ask(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...] = (), document: bytes = b""
     ) -> Message:
-        """One operation, again and again while the printer is busy."""
-        pause, waited = _FIRST_PAUSE, 0.0
+        """One operation, again and again while the printer says that it cannot answer now."""
+        patience = self.patience()
         while True:
-            answer = self._once(operation, about, job, document)
+            try:
+                answer = self._once(operation, about, job, document)
+            except LinkError as error:
+                if error.passing and operation not in _TAKING and patience.pause(f"{error} Waiting.", error.after):
+                    continue
+                raise
+            passing = answer.code in words.PASSING and (operation not in _TAKING or answer.code not in words.DOUBTFUL)
             if answer.code == Status.VERSION_NOT_SUPPORTED and self._version > (1, 1):
                 self._version = (1, 1)
-            elif answer.code != Status.BUSY or waited >= _PATIENCE:
+            elif not (passing and patience.pause(f"{self.uri} {_busy(answer.code)}; waiting for it.")):
                 break
-            else:
-                if not waited:
-                    self._say(f"{self.uri} is busy; waiting for it.")
-                self._wait(pause)
-                waited, pause = waited + pause, min(2 * pause, _LONGEST_PAUSE)
         if answer.code >= 0x0100:
             raise Refused(f"{self.uri} refused: {_why(answer)}.", answer.code)
         return answer
@@ -192,6 +238,10 @@ class Client:
         if answer.request != request:
             raise LinkError(f"{self.uri} answered another question than was asked.", handed_over=True)
         return answer
+
+
+def _busy(code: int) -> str:
+    return words.status(code).removeprefix("it ")
 
 
 def _about(request: Request) -> tuple[Attribute, ...]:

@@ -2,24 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
+from handout.errors import PrinterError
 from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, JobStatus
 from handout.printing.ipp.words import JobState
 from handout.printing.queue import Fate
 
+_POLL, _STOPPING = 0.25, 15.0  # s: between questions about a job that is being stopped, and in all
 
-def asked(client: Client, job: str, title: str) -> Fate:
+
+def asked(client: Client, job: str, title: str, earlier: Collection[str], wait: Callable[[float], object]) -> Fate:
     """Ask about an earlier job by its number, or by its title where `job` is empty.
 
     The title has to agree, because a printer may number anew when it is switched on.
+
+    Parameters
+    ----------
+    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would
+        list this one, so that, where it does not, this one never came.
+    wait : called with seconds, where a job that lacks its page has to be stopped.
     """
-    if not job:
-        status = client.find(title)
-        return replace(judged(client, status), job=str(status.number) if status is not None else "")
-    status = client.job(int(job))
-    return judged(client, status if status is not None and status.name == title else None)
+    number = ""
+    if job:
+        status = client.job(int(job))
+        status = status if status is not None and status.name == title else None
+    else:
+        search = client.find(title)
+        status = search.job
+        if status is None and search.over & set(earlier):
+            return Fate("failed", "it did not arrive")
+        number = str(status.number) if status is not None else ""
+    if status is not None and status.lacking:  # whoever was sending the page has gone
+        status = stopped(client, status, wait)
+        if status is None:
+            return Fate("failed", "its page did not arrive whole")
+    return replace(judged(client, status), job=number)
+
+
+def stopped(client: Client, job: JobStatus, wait: Callable[[float], object]) -> JobStatus | None:
+    """Cancel a job and wait a little until it has ended; its last status, None where the printer forgets it at once.
+
+    Raises
+    ------
+    PrinterError
+        It does not end, or the printer does not answer.
+    """
+    client.cancel(job.number)
+    waited = 0.0
+    while waited < _STOPPING:
+        status = client.job(job.number)
+        if status is None or status.state.over:
+            return status
+        wait(_POLL)
+        waited += _POLL
+    raise PrinterError(f"{client.uri} does not stop job {job.number}: cancel it at the printer.")
 
 
 def judged(client: Client, status: JobStatus | None) -> Fate:

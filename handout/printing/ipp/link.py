@@ -6,6 +6,7 @@ import http.client
 import socket
 import ssl
 from dataclasses import dataclass
+from email.utils import parsedate_to_datetime
 from urllib.parse import urlsplit
 
 from handout.errors import InputError, PrinterError
@@ -13,15 +14,20 @@ from handout.errors import InputError, PrinterError
 _PORT = 631
 _PIECE = 1 << 15  # bytes of a document handed over at a time
 _MOST = 1 << 24  # bytes of an answer; real ones have a few thousand
+_LATE, _PASSING = 408, (429, 503)  # HTTP: the request did not come in time; ask again later
 SCHEMES = ("ipp", "ipps")
 
 
 class LinkError(PrinterError):
-    """The way to the printer failed; `handed_over` says whether all bytes had been sent by then."""
+    """The way to the printer failed, or what answers HTTP in it: what became of a request is not known.
 
-    def __init__(self, message: str, handed_over: bool) -> None:
+    handed_over : whether all bytes had been sent by then; passing : the printer says that it cannot answer now, and
+    has done nothing (HTTP 429 and 503, RFC 9110 §15.6.4); after : s after which it wants to be asked again, if it said.
+    """
+
+    def __init__(self, message: str, handed_over: bool, *, passing: bool = False, after: float | None = None) -> None:
         super().__init__(message)
-        self.handed_over = handed_over
+        self.handed_over, self.passing, self.after = handed_over, passing, after
 
 
 @dataclass(frozen=True)
@@ -81,9 +87,9 @@ class Link:
         Raises
         ------
         LinkError
-            No connection, a broken one, or silence.
+            No connection, a broken one, silence, or a fault of the printer's own (HTTP 5xx).
         PrinterError
-            The printer answered, but not in IPP.
+            The printer refused the request before it looked into it.
         """
         connection = self._connection()
         handed_over = False
@@ -92,7 +98,7 @@ class Link:
             connection.putheader("Content-Type", "application/ipp")
             connection.putheader("Content-Length", str(len(request) + len(document)))
             handed_over = _hand_over(connection, request, document)
-            return self._answer(connection.getresponse())
+            return self._answer(connection.getresponse(), handed_over)
         except TimeoutError as error:
             raise LinkError(f"{self.where.uri} has not answered for {self._timeout:g} s.", handed_over) from error
         except (OSError, http.client.HTTPException) as error:
@@ -109,14 +115,17 @@ class Link:
         context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
         return http.client.HTTPSConnection(host, port, timeout=self._timeout, context=context)
 
-    def _answer(self, response: http.client.HTTPResponse) -> bytes:
+    def _answer(self, response: http.client.HTTPResponse, handed_over: bool) -> bytes:
         if response.status != 200:
-            hint = {
+            said = {
                 401: "asks for a name and a password, which cannot be given here",
                 404: f"has no printer at {self.where.path}",
                 426: "wants an encrypted connection: write the address with ipps://",
-            }.get(response.status, f"answered with HTTP status {response.status} {response.reason}")
-            raise PrinterError(f"{self.where.uri} {hint}.")
+            }.get(response.status, f"answered with HTTP status {response.status} {response.reason}".rstrip())
+            if response.status >= 500 or response.status in (_LATE, *_PASSING):
+                passing = response.status in _PASSING
+                raise LinkError(f"{self.where.uri} {said}.", handed_over, passing=passing, after=_after(response))
+            raise PrinterError(f"{self.where.uri} {said}.")
         data = response.read(_MOST + 1)
         if len(data) > _MOST:
             raise LinkError(f"{self.where.uri} answered with more than {_MOST} bytes.", handed_over=True)
@@ -140,6 +149,20 @@ def _hand_over(connection: http.client.HTTPConnection, request: bytes, document:
             raise error from None
         return False
     return True
+
+
+def _after(response: http.client.HTTPResponse) -> float | None:
+    """How long the printer wants to be left alone, s: Retry-After is a number, or a time on the printer's own clock.
+
+    Source: RFC 9110 §10.2.3.
+    """
+    told, now = response.getheader("Retry-After", "").strip(), response.getheader("Date", "")
+    if told.isascii() and told.isdigit():
+        return float(told)
+    try:
+        return max((parsedate_to_datetime(told) - parsedate_to_datetime(now)).total_seconds(), 0.0)
+    except (ValueError, TypeError):
+        return None
 
 
 def _said(error: Exception) -> str:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from handout.errors import InputError, PrinterError
 from handout.printing.formats import MIME
 from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, JobStatus
-from handout.printing.ipp.fates import asked, judged
-from handout.printing.ipp.link import LinkError
+from handout.printing.ipp.fates import asked, judged, stopped
+from handout.printing.ipp.handover import PAUSES, Handover
 from handout.printing.ipp.request import Request
 from handout.printing.ipp.words import JobState
 from handout.printing.queue import Fate, FateUnknown, Say, Ticket
 
-# seconds: between questions about a job, how long an unreachable printer is asked again, and a cancelled job awaited
-_POLL, _SLOWEST_POLL, _PATIENCE, _CANCELLING = 0.25, 2.0, 60.0, 15.0
-_LOST = (0.5, 1.0, 2.0)  # pauses before asking what became of a page whose connection broke
-_ATTEMPTS = 3  # of a page that is known not to have arrived
+# seconds: between questions about a job, and how long an unreachable printer is asked again
+_POLL, _SLOWEST_POLL, _PATIENCE = 0.25, 2.0, 60.0
 _FORMATS = ("pdf", "pwg", "urf")  # in the order of preference
 
 
@@ -43,6 +41,7 @@ class IppQueue:
             It cannot be reached, accepts no jobs, or prints none of the formats that can be made.
         """
         self._client, self._say, self._wait = client, say, wait
+        self._handover: Handover | None = None
         self.name = client.uri
         self._abilities = client.abilities()
         self.format = self._choose(format)
@@ -73,43 +72,9 @@ class IppQueue:
             self._say(f"{self.name} says: {complaint}.")
 
     def send(self, page: Path, ticket: Ticket) -> str:
-        """Print one page; one that the printer has not received whole is sent again, twice at the most."""
-        document = page.read_bytes()
-        for attempt in range(1, _ATTEMPTS + 1):
-            try:
-                return str(self._client.print(self._request(ticket), self._abilities, document))
-            except LinkError as error:
-                found = self._after_a_break(ticket.title, error)
-                if found is not None:
-                    return str(found)
-                if attempt == _ATTEMPTS:
-                    raise PrinterError(f"{error} The page did not arrive in {attempt} attempts.") from error
-                self._say(f"{error} The page did not arrive; sending it again.")
-        raise AssertionError("unreachable")
-
-    def _after_a_break(self, title: str, error: LinkError) -> int | None:
-        """The number of the job that a broken connection has left behind; None if the page is not going to be printed.
-
-        What arrived in part is stopped.
-        """
-        job, answered = None, False
-        for pause in _LOST:
-            self._wait(pause)
-            try:
-                job, answered = self._client.find(title), True
-                break
-            except PrinterError:
-                continue
-        if not answered:
-            if not error.handed_over:
-                raise PrinterError(f"{error} The page did not arrive whole, so it is not going to be printed.")
-            raise FateUnknown(f"{error} Whether the page arrived cannot be told.") from error
-        if job is None or job.state in (JobState.CANCELED, JobState.ABORTED):
-            return None
-        if error.handed_over:
-            return job.number
-        self._client.cancel(job.number)
-        return None
+        """Print one page, once: where the way to the printer fails, it is asked before the page is sent again."""
+        self._handover = Handover(self._client, self._abilities, self._request(ticket), self._say, self._wait)
+        return str(self._handover.run(page.read_bytes()))
 
     def follow(self, job: str) -> Fate:
         """Wait until a job is over or held, saying what keeps the printer from it.
@@ -117,50 +82,42 @@ class IppQueue:
         Raises
         ------
         FateUnknown
-            The printer has not answered for a minute.
+            The printer has not answered for a minute, or could not for ten.
         """
         said, silent, pause = "", 0.0, _POLL
         while True:
             try:
                 status = self._client.job(int(job))
-                complaint = self._complaint(status)
-                silent = 0.0
-            except LinkError as error:
-                if silent >= _PATIENCE:
+                if status is None or status.state.over or _held(status):
+                    return judged(self._client, status)
+                complaint, silent = self._complaint(status), 0.0
+            except PrinterError as error:
+                if silent >= _PATIENCE or getattr(error, "passing", False):
                     raise FateUnknown(f"{error} What became of job {job} cannot be told.") from error
                 if not silent:
                     self._say(f"{error} Asking again for a minute.")
                 silent += pause
-                status, complaint = None, said
-            else:
-                if status is None or status.state.over or _held(status):
-                    return judged(self._client, status)
+                complaint = said
             if complaint != said and complaint:
                 self._say(f"Job {job} waits: {complaint}.")
             said = complaint
             self._wait(pause)
             pause = min(pause * 1.5, _SLOWEST_POLL)
 
-    def fate(self, job: str, title: str) -> Fate:
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
         """Ask about an earlier job."""
-        return asked(self._client, job, title)
+        return asked(self._client, job, title, earlier, self._wait)
 
     def cancel(self, job: str, title: str) -> Fate:
         """Stop a job, found by its name if its number is not known, and wait a little until it has stopped."""
         try:
             if not job:
-                self._wait(_LOST[0])  # what had been sent of it may still be on its way
-            status = self._client.job(int(job)) if job else self._client.find(title)
-            if status is None and not job:
+                self._wait(PAUSES[0])  # what had been sent of it may still be on its way
+            status = self._client.job(int(job)) if job else self._client.find(title).job
+            if status is None and not job and not (self._handover and self._handover.gone):
                 return Fate("failed", "it did not arrive")
-            if status is None or status.state.over:
-                return judged(self._client, status)
-            self._client.cancel(status.number)
-            waited = 0.0
-            while waited < _CANCELLING and status is not None and not status.state.over:
-                self._wait(_POLL)
-                waited += _POLL
-                status = self._client.job(status.number)
+            if status is not None and not status.state.over:
+                status = stopped(self._client, status, self._wait)
             return judged(self._client, status)
         except PrinterError as error:
             return Fate("unknown", str(error).rstrip("."))
@@ -185,7 +142,7 @@ class IppQueue:
 
 def _held(status: JobStatus) -> bool:
     # a printer may also hold a job until the sheet it asks for has been put in: that is waited for
-    return status.state == JobState.HELD and "resources-are-not-ready" not in status.reasons
+    return status.state == JobState.HELD and "resources-are-not-ready" not in status.reasons and not status.lacking
 
 
 def _because(reasons: tuple[str, ...]) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler
 from typing import Protocol
 
@@ -10,6 +11,15 @@ from handout.errors import PrinterError
 from handout.printing.ipp.message import Message, decode, encode
 
 _HEAD = 8192  # bytes; the attributes of a print request are shorter
+
+
+@dataclass(frozen=True)
+class Broken:
+    """What is answered beside IPP: an HTTP status with further headers, or a body that is no IPP."""
+
+    status: int
+    headers: Mapping[str, str] = field(default_factory=dict)
+    body: bytes = b""
 
 
 class Device(Protocol):
@@ -23,7 +33,7 @@ class Device(Protocol):
         """The connection broke in the middle of a document."""
         ...
 
-    def answer(self, request: Message, document: bytes) -> Message | None:
+    def answer(self, request: Message, document: bytes) -> Message | Broken | None:
         """What it says; None if the connection breaks instead."""
         ...
 
@@ -49,14 +59,17 @@ def handler(device: Device, path: str) -> type[BaseHTTPRequestHandler]:
             if answer is None:
                 self.close_connection = True
                 return
-            body = encode(answer)
-            self.send_response(200)
+            broken = answer if isinstance(answer, Broken) else Broken(200)
+            body = broken.body if isinstance(answer, Broken) else encode(answer)
+            self.send_response(broken.status)
+            for name, value in broken.headers.items():
+                self.send_header(name, value)
             self.send_header("Content-Type", "application/ipp")
             self.send_header("Content-Length", str(len(body)))
             self.end_headers()
             self.wfile.write(body)
 
-        def _answer(self, length: int) -> Message | None:
+        def _answer(self, length: int) -> Message | Broken | None:
             """The device's answer; attributes come first, so that it is known whether the rest is going to be lost."""
             data = self.rfile.read(min(length, _HEAD))
             request, behind = decode(data)

@@ -1,8 +1,9 @@
 """A simulated IPP printer: a server on this computer that takes pages as a real printer does, and fails on demand.
 
-It speaks IPP 1.1 and 2.0 (Get-Printer-Attributes, Validate-Job, Print-Job, Get-Job-Attributes, Get-Jobs, Cancel-Job),
-knows envelopes and custom sizes, keeps every document that it "prints" byte for byte, and refuses what it does not
-have.  ``python -m handout.printing.ipp printed`` runs one until Ctrl-C; ``--help`` names its faults.
+It speaks IPP 1.1 and 2.0 (Get-Printer-Attributes, Validate-Job, Print-Job, Create-Job, Send-Document,
+Get-Job-Attributes, Get-Jobs, Cancel-Job), knows envelopes and custom sizes, keeps every document that it "prints" byte
+for byte, and refuses what it does not have.  ``python -m handout.printing.ipp printed`` runs one until Ctrl-C;
+``--help`` names its faults.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from http.server import ThreadingHTTPServer
 from pathlib import Path
 from types import TracebackType
@@ -20,7 +21,7 @@ from handout import atomic
 from handout.printing.formats import MIME
 from handout.printing.ipp.client import Operation
 from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute
-from handout.printing.ipp.serving import handler
+from handout.printing.ipp.serving import Broken, handler
 from handout.printing.ipp.words import JobState, Status
 
 _TRAYS, _TYPES = ("auto", "rear", "main"), ("stationery", "envelope")
@@ -30,6 +31,10 @@ _CUSTOM = ((90, 216), (140, 360))
 _NEAR = 20  # 1/100 mm: sizes nearer than this are the same
 _ENDINGS = {mime: ending for ending, mime in MIME.items()}
 _BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, Status.OPERATION_NOT_SUPPORTED
+
+
+FAILURES = tuple(f"{when}{how}" for how in ("500", "503", "drop", "error", "text") for when in ("", "done-"))
+_STEPS = (Operation.CREATE_JOB, Operation.SEND_DOCUMENT)
 
 
 @dataclass(frozen=True)
@@ -42,8 +47,13 @@ class Faults:
     hold_at : the job that is held; lie_at : the job that jams and yet is called completed; lost_at : the job in the
     middle of whose document the connection breaks, before the printer knows of it; torn_at : the same, and the printer
     keeps the beginning; unanswered_at : the job that is taken and printed, and the connection broken before the answer;
-    slow : s before every answer; printing : s that a sheet takes; forgetful : jobs are forgotten when they are over;
-    old : it speaks IPP 1.1 only; no_envelopes : it takes A4 and A5 only; formats : what it prints.
+    fail_at : the request, of whatever kind, from which it fails; fail_for : so many fail in a row; fail_as : how, one
+    of `FAILURES`: "500" or "503" is the HTTP status that it answers with, "drop" breaks the connection, "error" is an
+    internal error of IPP's own, "text" an answer that is no IPP; nothing else is done then, or, with "done-" before it,
+    what was asked is done first; retry_after : s that it wants to be left alone after a 503, -1: it does not say;
+    simple : it knows Print-Job only, not Create-Job and Send-Document; slow : s before every answer; printing : s that
+    a sheet takes; forgetful : jobs are forgotten when they are over; old : it speaks IPP 1.1 only; no_envelopes : it
+    takes A4 and A5 only; formats : what it prints.
     """
 
     busy: int = 0
@@ -55,6 +65,11 @@ class Faults:
     lost_at: int = 0
     torn_at: int = 0
     unanswered_at: int = 0
+    fail_at: int = 0
+    fail_for: int = 1
+    fail_as: str = "500"
+    retry_after: float = -1.0
+    simple: bool = False
     slow: float = 0.0
     printing: float = 0.02
     forgetful: bool = False
@@ -74,43 +89,60 @@ class SimulatedJob:
     document: bytes
     state: JobState = JobState.PROCESSING
     reasons: tuple[str, ...] = ("job-printing",)
-    since: float = field(default_factory=time.monotonic)
+    since: float = 0.0
+    stage: str = "whole"  # of its document: "lacking", "whole"
 
 
 class SimulatedPrinter:
     """The printer; a context that runs its server on a free port of this computer, or on `port`.
 
+    Without the context it can be asked by `answer` alone.
+
     jobs : everything that it was given, in order; printed : what came out of it.
     """
 
     def __init__(
-        self, folder: Path | None = None, faults: Faults | None = None, port: int = 0, path: str = "/ipp/print"
+        self,
+        folder: Path | None = None,
+        faults: Faults | None = None,
+        port: int = 0,
+        path: str = "/ipp/print",
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`folder` receives what is printed, called job-001.pdf and so on; without one it is in memory only."""
+        """`folder` receives what is printed, called job-001.pdf and so on; without one it is in memory only.
+
+        `clock` tells the time, s.
+        """
         self.faults = faults or Faults()
         self.jobs: list[SimulatedJob] = []
         self.printed: list[SimulatedJob] = []
-        self.received = 0  # print requests that were not refused as busy, broken ones included
+        self.received = 0  # pages that were sent and not refused as busy, broken ones included
+        self.requests = 0  # of every kind
+        self._clock = clock
         self._folder, self._path, self._stopped = folder, path, 0.0
         self._reasons: tuple[str, ...] = ("none",)
         self._lock = threading.RLock()
-        self._server = ThreadingHTTPServer(("127.0.0.1", port), handler(self, path))
-        self._server.daemon_threads = True
+        self._port = port
+        self._server: ThreadingHTTPServer | None = None
 
     @property
     def uri(self) -> str:
         """Where it is."""
-        return f"ipp://127.0.0.1:{self._server.server_port}{self._path}"
+        port = self._server.server_port if self._server is not None else self._port
+        return f"ipp://127.0.0.1:{port}{self._path}"
 
     def __enter__(self) -> SimulatedPrinter:
+        self._server = ThreadingHTTPServer(("127.0.0.1", self._port), handler(self, self._path))
+        self._server.daemon_threads = True
         threading.Thread(target=self._server.serve_forever, args=(0.02,), daemon=True).start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._server.shutdown()
-        self._server.server_close()
+        if self._server is not None:
+            self._server.shutdown()
+            self._server.server_close()
 
     def clear(self) -> None:
         """Fill the tray and take out what has jammed: what waits goes on."""
@@ -119,7 +151,7 @@ class SimulatedPrinter:
 
     def break_now(self, request: Message) -> Callable[[int], int] | None:
         """For a print request whose connection is to break: bytes of the document announced → bytes still read."""
-        if request.code != Operation.PRINT_JOB or self.faults.busy > 0:
+        if request.code not in (Operation.PRINT_JOB, Operation.SEND_DOCUMENT) or self.faults.busy > 0:
             return None
         number = self.received + 1
         return (lambda length: length // 2) if number in (self.faults.lost_at, self.faults.torn_at) else None
@@ -128,60 +160,105 @@ class SimulatedPrinter:
         """The connection broke in the middle of a document."""
         with self._lock:
             self.received += 1
+            job = self._asked(request)
             if self.received == self.faults.torn_at:
-                job = self._job(request, document)
+                job = job or self._job(request)
+                job.document, job.stage = document, "whole"
                 job.state, job.reasons = JobState.ABORTED, ("aborted-by-system",)
 
-    def answer(self, request: Message, document: bytes) -> Message | None:
+    def answer(self, request: Message, document: bytes) -> Message | Broken | None:
         """What it says to a request; None if the connection breaks instead."""
-        time.sleep(self.faults.slow)
+        if self.faults.slow:
+            time.sleep(self.faults.slow)
         with self._lock:
             self._advance()
             if self.faults.old and request.version > (1, 1):
                 return _message(request, Status.VERSION_NOT_SUPPORTED)
-            does: dict[int, Callable[[], Message | None]] = {
-                Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._about()),
-                Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, Status.OK),
-                Operation.PRINT_JOB: lambda: self._print(request, document),
-                Operation.GET_JOB_ATTRIBUTES: lambda: self._tell(request),
-                Operation.GET_JOBS: lambda: self._list(request),
-                Operation.CANCEL_JOB: lambda: self._cancel(request),
-            }
-            return does.get(request.code, lambda: _message(request, _OTHER_OPERATION))()
+            self.requests += 1
+            failing = self.faults.fail_at <= self.requests < self.faults.fail_at + self.faults.fail_for
+            if not (self.faults.fail_at and failing):
+                return self._done(request, document)
+            how = self.faults.fail_as.removeprefix("done-")
+            if how != self.faults.fail_as:
+                self._done(request, document)
+                self._advance()
+            return self._failure(request, how)
+
+    def _failure(self, request: Message, how: str) -> Message | Broken | None:
+        if how == "drop":
+            return None
+        if how == "error":
+            return _message(request, Status.INTERNAL_ERROR)
+        if how == "text":
+            return Broken(200, body=b"Hello")
+        after = {"Retry-After": f"{self.faults.retry_after:g}"} if self.faults.retry_after >= 0 else {}
+        return Broken(int(how), after if how == "503" else {})
+
+    def _done(self, request: Message, document: bytes) -> Message | None:
+        does: dict[int, Callable[[], Message | None]] = {
+            Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._about()),
+            Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, Status.OK),
+            Operation.PRINT_JOB: lambda: self._print(request, document),
+            Operation.CREATE_JOB: lambda: self._create(request),
+            Operation.SEND_DOCUMENT: lambda: self._receive(request, document),
+            Operation.GET_JOB_ATTRIBUTES: lambda: self._tell(request),
+            Operation.GET_JOBS: lambda: self._list(request),
+            Operation.CANCEL_JOB: lambda: self._cancel(request),
+        }
+        unknown = request.code not in does or (self.faults.simple and request.code in _STEPS)
+        return _message(request, _OTHER_OPERATION) if unknown else does[request.code]()
 
     def _print(self, request: Message, document: bytes) -> Message | None:
-        if self.faults.busy > 0:
-            self.faults = replace(self.faults, busy=self.faults.busy - 1)
-            return _message(request, Status.BUSY)
-        refusal = self._refusal(request)
+        refusal = self._busy(request) or self._refusal(request)
+        return refusal or self._take(request, self._job(request), document)
+
+    def _create(self, request: Message) -> Message:
+        refusal = self._busy(request) or self._refusal(request)
         if refusal is not None:
             return refusal
-        self.received += 1
-        job = self._job(request, document)
-        if self.received == self.faults.unanswered_at:
-            return None
+        job = self._job(request)
+        job.state, job.reasons, job.stage = JobState.HELD, ("job-data-insufficient",), "lacking"
         return _message(request, Status.OK, _facts(job))
 
-    def _job(self, request: Message, document: bytes) -> SimulatedJob:
+    def _receive(self, request: Message, document: bytes) -> Message | None:
+        job = self._asked(request)
+        if job is None or job.stage != "lacking":
+            return _message(request, Status.NOT_FOUND if job is None else Status.NOT_POSSIBLE)
+        return self._take(request, job, document)
+
+    def _take(self, request: Message, job: SimulatedJob, document: bytes) -> Message | None:
+        """A document for a job; what is answered."""
+        self.received += 1
+        job.document, job.format = document, str(_first(request, "document-format", ""))
+        job.state, job.reasons, job.stage, job.since = JobState.PROCESSING, ("job-printing",), "whole", self._clock()
+        return None if self.received == self.faults.unanswered_at else _message(request, Status.OK, _facts(job))
+
+    def _busy(self, request: Message) -> Message | None:
+        if self.faults.busy <= 0:
+            return None
+        self.faults = replace(self.faults, busy=self.faults.busy - 1)
+        return _message(request, Status.BUSY)
+
+    def _job(self, request: Message) -> SimulatedJob:
         told = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
         name, kind = (str(_first(request, key, "")) for key in ("job-name", "document-format"))
-        job = SimulatedJob(len(self.jobs) + 1, name, kind, told, document)
+        job = SimulatedJob(len(self.jobs) + 1, name, kind, told, b"", since=self._clock())
         self.jobs.append(job)
         return job
 
     def _advance(self) -> None:
         """Bring every job on by the time that has gone."""
         after = self.faults.cleared_after
-        if self._reasons != ("none",) and after and time.monotonic() - self._stopped >= after:
+        if self._reasons != ("none",) and after and self._clock() - self._stopped >= after:
             self.clear()
         for job in self.jobs:
-            if job.state.over or job.state == JobState.HELD:
+            if job.state.over or job.state == JobState.HELD or job.stage == "lacking":
                 continue
-            waited, f = time.monotonic() - job.since, self.faults
+            waited, f = self._clock() - job.since, self.faults
             if job.number == f.hold_at:
                 job.state, job.reasons = JobState.HELD, ("job-hold-until-specified",)
             elif self._reasons != ("none",):
-                job.state, job.reasons, job.since = JobState.STOPPED, ("printer-stopped",), time.monotonic()
+                job.state, job.reasons, job.since = JobState.STOPPED, ("printer-stopped",), self._clock()
             elif job.number == f.empty_at:
                 self._stop("media-empty-error")
             elif job.number == f.jam_at:
@@ -193,7 +270,7 @@ class SimulatedPrinter:
                 job.state, job.reasons = JobState.PROCESSING, ("job-printing",)
 
     def _stop(self, reason: str) -> None:
-        self._reasons, self._stopped = (reason,), time.monotonic()
+        self._reasons, self._stopped = (reason,), self._clock()
 
     def _finish(self, job: SimulatedJob) -> None:
         job.state, job.reasons = JobState.COMPLETED, ("job-completed-successfully",)
@@ -230,7 +307,7 @@ class SimulatedPrinter:
 
     def _refusal(self, request: Message) -> Message | None:
         """Why a page cannot be printed; None if it can."""
-        if _first(request, "document-format", "") not in self.faults.formats:
+        if _first(request, "document-format", self.faults.formats[0]) not in self.faults.formats:
             return _message(request, _BAD_FORMAT)
         column = request.all("media-col", Tag.JOB)
         if not column or not isinstance(column[0].value, tuple):
@@ -268,7 +345,11 @@ class SimulatedPrinter:
                 attribute("printer-state-reasons", Tag.KEYWORD, *self._reasons),
                 attribute("printer-is-accepting-jobs", Tag.BOOLEAN, True),
                 attribute("ipp-versions-supported", Tag.KEYWORD, *(("1.1",) if self.faults.old else ("1.1", "2.0"))),
-                attribute("operations-supported", Tag.ENUM, *Operation),
+                attribute(
+                    "operations-supported",
+                    Tag.ENUM,
+                    *(o for o in Operation if not (self.faults.simple and o in _STEPS)),
+                ),
                 attribute("document-format-supported", Tag.MIME_TYPE, *self.faults.formats),
                 attribute("media-col-supported", Tag.KEYWORD, "media-size", "media-source", "media-type"),
                 attribute("media-source-supported", Tag.KEYWORD, *_TRAYS),

@@ -17,11 +17,22 @@ class Status(IntEnum):
     SUBSTITUTED = 0x0001
     NOT_POSSIBLE = 0x0404
     NOT_FOUND = 0x0406
+    GONE = 0x0407
     NOT_SUPPORTED = 0x040B
     INTERNAL_ERROR = 0x0500
     OPERATION_NOT_SUPPORTED = 0x0501
+    UNAVAILABLE = 0x0502
     VERSION_NOT_SUPPORTED = 0x0503
+    DEVICE_ERROR = 0x0504
+    TEMPORARY_ERROR = 0x0505
     BUSY = 0x0507
+    TOO_MANY_JOBS = 0x050B
+
+
+# statuses of a printer that can be asked again a little later
+PASSING = frozenset({Status.UNAVAILABLE, Status.TEMPORARY_ERROR, Status.BUSY, Status.TOO_MANY_JOBS})
+# statuses after which a page may have been taken all the same
+DOUBTFUL = frozenset({Status.INTERNAL_ERROR, Status.DEVICE_ERROR, Status.TEMPORARY_ERROR})
 
 
 class JobState(IntEnum):
@@ -101,6 +112,7 @@ _REASONS = {
     "printer-stopped": "the printer is stopped",
     "printer-stopped-partly": "the printer is stopped in part",
     "job-incoming": "the page is still arriving",
+    "job-data-insufficient": "the page has not arrived",
     "job-printing": "it is printing",
     "job-queued": "it waits its turn",
     "job-hold-until-specified": "it is held until a given time",

@@ -10,11 +10,11 @@ own; nothing that matches colours uses it.
 
 from handout.printing.simulated import rip
 from handout.printing.simulated.faults import FAULTS
-from handout.printing.simulated.flatbed import Flatbed
+from handout.printing.simulated.flatbed import SETTINGS, Flatbed
 from handout.printing.simulated.inkjet import Inkjet
 from handout.printing.simulated.measured import Measured
 from handout.printing.simulated.press import Press
 from handout.printing.simulated.sheet import Sheet
 from handout.printing.simulated.stock import PAPERS
 
-__all__ = ["FAULTS", "PAPERS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "rip"]
+__all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "rip"]

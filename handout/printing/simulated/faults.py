@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.printing.simulated.flatbed import SETTINGS
 from handout.values import Array
 
 FAULTS = {
@@ -16,9 +17,20 @@ FAULTS = {
     "mirrored": "left and right are exchanged, as for a transfer film",
     "managed": "the driver takes the page for sRGB, turns it into Adobe RGB and makes it lighter",
     "wrong-media": "the driver was told another paper: dots grow by 8 % more",
+    "weak-cyan": "half of the cyan nozzles print nothing",
+    "weak-magenta": "half of the magenta nozzles print nothing",
+    "weak-yellow": "half of the yellow nozzles print nothing",
+    "no-black": "the black ink is empty",
+    "draft": "60 % of the ink",
+    "ink-limit": "the driver was told another paper: no more than 120 % of ink anywhere",
     "clogged": "two groups of the cyan nozzles are blocked: two lines without cyan in every pass of the head",
     "banding": "ink gets lighter over each pass of the head, and a pale line lies between passes",
 }
+_SHARES = {
+    "weak-cyan": (0.5, 1, 1, 1), "weak-magenta": (1, 0.5, 1, 1), "weak-yellow": (1, 1, 0.5, 1),
+    "no-black": (1, 1, 1, 0), "draft": (0.6, 0.6, 0.6, 0.6),
+}  # fmt: skip
+_LIMIT = 1.2  # of the sheet, all inks together
 FITTED = 0.97  # of the size
 MORE_GAIN = 0.08
 _PASS = 25.4 / 3  # mm, height of the print head
@@ -40,9 +52,10 @@ def check(names: Iterable[str]) -> frozenset[str]:
     """
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
-        near = difflib.get_close_matches(name, FAULTS, 1)
+        known = [*FAULTS, *SETTINGS]
+        near = difflib.get_close_matches(name, known, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(FAULTS)}.")
+        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(known)}.")
     return asked
 
 
@@ -51,6 +64,16 @@ def managed(device: Array) -> Array:
     linear = np.where(device <= 0.04045, device / 12.92, ((device + 0.055) / 1.055) ** 2.4)
     turned = np.clip(linear @ _TO_ADOBE.T, 0, 1) ** (1 / _ADOBE_GAMMA)
     return np.asarray(turned**_LIGHTER)
+
+
+def laid(coverage: Array, names: Iterable[str]) -> Array:
+    """(n, 4) what is laid down of what the driver asks for, (n, 4)."""
+    made = np.array(coverage, dtype=np.float64)
+    if "ink-limit" in names:
+        made *= np.minimum(1, _LIMIT / np.maximum(made.sum(axis=1, keepdims=True), _LIMIT))
+    for name in names:
+        made *= np.array(_SHARES.get(name, (1, 1, 1, 1)))
+    return made
 
 
 def fitted(page: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +18,21 @@ from handout.values import Array
 # photo flatbed with white light-emitting diodes
 _SENSOR = ((604.0, 12.0), (545.0, 20.0), (454.0, 26.0))
 _DPI = (50.0, 1200.0)
+# what the sensor sees to linear sRGB, as scanner programs turn colours purer: rows sum to 1, so that white stays white
+_PURER = np.array([[1.14, -0.11, -0.03], [-0.06, 1.12, -0.06], [0.01, -0.09, 1.08]])
+_STEEP = 5.0  # of the S-shaped curve, at its middle
+# settings of a scanner other than the simulated one's usual, by name
+SETTINGS: dict[str, dict[str, Any]] = {
+    "scanner-gamma": {"gamma": 2.2 / 0.75},
+    "scanner-automatic": {"middle": 0.66},
+    "scanner-contrast": {"contrast": 0.6},
+    "scanner-srgb": {"srgb": True},
+}
 _BOUNDS = {
     "crosstalk": (0.0, 0.3), "gamma": (0.4, 3.0), "black": (-0.2, 0.3), "white": (0.5, 1.5), "blur": (0.0, 1.0),
     "noise": (0.0, 0.2), "shading": (0.0, 0.5), "flare": (0.0, 0.3), "glare": (0.0, 1.0), "skew": (0.0, 0.1),
     "slack": (0.0, 20.0), "border": (0.0, 50.0), "lid": (0.0, 1.0), "warp": (0.0, 10.0), "dust": (0.0, 1000.0),
-    "jpeg": (0, 100),
+    "jpeg": (0, 100), "contrast": (0.0, 1.0), "middle": (0.0, 0.95),
 }  # fmt: skip
 
 
@@ -33,6 +44,9 @@ class Flatbed:
     gamma : what is shown is light to the power of 1 / gamma.
     black, white : light that is shown as 0 and as full; a white below that of the paper clips it.
     automatic : the scanner stretches every colour from its darkest to its lightest, and sets gamma by the mean.
+    contrast : how much of an S-shaped curve lies on what is shown, 0–1.
+    srgb : the scanner's program turns what the sensor sees into sRGB, by a matrix and the curve of sRGB.
+    middle : the scanner sets gamma so that the mean of what is shown is this; 0: it does not.
     blur : mm, standard deviation of what optics and sensor make of a point, besides the pixel's own area.
     noise : standard deviation of the sensor's noise where it is white, of 1; it falls with the root of the light.
     shading : share of its light that the lamp loses from its brightest place on the glass to its darkest.
@@ -59,6 +73,9 @@ class Flatbed:
     black: float = 0.0
     white: float = 1.0
     automatic: bool = False
+    contrast: float = 0.0
+    srgb: bool = False
+    middle: float = 0.0
     blur: float = 0.04
     noise: float = 0.004
     shading: float = 0.01
@@ -105,8 +122,21 @@ class Flatbed:
     def see(self, spectra: ArrayLike) -> Array:
         """(n, 3) in 0–1, what is shown of even patches of (n, 31) reflectance, all else being ideal; not rounded."""
         span = self.white - self.black
-        shown = np.clip((np.asarray(spectra) @ self.bands - self.black) / span, 0, 1) ** (1 / self.gamma)
+        shown = self.toned(np.clip((np.asarray(spectra) @ self.bands - self.black) / span, 0, 1), 1 / self.gamma)
         return np.repeat(shown.mean(axis=1, keepdims=True), 3, axis=1) if self.grey else np.asarray(shown)
+
+    def toned(self, light: Any, power: float) -> Any:
+        """(…, 3) what is shown, 0–1, of light (…, 3) between black and white, 0–1."""
+        if self.srgb:
+            linear = np.clip(light @ _PURER.T.astype(light.dtype), 0, 1)
+            shown = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        else:
+            shown = light**power
+        if self.contrast:
+            least, most = (1 / (1 + math.exp(s * _STEEP / 2)) for s in (1, -1))
+            curve = (1 / (1 + np.exp(-_STEEP * (shown - 0.5))) - least) / (most - least)
+            shown = (1 - self.contrast) * shown + self.contrast * curve
+        return shown.astype(light.dtype)
 
     def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8 | np.uint16]:
         """(h, w, 3) uint8, or uint16 with 16 bits: the picture of a printed sheet at `dpi` pixels an inch.

@@ -72,7 +72,7 @@ def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -
     dust = _dust(place, flatbed, rng)
     light = _sharp_enough(sheet.reflectance(flatbed.bands), sheet.dpi, dpi)
     flare = _flare(light, sheet.page, flatbed)
-    tone = _automatic(light, flatbed) if flatbed.automatic else _tone(flatbed)
+    tone = _automatic(light, flatbed) if flatbed.automatic else (_middled if flatbed.middle else _tone)(light, flatbed)
     halo = math.ceil(4 * flatbed.blur * dpi / 25.4)
     picture: Picture = np.empty((*place.shape, 3), dtype=np.uint8 if flatbed.bits == 8 else np.uint16)
     for start in range(0, len(picture), _ROWS):
@@ -230,9 +230,17 @@ def _noisy(light: Floats, flatbed: Flatbed, rng: np.random.Generator) -> Floats:
 _Tone = tuple[Floats, Floats, float]  # black and white of each colour, power
 
 
-def _tone(flatbed: Flatbed) -> _Tone:
+def _tone(_: Floats, flatbed: Flatbed) -> _Tone:
     black, white = (np.full(3, value, dtype=np.float32) for value in (flatbed.black, flatbed.white))
     return black, white, 1 / flatbed.gamma
+
+
+def _middled(light: Floats, flatbed: Flatbed) -> _Tone:
+    """The gamma that the scanner chooses for this sheet."""
+    black, white, _ = _tone(light, flatbed)
+    shown = np.clip((light[::4, ::4] - black) / (white - black), 0, 1)
+    powers = np.linspace(0.2, 1.5, 131)
+    return black, white, float(np.interp(-flatbed.middle, [-float((shown**p).mean()) for p in powers], powers))
 
 
 def _automatic(light: Floats, flatbed: Flatbed) -> _Tone:
@@ -248,8 +256,7 @@ def _automatic(light: Floats, flatbed: Flatbed) -> _Tone:
 def _shown(light: Floats, tone: _Tone, flatbed: Flatbed) -> Floats:
     """(n, w, 3) numbers of the picture, rounded."""
     black, white, power = tone
-    shown = np.clip((light - black) / (white - black), 0, 1)
-    np.power(shown, np.float32(power), out=shown)
+    shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), np.float32(power)))
     if flatbed.grey:
         shown = np.repeat(shown.mean(axis=2, keepdims=True), 3, axis=2)
     shown *= np.float32(2**flatbed.bits - 1)

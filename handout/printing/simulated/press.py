@@ -96,7 +96,8 @@ class Press(ABC):
         return Sheet(coverage, index, self.spectra, dpi, self._ink(index.shape, dpi, rng))
 
     def _coverage(self, device: Array) -> Array:
-        return self.separate(faults.managed(device) if "managed" in self.faults else device)
+        asked = self.separate(faults.managed(device) if "managed" in self.faults else device)
+        return faults.laid(asked, self.faults)
 
     def _laid(self, page: NDArray[np.uint8], dpi: float, margins: Margins | None) -> NDArray[np.uint8]:
         """The page as it falls on the sheet."""

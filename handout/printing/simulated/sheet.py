@@ -10,7 +10,33 @@ from numpy.typing import NDArray
 
 from handout.values import Array, Page
 
+_LEVELS = 256  # amounts of a pen's ink of which the spectrum is worked out
 _CHUNK = 1 << 15  # spectra worked out at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """What a pen wrote on bare paper.
+
+    corner : (row, column) of its first pixel on the sheet; amount : (h, w) float32, how much ink, 1 where it is usual.
+    density : (31,) of the ink where its amount is 1, decadic, over the wavelengths.
+    """
+
+    corner: tuple[int, int]
+    amount: NDArray[np.float32]
+    density: Array
+
+    def onto(self, picture: NDArray[np.float32], paper: Array, bands: Array) -> None:
+        """Write it on a sheet's reflectance (h, w, k) in k bands of light, on paper of spectrum (31,)."""
+        levels = np.linspace(0.0, max(1e-3, float(self.amount.max())), _LEVELS)
+        seen = (paper * 10 ** (-self.density * levels[:, None])) @ bands
+        row, column = self.corner
+        part = picture[row : row + self.amount.shape[0], column : column + self.amount.shape[1]]
+        amount = self.amount[: part.shape[0], : part.shape[1]]
+        for k in range(part.shape[2]):
+            shown = np.interp(amount, levels, seen[:, k]).astype(np.float32)
+            # what is printed there stays, and the pen goes over it
+            part[..., k] *= shown / np.float32(seen[0, k])
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +47,7 @@ class Sheet:
     index : (h, w) int32, which mixture every pixel has.
     spectra : (n, 4) coverage → (n, 31) reflectance.
     dpi : pixels an inch.
+    written : what a pen wrote on it afterwards, in the order in which it was written.
     ink : (h, 1) or (h, w) float32, how much of its ink a pixel got; None: all of it everywhere.
     """
 
@@ -29,6 +56,7 @@ class Sheet:
     spectra: Callable[[Array], Array] = field(repr=False)
     dpi: float
     ink: NDArray[np.float32] | None = None
+    written: tuple[Written, ...] = ()
 
     @property
     def page(self) -> Page:
@@ -52,4 +80,6 @@ class Sheet:
             picture -= bare
             picture *= self.ink[:, :, None]
             picture += bare
+        for one in self.written:
+            one.onto(picture, self.spectra(self.coverage[-1:])[0], bands)
         return picture

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import msgspec
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting.dialects.ebb.talk import Talk
 from handout.plotting.dialects.ebb.version import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN, Version
 from handout.plotting.dialects.ebb.words import About
 from handout.profiles import Plotter
 
 _GLANCE = 0.25  # s
+_MOMENT = 0.005  # s between two looks whether it is done
 NOTHING = b"SM,1,0,0\r"  # a rest: old boards have to be told one to find out that what came before it is done
 _VOLTS = 7.5  # less is no power supply, only what comes through USB
 QUEUE = 8  # commands in the queue of firmware 3, which has one unless it is told otherwise
@@ -52,12 +53,25 @@ def _missing(garbage: bool, profile: Plotter) -> str:
 
 
 def settle(talk: Talk, version: Version) -> None:
-    """Wait until it has done what it was told before; a rest is answered when it and one more are left to do."""
+    """Wait until it has done what it was told before; a rest is answered when it and one more are left to do.
+
+    Raises
+    ------
+    DeviceGarbled
+        It takes longer than anything that it was told.
+    """
     if version < MOTION:
         for _ in range(3):
             talk.ask(NOTHING)
-    while version >= MOTION and talk.ask(b"QM\r")[:1] != (0,):
-        pass
+        return
+    waited = 0.0
+    while talk.ask(b"QM\r")[:1] != (0,):
+        if waited > talk.patience:
+            raise DeviceGarbled(
+                f"The plotter is still busy {waited:.0f} s after its last command, which was to take less: a command "
+                "came over wrong. Use a shorter cable, and no hub."
+            )
+        waited += 0.0 if talk.port_says(_MOMENT) else _MOMENT
 
 
 def check_power(numbers: tuple[int, ...]) -> None:
@@ -87,8 +101,13 @@ def rested(talk: Talk, version: Version) -> bool:
     Boards that cannot say are taken at the word of their counters: not zero, they have been driven from it.
     """
     if version >= ENABLED:
-        return talk.ask(b"QE\r") != (16, 16)
+        return steps_are_others(talk, version)
     return version < POSITION or talk.ask(b"QS\r") == (0, 0)
+
+
+def steps_are_others(talk: Talk, version: Version) -> bool:
+    """Whether its motors do not make steps of a sixteenth, as far as it can tell."""
+    return version >= ENABLED and talk.ask(b"QE\r") != (16, 16)
 
 
 def lengthen(talk: Talk, version: Version) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections import deque
 from collections.abc import Callable
 
@@ -10,24 +11,28 @@ import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
-from handout.plotting.dialect import Heard, Log, unheard
+from handout.plotting.dialect import ButtonPressed, Heard, Log, unheard
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
-from handout.plotting.dialects.ebb.version import CURRENT, MOTION, POSITION, STOP, Version
+from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, Version
 from handout.plotting.dialects.ebb.words import About
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
+from handout.values import Array
 
 # Commands sent and not answered.  The board reads no further than the one that waits for its queue; the others wait in
 # the USB connection, which holds them back, and are there when this program is late for some hundredths of a second.
 _OPEN = 8
 _LOOK = 16  # commands between two questions whether the queue ran empty
+_TOUCH = 64  # commands between two questions for the button of an old board, about a second of writing
 _FEEL = 512  # commands between two questions whether the motors still have power
 _ASTRAY = 2  # steps by which a board may count otherwise than was worked out for it
 _WRONG = 0.1  # mm by which it may do so between two looks
-_LOWER = b"SP,0"
+_LOWER, _LIFT = b"SP,0", b"SP,1"
+_BESIDE = 0.2  # mm; a command need not lead quite straight
+_MOMENT = 0.1  # s between two looks at its button while it pauses
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
@@ -45,13 +50,20 @@ class Ebb:
         self.queued: int | None = None
         self.listener: Callable[[Heard], None] = unheard
         self.silent = ""
+        self.spoilt, self.patience = False, math.inf  # it cannot be held
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
+        self._heeds = self._pressed = False
+        self._look_at = b"QM\r"  # what it is doing
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
         self._counted = Counted(self.version)
+        self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connecting.QUEUE + 3)  # steps, by command
+        self._since_pen = 0  # commands since the pen was told to move
+        self._up: bool | None = None  # the pen, as it was told last
+        self._pens: deque[bool] = deque()  # what it has to answer when it is asked whether the pen is up
         connecting.ask_power(self.talk, self.version)
         connecting.settle(self.talk, self.version)
         self._rested = connecting.rested(self.talk, self.version)
@@ -64,21 +76,61 @@ class Ebb:
         self._wake()
         if data.startswith(_LOWER) and self.version >= POSITION:
             self._prove()
+        if data.startswith(_LIFT) and self._since_pen >= self._held:
+            self._ask_pen()
         while len(self.talk.open) >= _OPEN:
             self.talk.hear()
         self._counted.send(data)
+        self._way.append((self._counted.steps[0], self._counted.steps[1]))
+        self._since_pen += 1
+        if data.startswith((_LOWER, _LIFT)):
+            self._since_pen, self._up = 0, data.startswith(_LIFT)
         self.talk.put(data, self.sent)
         self.sent += 1
         if self.version >= MOTION and self.sent % _LOOK == 0:
-            self.talk.put(b"QM\r")
+            self.talk.put(self._look_at)
         if self.version >= CURRENT and self.sent % _FEEL == 0:
             self.talk.put(b"QC\r")
+        self._heed(self.sent % _TOUCH == 0)
+
+    @property
+    def proven(self) -> int:
+        """All up to the last look at its count of steps; of boards that do not tell it, all that is executed."""
+        return self._proven if self.version >= POSITION else self.executed
 
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
         if not self.talk.open:
-            self.talk.put(b"QM\r" if self.version >= MOTION else connecting.NOTHING)
+            self.talk.put(self._look_at if self.version >= MOTION else connecting.NOTHING)
+        self._heed(False)
         self.talk.hear()
+
+    def heed_button(self) -> None:
+        """``QG`` tells what ``QM`` does, and whether it has been pressed since it was last asked, as ``QB`` does.
+
+        What was pressed before does not count.
+        """
+        self._heeds = self.version >= BUTTON
+        self._look_at = b"QG\r" if self.version >= FLAGS else b"QM\r"
+        self.pressed()
+
+    def _heed(self, ask: bool) -> None:
+        """Look at the button, now and then."""
+        if self._heeds and ask and self.version < FLAGS:
+            self.talk.put(b"QB\r")
+        if self._heeds and self._pressed:
+            self._pressed = False
+            raise ButtonPressed
+
+    def pressed(self) -> bool:
+        """Asked a moment after the last answer: a person takes longer."""
+        if self.version < BUTTON:
+            return False
+        self.talk.drain()
+        self.talk.replies(_MOMENT)
+        self.talk.ask(b"QB\r")
+        pressed, self._pressed = self._pressed, False
+        return pressed
 
     def finish(self) -> None:
         """Wait until everything is answered and executed."""
@@ -95,16 +147,22 @@ class Ebb:
         """
         self.talk.drain()
         connecting.settle(self.talk, self.version)
+        self._ask_pen()
         off = [said - told for said, told in zip(self._steps(), self._counted.steps, strict=True)]
         more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
         if more > _WRONG * self.profile.limits.steps_per_mm:
-            self.executed = self._proven
             raise DeviceGarbled(
                 f"The plotter has made {more} steps that it was not told, or has not made them: a command came over "
                 "wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
             )
         self._off, self._proven = off, self.sent
         self.queued = None  # that it is empty now says nothing about a stroke
+
+    def _ask_pen(self) -> None:
+        """Ask whether the pen is as it was told last; it says so of the last command for it that has been begun."""
+        if self.version >= POSITION and self._up is not None:
+            self._pens.append(self._up)
+            self.talk.put(b"QP\r")
 
     def _check_return(self, steps: tuple[int, int]) -> None:
         """Every program ends where it began, at zero; the board's own count must say so too."""
@@ -118,6 +176,16 @@ class Ebb:
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
         if asked.name == "QC":
             connecting.check_power(numbers)
+        elif asked.name == "QB":
+            self._pressed |= numbers[:1] == (1,)
+        elif asked.name == "QG" and len(numbers) == 1:
+            self._pressed |= bool(numbers[0] & words.PRESSED)
+            self._look(busy=bool(numbers[0] & words.BUSY), waiting=bool(numbers[0] & words.WAITING))
+        elif asked.name == "QP" and self._pens and self._pens.popleft() != (numbers[:1] == (1,)):
+            raise DeviceGarbled(
+                f"The plotter's pen is {'lifted' if numbers[:1] == (1,) else 'down'} and should not be: a command came "
+                "over wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
+            )
         elif asked.name == "QM" and len(numbers) == 4:
             self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
         elif asked.number >= 0 or asked.data == connecting.NOTHING:
@@ -144,6 +212,8 @@ class Ebb:
         if self._rested:
             self._rested = self._lost = False
             self.talk.ask(b"EM,1,1\r")
+            if connecting.steps_are_others(self.talk, self.version):  # it came over wrong
+                self.talk.ask(b"EM,1,1\r")
             if self.version >= POSITION:
                 self.talk.ask(b"CS\r")
             self._counted.send(b"CS\r")
@@ -177,15 +247,33 @@ class Ebb:
                 "The plotter no longer knows where it stands: stand its pen above its zero, and start again."
             )
         self._wake()
+        self._travel(Motors(self.profile, self._steps()), np.array([x, y]))
+
+    def _travel(self, motors: Motors, there: Array) -> None:
         for data in words.lifted(self.profile.pen):
             self.talk.ask(data)
-        motors = Motors(self.profile, self._steps())
-        for _, data in motors.run(literal.travel(motors.place, np.array([x, y]), self.profile)):
+        for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
             while len(self.talk.open) >= _OPEN:
                 self.talk.hear()
             self.talk.put(data)
         self.talk.drain()
         connecting.settle(self.talk, self.version)
+
+    def pen(self, down: bool) -> None:
+        """As high and low as the profile says."""
+        for data in [*words.reach(self.profile.pen), words.pen(down, self.profile.pen)]:
+            self.talk.ask(data)
+        connecting.settle(self.talk, self.version)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """Motions are relative."""
+        self._wake()
+        motors = Motors(self.profile, self._steps() if self.version >= POSITION else (0, 0))
+        self._travel(motors, motors.place + np.array([dx, dy]))
+
+    def release(self) -> None:
+        """``EM,0,0``."""
+        self._forget()
 
     def halt(self) -> None:
         """Stop, and lift the pen."""
@@ -196,12 +284,24 @@ class Ebb:
             talk.port.write(b"".join([stop, *words.lifted(self.profile.pen), b"V\r"]))
             self._until_about(talk.timeout + sum(asked.seconds for asked in talk.open) + self.profile.pen.up_time)
             talk.open.clear()
+            self._pens.clear()
             with contextlib.suppress(DeviceAlarm):
                 connecting.settle(talk, self.version)
                 if talk.struck:
                     self._forget()
+                elif self.version >= POSITION:
+                    self.spoilt = self._is_astray()
         except DeviceError:
             self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+
+    def _is_astray(self) -> bool:
+        """Whether it has been stopped beside the way of the commands that it may have been at."""
+        way = np.array(self._way, dtype=float)
+        begin, along = way[:-1], np.diff(way, axis=0)
+        to = np.array(self._steps(), dtype=float) - np.array(self._off) - begin
+        share = np.clip((to * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-9), 0.0, 1.0)
+        off = np.hypot(*(to - share[:, None] * along).T)
+        return bool(off.min(initial=np.inf) > _BESIDE * self.profile.limits.steps_per_mm) and len(off) > 0
 
     def _forget(self) -> None:
         """Leave it so that nobody believes that it knows where it is: motors off, counters zero."""

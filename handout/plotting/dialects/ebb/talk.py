@@ -12,6 +12,7 @@ from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Reply, V
 from handout.plotting.ports import Port
 
 _GLANCE = 0.25  # s of silence after which the time is looked at
+_RECENT = 12  # commands that may have been answered and not be done
 _ONE_LINE = frozenset({"V", "QM", "QG"})  # questions that are not followed by OK in the old form
 
 
@@ -51,7 +52,7 @@ class Talk:
         self.uniform = self.struck = False
         self._partial = b""
         self._numbers: tuple[int, ...] = ()
-        self._recent: deque[float] = deque([0.0, 0.0, 0.0], maxlen=3)
+        self._recent: deque[float] = deque([0.0], maxlen=_RECENT)
 
     def put(self, data: bytes, number: int = -1) -> None:
         """Send a command or a question."""
@@ -66,7 +67,7 @@ class Talk:
 
     def hear(self) -> None:
         """Wait for the next answers and make sense of them."""
-        waited, most = 0.0, self.timeout + sum(asked.seconds for asked in self.open) + sum(self._recent)
+        waited, most = 0.0, self.patience
         glance = min(_GLANCE, self.timeout / 2)
         while waited < most:
             if heard := self.replies(glance):
@@ -77,6 +78,18 @@ class Talk:
         raise DeviceSilent(
             f"The plotter has not answered for {most:.0f} s: check its cable and its power, and that it moves freely."
         )
+
+    @property
+    def patience(self) -> float:
+        """s that it may take to do all that it has been told."""
+        return self.timeout + sum(asked.seconds for asked in self.open) + sum(self._recent)
+
+    def port_says(self, patience: float) -> bool:
+        """Wait a moment, and heed what is said meanwhile; whether anything was."""
+        heard = self.replies(patience)
+        for reply in heard:
+            self._take(reply)
+        return bool(heard)
 
     def ask(self, data: bytes) -> tuple[int, ...]:
         """Send something and wait until it and all before it is answered; the numbers that came with its answer."""

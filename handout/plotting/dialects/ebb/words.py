@@ -103,6 +103,7 @@ def command(name: str, *numbers: int) -> bytes:
     return (",".join([name, *(str(number) for number in numbers)]) + "\r").encode("ascii")
 
 
+PRESSED, BUSY, WAITING = 32, 8, 1  # bits of the answer to QG
 QUEUED = frozenset({"SM", "LM", "LT", "HM", "SP"})  # commands that wait for their turn
 _LONGEST_WAY = 60.0  # s that a board may take to go back to its zero
 
@@ -137,15 +138,16 @@ def _rate(way: float, seconds: float) -> int:
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a length of its pulse; see `dialect.Dialect.set_pen`."""
     there = pens.at(profile, value)
-    return [*_reach(profile), command("SC", 5, round(value)), pen(True, there)]
+    return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 
 
 def lifted(profile: PenProfile) -> list[bytes]:
     """How high the pen goes and how fast, which a board forgets when it starts anew; and it is lifted."""
-    return [*_reach(profile), pen(False, profile)]
+    return [*reach(profile), pen(False, profile)]
 
 
-def _reach(profile: PenProfile) -> list[bytes]:
+def reach(profile: PenProfile) -> list[bytes]:
+    """How high the pen goes, and how fast."""
     way = profile.down - profile.up
     return [
         command("SC", 4, round(profile.up)),

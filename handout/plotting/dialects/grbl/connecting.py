@@ -19,6 +19,7 @@ from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
 _GLANCE = 0.25
 _HOMING = 180.0  # s a machine may take to find its switches
 _FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do
+_REPORTS = 200  # answers that are listened to for another
 _LEAST = 10.0  # mm of travel that make a bed
 
 Log = Callable[[str], None]
@@ -106,8 +107,7 @@ def _wake(link: Link, profile: Plotter) -> bool:
     while waited < profile.port.start_up:
         heard = link.replies(_GLANCE)
         if any(isinstance(reply, Banner) for reply in heard):
-            while link.replies(_GLANCE):
-                pass
+            _hear_out(link)
             return True
         if said := [reply for reply in heard if isinstance(reply, Status)]:
             _let_finish(link, said[-1])
@@ -136,8 +136,14 @@ def _let_finish(link: Link, status: Status) -> None:
         for reply in link.attend():
             status = reply if isinstance(reply, Status) else status
         link.replies(_GLANCE)
-    while link.replies(_GLANCE):  # what it still has to say to somebody else
-        pass
+    _hear_out(link)  # what it still has to say to somebody else
+
+
+def _hear_out(link: Link) -> None:
+    """Until it is silent; one that reports by itself never is."""
+    for _ in range(_REPORTS):
+        if not link.replies(_GLANCE):
+            return
 
 
 def _questions(link: Link) -> Known:
@@ -201,10 +207,11 @@ def state(link: Link) -> str:
 def status(link: Link) -> Status:
     """The answer to ``?``."""
     link.port.write(words.STATUS)
-    while True:
+    for _ in range(_REPORTS):
         for reply in link.attend():
             if isinstance(reply, Status):
                 return reply
+    raise DeviceSilent("Something answers, but does not say its state as a GRBL controller does: check its port.")
 
 
 def with_settings(profile: Plotter, known: Known, log: Log) -> Plotter:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
 
 from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Heard, Log, unheard
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, status
 from handout.plotting.dialects.grbl.link import Sent
-from handout.plotting.dialects.grbl.track import Place, Track
+from handout.plotting.dialects.grbl.track import FAR, Place, Track
 from handout.plotting.dialects.grbl.words import Status
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
@@ -21,37 +22,53 @@ _AHEAD_OF_KIN = 12  # of its relatives; grblHAL has ten segments
 _OFTEN = 8  # commands between two questions for its state
 _SOON = 0.05  # s without a word after which it is asked, if the plot has to wait for it
 _MOMENT = 0.02  # s between two looks at a machine that brakes
-_FAR = 0.2  # mm from where it should stand at which something is wrong
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class Grbl:
+class Grbl(Buttonless):
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.log = log
         self.link, self.profile, self.known = connecting.connect(port, profile, log)
         self.sent = self.taken = self.executed = 0
+        self._proven = 0
         self.queued: int | None = None
         self.listener: Callable[[Heard], None] = unheard
         self.silent = ""
+        self.spoilt = False
         self._ahead = _AHEAD if self.known.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.known.kept and not self.known.locked  # its place, as far as it can tell
         self._offset = self.known.offset
         self._track: Track | None = None
+        self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
         self.link.told = self._look
 
     def send(self, data: bytes) -> None:
         """Write a line as soon as the receive buffer has room for it."""
         if self._track is None:
             self._track = self._new_track()
-        if self._track is not None:
-            self._track.send(self.sent, data)
+        if self._track is not None and self._track.send(self.sent, data):
+            self._looks.append(self.sent - 1)  # the pen moves: what it did until then must have been seen
         self._knows = True  # whoever begins a plot vouches for its zero
         self.sent += 1
         self.link.send(Sent(self.sent - 1, data), self._acknowledged)
         if self.sent % _OFTEN == 0:
             self.link.glance()
+
+    @property
+    def patience(self) -> float:
+        """As the link has it."""
+        return self.link.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.link.patience = seconds
+
+    @property
+    def proven(self) -> int:
+        """Where it says where it is; elsewhere all that is executed."""
+        return self._proven if self._track is not None else self.executed
 
     def wait(self) -> None:
         """Hear what it says next; if it says nothing, it is asked for its state, of which place and queue are parts."""
@@ -65,6 +82,9 @@ class Grbl:
 
     def _acknowledged(self, sent: Sent) -> None:
         self.taken = sent.number + 1
+        if self._looks and self._looks[0] <= sent.number:
+            self._looks.popleft()
+            self.link.glance()
 
     def _new_track(self) -> Track | None:
         place = self._place(status(self.link))
@@ -96,11 +116,12 @@ class Grbl:
         in_hand = (self.queued if self.queued is not None else size) + self._ahead
         certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
-        if certain is None or (resting and math.dist(place, track.at) > _FAR):
+        if certain is None or (resting and math.dist(place, track.at) > FAR):
             raise DeviceGarbled(_strayed(place))
         if self.queued is None:
             self.queued = track.moves(certain, self.taken)
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
+        self._proven = self.taken if resting else max(self._proven, min(track.proven, self.executed))
         track.forget(self.executed)
         self.listener(Heard(self.taken, self.executed, self.queued, place[:2]))
 
@@ -128,8 +149,7 @@ class Grbl:
     def home(self) -> None:
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
         if self.profile.pen.lift != "z":
-            if connecting.state(self.link) == "Alarm":
-                self.link.ask(b"$X\n")
+            self._unlock()
             for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
                 self.link.ask(line)
         connecting.home(self.link, self.log)
@@ -147,9 +167,35 @@ class Grbl:
             self.link.ask(line)
         self._track = None
 
+    def pen(self, down: bool) -> None:
+        """A machine that is locked until it is homed may move its pen."""
+        self._unlock()
+        for line in [*words.MODES, *words.pen(down, self.profile.pen), *words.closing()]:
+            self.link.ask(line)
+        self._track = None
+
+    def jog(self, dx: float, dy: float) -> None:
+        """From where it says that it is, right or wrong; it need not have been homed."""
+        self._unlock()
+        place = self._place(status(self.link))
+        if place is None:
+            raise DeviceSilent("The plotter does not say where it stands: set $10=1, and try again.")
+        self.go(place[0] + dx, place[1] + dy)
+
+    def _unlock(self) -> None:
+        if connecting.state(self.link) == "Alarm":
+            self._knows = False
+            self.link.ask(b"$X\n")
+
+    def release(self) -> None:
+        """``$SLP``, from which only a reset wakes it: its place does not outlive that."""
+        self._knows = False
+        self.link.ask(words.SLEEP)
+
     def halt(self) -> None:
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
         link = self.link
+        link.stopping = True
         with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
             try:
                 link.timeout = min(link.timeout, _HURRY)
@@ -194,6 +240,7 @@ class Grbl:
         place = self._place(said) if self._knows else None
         if place is not None and self._track is not None:
             certain = self._track.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
+            self.spoilt |= certain is None
             self._knows &= certain is not None
             self.executed = max(self.executed, min(certain or 0, self.taken))
         return place

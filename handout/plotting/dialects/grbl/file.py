@@ -23,4 +23,4 @@ def to_gcode(plan: Plan, profile: Plotter | None = None) -> bytes:
     profile = profile or plan.profile
     lines = [*header(plan, profile)]
     lines += [b"$H\n"] if profile.homing else [b"G92X0Y0\n"] if profile.bed.zero == "here" else []
-    return b"".join([*lines, *(command.data for command in words.program(plan.blocks, profile))])
+    return b"".join([*lines, *(command.data for command in words.program(plan.blocks, profile, absolute=True))])

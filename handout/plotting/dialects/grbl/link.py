@@ -7,15 +7,17 @@ into its memory it hears nothing at all: a line that makes it do so is sent alon
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceGarbled, DeviceHeld, DeviceSilent
 from handout.plotting.dialects.grbl import words
 from handout.plotting.dialects.grbl.words import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
 
+_LONGEST = 600.0  # s that it may take over one line that is asked alone
 _GLANCE = 0.25  # s without a word after which the controller is asked how it is
 
 
@@ -39,18 +41,22 @@ class Link:
 
     Attributes
     ----------
+    patience : s that it may stand on hold.
+    stopping : whether it is held by us.
     told : called with every state that is heard.
     restarted : whether it has started by itself.
     """
 
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None]) -> None:
         self.port, self.buffer, self.timeout, self.log = port, buffer, timeout, log
-        self.restarted = False
+        self.restarted = self.stopping = False
+        self.patience = math.inf
         self.told: Callable[[Status], None] = lambda status: None
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
         self._partial = b""
         self._waited = 0.0  # s of silence since a line was answered
+        self._stood = 0.0  # s that it has been on hold
         self._held = self._asked = False
 
     def replies(self, patience: float) -> list[Reply]:
@@ -101,8 +107,8 @@ class Link:
             if any(isinstance(reply, Ok) for reply in heard):
                 return heard
             at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in heard[-1:])
-            if at_rest and self._waited > self.timeout:
-                raise DeviceSilent(f"The plotter is at rest but has not answered {line.decode().strip()!r}.")
+            if (at_rest and self._waited > self.timeout) or (self._waited > _LONGEST and not self._held):
+                raise DeviceSilent(f"The plotter stands or is busy but has not answered {line.decode().strip()!r}.")
 
     def _patiently(self, patience: float) -> list[Reply]:
         waited = 0.0
@@ -123,9 +129,13 @@ class Link:
         quiet, glance = 0.0, min(glance, self.timeout / 2)
         while quiet < self.timeout:
             if replies := self.replies(glance):
+                for reply in replies:
+                    if isinstance(reply, Status) and not self.stopping:
+                        self._heed(reply)
                 return replies
             quiet += glance
             self._waited += glance
+            self._stood += glance
             self._asked = True
             self.port.write(words.STATUS)
         raise DeviceSilent(
@@ -163,15 +173,26 @@ class Link:
         where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
         return f"The plotter refused {where}: {error.words}."
 
+    def _heed(self, status: Status) -> None:
+        """See whether somebody holds it, and for how long."""
+        if status.state == "Sleep":
+            raise DeviceAlarm("The plotter is asleep, its motors without power: switch it off and on, and start again.")
+        held = status.state in words.HELD
+        self._stood = self._stood if held else 0.0
+        if held and not self._held:
+            self.log(words.HELD[status.state])
+        self._held = held
+        if self._stood > self.patience:
+            raise DeviceHeld(
+                f"The plotter has been on hold ({status.state}) for {self._stood:.0f} s, and nobody let it go on: "
+                "somebody has held it, or a command came over wrong."
+            )
+
     def _look(self, status: Status) -> None:
         """Make sense of a state: at rest although lines are unanswered, something was lost."""
         self._asked = False
         if status.state == "Alarm":
             raise DeviceAlarm("The plotter is locked after an alarm: bring it back to its zero and start again.")
-        held = status.state in words.HELD
-        if held and not self._held:
-            self.log(words.HELD[status.state])
-        self._held = held
         if status.state != "Idle" or not self._under_way:
             self._waited = 0.0
         if self._waited > self.timeout:

@@ -3,6 +3,10 @@
 GRBL has no checksums: a digit that comes over wrong is still a place to go to.  So every report is held against the way
 of the commands under way; and since the place lies on the way of the command that is being executed, all before the
 first command whose way leads past it have been executed.
+
+Places are told each from the one before, so a command that came over wrong shifts all that follow.  A shift along the
+way is not seen as long as that is straight: what was executed is proven when the machine has been seen on two ways
+since that lead across each other.
 """
 
 from __future__ import annotations
@@ -17,7 +21,9 @@ import numpy as np
 Place = tuple[float, float, float]
 
 _NEAR = 0.03  # mm; what rounding to steps and to three digits makes of a place on the way
-_FAR = 0.2  # mm from the way at which something is wrong
+FAR = 0.1  # mm from the way at which something is wrong
+_ACROSS = 0.5  # sine of the angle between two ways, from which a shift along one of them is seen from the other
+_REMEMBERED = 200  # looks
 _WORD = re.compile(rb"([GMXYZS])(-?\d*\.?\d+)")
 
 
@@ -42,6 +48,10 @@ class Track:
     ----------
     at : where the machine stands, mm, in the coordinates of the program.
     span : least and greatest value of the spindle other than 0 (``$31``, ``$30``).
+
+    Attributes
+    ----------
+    proven : how many commands have been executed and found right.
     """
 
     def __init__(self, at: Place, span: tuple[float, float] = (0.0, 1000.0)) -> None:
@@ -49,9 +59,11 @@ class Track:
         self._power, self._on, self._relative = 0.0, False, False
         self._ways: deque[Way] = deque()
         self._power_is_told = False
+        self.proven = 0
+        self._seen: deque[tuple[int, float, float]] = deque(maxlen=_REMEMBERED)  # commands executed; direction
 
-    def send(self, number: int, line: bytes) -> None:
-        """A command is sent."""
+    def send(self, number: int, line: bytes) -> bool:
+        """A command is sent; whether it moves the pen."""
         letters = {match.group(1): float(match.group(2)) for match in _WORD.finditer(line)}
         codes = {match.group(0) for match in _WORD.finditer(line) if match.group(1) in b"GM"}
         before, was = self.at, self._shown()
@@ -65,6 +77,7 @@ class Track:
         self._on = (self._on or b"M3" in codes) and b"M5" not in codes
         self._power = letters.get(b"S", self._power)
         self._ways.append(Way(number, before, self.at, (was, self._shown())))
+        return was != self._shown() or before[2] != self.at[2]
 
     def _shown(self) -> float:
         """The value of the spindle as it is reported."""
@@ -98,15 +111,32 @@ class Track:
         None: it has strayed from the way of all commands under way, or its spindle has a value none of them gives it.
         """
         if not self._ways:
-            return None if math.dist(place, self.at) > _FAR else taken
+            return None if math.dist(place, self.at) > FAR else taken
         begin, end = (np.array(ends) for ends in zip(*((way.begin, way.end) for way in self._ways), strict=True))
         off = _distance(begin, end, place)
         near = off <= _NEAR
-        if off.min() > _FAR or self._wrong_power(near, power):
+        if off.min() > FAR or self._wrong_power(near, power):
             return None
         if not near.any():  # the beginning of a stray way, perhaps
             return self._ways[0].number
-        return max(self._ways[int(np.argmax(near))].number, self._behind(taken, in_hand))
+        first = self._ways[int(np.argmax(near))]
+        executed = max(first.number, self._behind(taken, in_hand))
+        self._prove(executed, first)
+        return executed
+
+    def _prove(self, executed: int, way: Way) -> None:
+        """It was seen on a way when so many commands were executed."""
+        x, y = way.end[0] - way.begin[0], way.end[1] - way.begin[1]
+        length = math.hypot(x, y)
+        if length <= _NEAR:
+            return
+        x, y = x / length, y / length
+        across = [before for before, a, b in self._seen if abs(a * y - b * x) >= _ACROSS]
+        if across:
+            self.proven = max(self.proven, across[-1])
+            while self._seen and self._seen[0][0] <= self.proven:
+                self._seen.popleft()
+        self._seen.append((executed, x, y))
 
     def _wrong_power(self, near: np.ndarray, power: float | None) -> bool:
         """Whether the spindle differs from what it has on every way nearby; only once it has been seen to be told."""

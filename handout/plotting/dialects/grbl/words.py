@@ -46,10 +46,10 @@ ALARMS: dict[int, str] = {
 }  # fmt: skip
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 MARK = b"F600\n"  # a feed tells one that has been driven from one that has restarted
+SLEEP = b"$SLP\n"  # motors off
 HELD = {
-    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button).",
+    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button); Ctrl-C ends the plot.",
     "Door": "The plotter stands because its safety door is open; close it and press its cycle-start button (~).",
-    "Sleep": "The plotter is asleep, its motors without power: switch it off and on, and start again.",
     "Tool": "The plotter waits for a change of tool; confirm it on the plotter.",
 }
 
@@ -220,33 +220,70 @@ def pause(seconds: float) -> bytes:
     return f"G4P{_number(seconds)}\n".encode()
 
 
-def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
+def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False) -> Iterator[Command]:
     """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
 
     What a controller remembers is not repeated: the motion word, an axis that does not change, the feed, the pen.
+
+    absolute : every place is told as it is.  If not, every place but the first is told from the one before (G91): one
+        that comes over wrong displaces all that follow, so that every later report of the place tells.
     """
     yield from (Command(line, 0) for line in MODES)
     down: bool | None = None
-    motion = x = y = z = feed = ""
+    told = _Told(absolute)
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                *first, last = pen(block.down, profile.pen)
+                *first, last = told.pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
-                feed, z = ("" if profile.pen.lift != "servo" else feed), ""
-                if profile.pen.lift == "command":  # whose lines may change them all
-                    motion = x = y = ""
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
-            words = [("G1", motion), (f"X{_number(block.x)}", x), (f"Y{_number(block.y)}", y)]
-            words += [(z if block.z is None else f"Z{_number(block.z)}", z), (f"F{_number(block.feed, 1)}", feed)]
-            yield Command(("".join(word for word, before in words if word != before) + "\n").encode(), index + 1)
-            (motion, _), (x, _), (y, _), (z, _), (feed, _) = words
-    yield from (Command(line, len(blocks)) for line in closing())
+            yield Command(told.move(block), index + 1)
+    yield from (Command(line, len(blocks)) for line in [*told.back(), *closing()])
+
+
+class _Told:
+    """What the machine remembers of the lines before; places in thousandths of a millimetre, as they are told."""
+
+    def __init__(self, absolute: bool) -> None:
+        self.absolute, self.relative = absolute, False
+        self.at: dict[str, int] = {}
+        self.motion = self.feed = ""
+
+    def pen(self, down: bool, profile: PenProfile) -> list[bytes]:
+        """The pen is moved, to a height that is told as it is."""
+        lines = pen(down, profile)
+        if profile.lift == "z":
+            self.at["Z"] = round(1000 * (profile.down if down else profile.up))
+        if profile.lift == "command":  # whose lines may change all of it
+            self.at, self.motion = {}, ""
+        self.feed = self.feed if profile.lift == "servo" else ""
+        return lines if profile.lift == "servo" else [*self.back(), *lines]
+
+    def back(self) -> list[bytes]:
+        """Places are told as they are."""
+        was, self.relative = self.relative, False
+        return [b"G90\n"] if was else []
+
+    def move(self, block: Move) -> bytes:
+        """A line to a place."""
+        there = {"X": round(1000 * block.x), "Y": round(1000 * block.y)}
+        there |= {} if block.z is None else {"Z": round(1000 * block.z)}
+        changed = {axis: to for axis, to in there.items() if to != self.at.get(axis)}
+        relative = not self.absolute and there.keys() <= self.at.keys()
+        words = ["G91"] if relative and not self.relative else ["G90"] if self.relative and not relative else []
+        words += [] if self.motion == "G1" else ["G1"]
+        for axis, to in changed.items():
+            words.append(axis + _number((to - self.at[axis] if relative else to) / 1000))
+        feed = f"F{_number(block.feed, 1)}"
+        words += [] if feed == self.feed else [feed]
+        self.at |= there
+        self.motion, self.feed, self.relative = "G1", feed, relative
+        return ("".join(words) + "\n").encode()
 
 
 def _number(value: float, digits: int = 3) -> str:

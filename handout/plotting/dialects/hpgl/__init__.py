@@ -15,7 +15,7 @@ program = words.program
 
 def file(plan: Plan, profile: Plotter) -> bytes:
     """The instructions, one a line: plotters pass over ends of lines.  HP-GL has no comments."""
-    return b"".join(command.data + b"\n" for command in program(plan.blocks, profile))
+    return b"".join(command.data + b"\n" for command in program(plan.blocks, profile, absolute=True))
 
 
 def set_pen(pen: Pen, value: float) -> list[bytes]:

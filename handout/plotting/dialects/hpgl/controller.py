@@ -13,20 +13,24 @@ Source: the manuals of the HP 7470A and 7475A (device control instructions, soft
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections import deque
 from collections.abc import Callable
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Heard, Log, unheard
+import numpy as np
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent, InputError
+from handout.plotting import bed
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.hpgl import words
+from handout.plotting.dialects.hpgl.meant import Meant
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
-_UNPROVEN = 40  # instructions after which it is asked, with the pen lifted, whether it understood them
 _GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
@@ -35,13 +39,15 @@ _LONGEST = 15.0  # s that one instruction may take, at the least velocity
 _DREGS = 40  # moments in which old answers are listened for
 _ANSWER = 80  # bytes that no answer has
 _NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
+_STARTED = "The plotter was switched off and on in between: load its paper as it was, and check its power."
 _CHECKED = 16  # questions for room between two for errors of the line
 
 
+_STATE = re.compile(rb"(?<![\d,])(\d+)[\r\n]")  # a number alone on its line
 _END = re.compile(rb"[\r\n]")
 
 
-class HpglController:
+class HpglController(Buttonless):
     """A plotter that is connected and ready; a `Controller`.
 
     size : bytes its buffer holds; model : what it calls itself; restarted : whether it was off since its last plot.
@@ -52,7 +58,9 @@ class HpglController:
         self.timeout = float(profile.port.timeout)
         self.size, self.model, self.restarted = profile.port.buffer, "", False
         self.sent = self.taken = self.executed = 0
-        self._understood = 0  # instructions of which it is known that none was damaged
+        self.proven, self.spoilt, self.patience = 0, False, math.inf
+        self._stood = 0.0  # s that it has been on hold
+        self._meant = Meant()
         self.queued: int | None = None
         self.listener: Callable[[Heard], None] = unheard
         self.silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
@@ -68,8 +76,11 @@ class HpglController:
 
     def send(self, data: bytes) -> None:
         """Write an instruction as soon as there is room for it."""
+        if data.startswith(words.PEN_DOWN):
+            self.finish()  # it stands with its pen lifted: what was drawn before is proven, and it has not started anew
         while self._room < len(data):
             self.wait()
+        self._meant.send(data)
         self.port.write(data)
         self.sent += 1
         self._bytes += len(data)
@@ -78,8 +89,8 @@ class HpglController:
         if data == words.START:
             self.started()
             self.restarted = False
-        elif data == words.PEN_UP and self.sent - self._understood > _UNPROVEN:
-            self.finish()
+        elif data.startswith(words.PEN_DOWN):
+            self._look()  # while it is lowered: one that starts anew between the two draws no more than it has
 
     def wait(self) -> None:
         """Ask how far it is; if that is hardly farther than before, wait a moment."""
@@ -95,32 +106,54 @@ class HpglController:
         """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
         while self._ends:
             self._look()
-            if self._ends:
-                self._rest()
-        self._place(self._patience)
-        self._check_line()
-        number = int(self.ask(words.ERROR)[0])
-        if number:
-            self.executed = self._understood
-            raise DeviceGarbled(
-                f"The plotter reports {words.error(number)}: something was damaged on the way, and what it drew last "
-                "may be wrong; check the cable."
-            )
+            if len(self._ends) <= 1:  # the question that follows waits for the last one by itself
+                break
+            self._rest()
+        self._prove()
         self._settled()
-        self._understood = self.sent
+        self.proven = self.sent
+
+    def _prove(self) -> None:
+        """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""
+        x, y, down = self._place(self._patience + _LONGEST)
+        status = int(self.ask(words.STATUS)[0])
+        if status & words.STARTED:
+            self.restarted = True
+            raise DeviceAlarm(_STARTED)
+        if status & words.WRONG:
+            raise DeviceGarbled(
+                f"The plotter reports {words.error(int(self.ask(words.ERROR)[0]))}: something was damaged on the way, "
+                "and what it drew last may be wrong; check the cable."
+            )
+        if down or self._meant.is_missed(x, y):
+            raise DeviceGarbled(
+                f"The plotter stands at {x:.0f}, {y:.0f} units{' with its pen down' if down else ''} and not as it was "
+                "told: a command came over wrong, and what it drew last may be wrong; check the cable."
+            )
 
     def _rest(self) -> None:
         """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
         self.port.read(_MOMENT)
         self.check_state()
         self._still = 0.0 if self._held else self._still + _MOMENT
+        self._stands(_MOMENT)
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
             )
 
+    def _stands(self, seconds: float) -> None:
+        """Time has passed; DeviceHeld if it has been on hold for too long by now."""
+        self._stood = self._stood + seconds if self._held else 0.0
+        if self._stood > self.patience:
+            raise DeviceHeld(
+                f"The plotter has been on hold for {self._stood:.0f} s, and nobody pressed VIEW (or PAUSE) again."
+            )
+
     def _settled(self) -> None:
         """It stands, with nothing left to do."""
+        self._ends.clear()
+        self._read = self._bytes
         self._read_moves.clear()
         self.executed = self.taken = self.sent
         self.queued = 0
@@ -141,6 +174,10 @@ class HpglController:
                 self.drop()
             self.port.write(words.PEN_UP)
             if not self._place(self._patience)[2]:
+                wrong = self.ask(words.ERROR) != (0,)
+                self.spoilt = wrong and not self.restarted  # which leaves half an instruction
+                if self.restarted:
+                    self.port.write(words.START)  # whoever asks next is to hear of it too
                 return
         except DeviceError:
             pass
@@ -160,6 +197,23 @@ class HpglController:
         self.port.write(words.PEN_UP + words.travel(x, y, self.profile))
         self._place(self._patience)
         self.restarted = False
+
+    def pen(self, down: bool) -> None:
+        """A pen is fetched first, to be lowered."""
+        self.port.write(words.fetching(self.profile) + words.PEN_DOWN if down else words.PEN_UP)
+        self._place(self._patience)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """It always knows where it stands."""
+        x, y, _ = self._place(self._patience)
+        per_mm = self.profile.limits.steps_per_mm
+        there = (x / per_mm + dx, y / per_mm + dy)
+        bed.check(np.array([there]), self.profile, "a shorter way")  # it would stop at its edge, without a word
+        self.go(*there)
+
+    def release(self) -> None:
+        """There is no word for it."""
+        raise InputError("An HP-GL plotter has no command that switches its motors off: use its own switch.")
 
     def started(self) -> None:
         """From now on, a plotter that says it was started has been off in between."""
@@ -203,7 +257,6 @@ class HpglController:
     def _check_line(self) -> None:
         number = int(self.ask(words.LINE_ERROR)[0])
         if number in (15, 16):
-            self.executed = self._understood
             raise DeviceGarbled(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
         if number:
             self.log(f"The plotter reports {words.line_error(number)}.")
@@ -216,10 +269,25 @@ class HpglController:
                 "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
                 "the lever."
             )
-        held = bool(state & words.VIEWING)
+        self._note_hold(bool(state & words.VIEWING))
+
+    def _note_hold(self, held: bool) -> None:
         if held and not self._held:
             self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
         self._held = held
+
+    def _is_viewed(self) -> bool:
+        """Whether it is on hold, where it still owes an answer, which may come first."""
+        self.port.write(words.STATE)
+        waited = 0.0
+        while waited < self.timeout:
+            fresh = self.port.read(_GLANCE)
+            self._partial, waited = self._partial + fresh, waited + (0.0 if fresh else _GLANCE)
+            if found := _STATE.search(self._partial):
+                self._partial = self._partial[: found.start()] + self._partial[found.end() :]
+                self._note_hold(bool(int(found.group(1)) & words.VIEWING))
+                return self._held
+        return False
 
     def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
         """So many numbers that it answers."""
@@ -248,7 +316,10 @@ class HpglController:
         while not (end := _END.search(self._partial)):
             if len(self._partial) > _ANSWER or (waited > patience and self._partial):
                 raise DeviceSilent(_NO_PLOTTER)
-            if waited > patience:
+            if waited > patience and question.startswith(b"O") and self._is_viewed():
+                self._stands(waited)
+                waited = 0.0
+            elif waited > patience:
                 raise DeviceSilent(
                     f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
                     "to this port, and its baud rate."
@@ -259,8 +330,6 @@ class HpglController:
         answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
         if self._marked and end.group() == b"\r":
             self.restarted, self._marked = True, False
-            raise DeviceAlarm(
-                "The plotter was switched off and on in between: load its paper as it was, and check its power."
-            )
+            raise DeviceAlarm(_STARTED)
         self._marked |= question == words.STATE and end.group() == b"\n"
         return answer.strip()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from handout.plotting.blocks import Block, Move, Pause, Pen
 from handout.plotting.dialect import Command
@@ -21,10 +21,10 @@ LISTEN = b"\x1b.(\x1b.R\x1b.@;0:"  # hear this port; as after power-on; no hands
 MARKED = b"\x1b.M;;;10:"  # from now on answers end with a line feed; once it has been off, with a carriage return again
 POSITION, ERROR, LIMITS, WHO = b"OA;", b"OE;", b"OH;", b"OI;"  # answered when all before them has been obeyed
 STATUS = b"OS;"
-START, PEN_UP = b"IN;", b"PU;"
+START, PEN_UP, PEN_DOWN = b"IN;", b"PU;", b"PD;"
 
 VIEWING, LEVER = 16, 32  # bits of ESC.O
-STARTED = 8  # bit of OS: it has been switched on, or told IN, since it was last asked
+DOWN, STARTED, WRONG = 1, 8, 32  # bits of OS; STARTED: switched on, or told IN, since it was last asked
 
 _LONGEST = 40  # bytes of an instruction; long lists overflow parsers
 _INK = 3.0  # mm that an instruction draws, or one vector: it is known to be drawn only as a whole
@@ -98,7 +98,12 @@ def velocity(block: Move) -> str:
 
 def opening(profile: Plotter) -> list[bytes]:
     """As after power-on, in the direction the profile says, and a pen in the holder."""
-    return [START, *turning(profile), f"SP{profile.hpgl.pen};".encode(), PEN_UP]
+    return [START, *turning(profile), fetching(profile), PEN_UP]
+
+
+def fetching(profile: Plotter) -> bytes:
+    """A pen comes into the holder, if it is not there."""
+    return f"SP{profile.hpgl.pen};".encode()
 
 
 def turning(profile: Plotter) -> list[bytes]:
@@ -111,41 +116,81 @@ def closing(profile: Plotter) -> list[bytes]:
     return [PEN_UP, b"SP0;"] if profile.hpgl.pens > 1 else [PEN_UP]
 
 
-def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
+def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False) -> Iterator[Command]:
     """All instructions of a plan, none longer than 40 bytes.
 
     A velocity is only sent where it changes, and only for the pen that is down: with the pen lifted a plotter moves as
     fast as it can.  There is no instruction for a rest of the pen: a dot is as long as the plotter's own lifting.
+
+    absolute : as other programs write it, places on the sheet in instructions that lower the pen (PD).  If not, every
+        place but the first is told from the one before (PR), so that one that comes over wrong displaces all that
+        follow and the place at the end tells; and only one instruction of a stroke lowers the pen, so that what comes
+        to a plotter that has started anew draws nothing.
     """
     yield from (Command(data, 0) for data in opening(profile))
-    down, speed, points, done = False, "", "", 0
-    at, ink = (0.0, 0.0), 0.0
+    stroke = _Stroke(profile, absolute)
+    down, speed, done = False, "", 0
     for index, block in enumerate(blocks):
         if isinstance(block, Pause):
             continue
-        point = length = None
-        if isinstance(block, Move):
-            point, length, at = _point(block, profile), math.dist(at, block[:2]), block[:2]
+        moves = isinstance(block, Move)
         faster = isinstance(block, Move) and down and velocity(block) != speed
-        full = point is None or len(points) + len(point) + 4 > _LONGEST or ink + (length or 0.0) > _INK
-        if points and (full or faster):
-            yield Command(f"PD{points};".encode(), done)
-            points, ink = "", 0.0
+        if stroke.points and (not moves or faster or not stroke.fits(cast(Move, block))):
+            yield Command(stroke.taken(), done)
         if isinstance(block, Pen):
             down = block.down
-            yield Command(b"PD;" if down else PEN_UP, index + 1)
+            yield Command((PEN_DOWN if down else PEN_UP) * (1 if absolute else 2), index + 1)
         elif isinstance(block, Move) and not down:
-            yield Command(travel(block.x, block.y, profile), index + 1)
+            yield Command(stroke.travel(block), index + 1)
         elif isinstance(block, Move):
             if faster:
                 speed = velocity(block)
                 yield Command(f"VS{speed};".encode(), index)
-            points, ink = f"{points},{point}".lstrip(","), ink + (length or 0.0)
+            stroke.add(block)
         done = index + 1
-    if points:
-        yield Command(f"PD{points};".encode(), done)
+    if stroke.points:
+        yield Command(stroke.taken(), done)
     yield from (Command(data, len(blocks)) for data in closing(profile))
 
 
-def _point(block: Move, profile: Plotter) -> str:
-    return f"{units(block.x, profile)},{units(block.y, profile)}"
+class _Stroke:
+    """What the pen draws, as the next instruction will tell it."""
+
+    def __init__(self, profile: Plotter, absolute: bool) -> None:
+        self.profile, self.absolute = profile, absolute
+        self.points = ""
+        self._ink = 0.0
+        self._at = (0.0, 0.0)  # mm
+        self._unit: tuple[int, int] | None = None  # the same as it was told
+
+    def fits(self, block: Move) -> bool:
+        """Whether the instruction can hold one more place."""
+        more = math.dist(self._at, block[:2])
+        return len(self.points) + len(self._point(block)) + 4 <= _LONGEST and self._ink + more <= _INK
+
+    def add(self, block: Move) -> None:
+        """Draw on to a place."""
+        self.points = f"{self.points},{self._point(block)}".lstrip(",")
+        self._ink += math.dist(self._at, block[:2])
+        self._go(block)
+
+    def taken(self) -> bytes:
+        """The instruction with all places so far."""
+        told, self.points, self._ink = self.points, "", 0.0
+        return f"{'PD' if self.absolute else 'PR'}{told};".encode()
+
+    def travel(self, block: Move) -> bytes:
+        """The pen goes to a place, lifted."""
+        first, told = self._unit is None, self._point(block)
+        self._go(block)
+        if self.absolute:
+            return f"PU{told};".encode()
+        return f"{'PA' if first else 'PR'}{told};".encode()
+
+    def _point(self, block: Move) -> str:
+        x, y = units(block.x, self.profile), units(block.y, self.profile)
+        before = (0, 0) if self.absolute or self._unit is None else self._unit
+        return f"{x - before[0]},{y - before[1]}"
+
+    def _go(self, block: Move) -> None:
+        self._at, self._unit = block[:2], (units(block.x, self.profile), units(block.y, self.profile))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from handout.errors import DeviceError
+from handout.errors import DeviceError, DeviceSilent
 from handout.plotting.blocks import Move, Pen
-from handout.plotting.dialect import Heard, Log, unheard
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.marlin import connecting, words
 from handout.plotting.dialects.marlin.held import Held
 from handout.plotting.dialects.marlin.link import Line, Link
@@ -21,7 +21,7 @@ _DROPS = 1.05  # s after M410 in which it takes no moves
 _NOTICED = 1.0  # s of motion to come that a person who stops it is told of
 
 
-class Marlin:
+class Marlin(Buttonless):
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
@@ -30,6 +30,7 @@ class Marlin:
         self.queued: int | None = None
         self.listener: Callable[[Heard], None] = unheard
         self.silent = ""
+        self.spoilt = False
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
@@ -61,6 +62,20 @@ class Marlin:
             self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
         self.listener(Heard(self.taken, self.executed, self.queued))
+
+    @property
+    def patience(self) -> float:
+        """As the link has it."""
+        return self.link.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.link.patience = seconds
+
+    @property
+    def proven(self) -> int:
+        """All that is executed: every line has its number and its check sum."""
+        return self.executed
 
     def wait(self) -> None:
         """Hear what it says next.
@@ -97,6 +112,7 @@ class Marlin:
         """
         link = self.link
         link.timeout = min(link.timeout, _HURRY)
+        link.go_on()
         try:
             self._come_to_rest()
             for line in [*words.MODES[:2], *words.pen(False, self.profile.pen), *words.closing()]:
@@ -154,4 +170,22 @@ class Marlin:
         """As the beginning of a program would."""
         way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
         for command in words.program(way, self.profile):
-            self.link.ask(command.data)
+            if command.data != words.HERE:  # where it stands is no zero
+                self.link.ask(command.data)
+
+    def pen(self, down: bool) -> None:
+        """As between two strokes."""
+        for line in [*words.MODES[:2], *words.pen(down, self.profile.pen), *words.closing()]:
+            self.link.ask(line)
+
+    def jog(self, dx: float, dy: float) -> None:
+        """From where it says that it is, homed or not."""
+        place = next((reply for reply in self.link.ask(words.WHERE) if isinstance(reply, Position)), None)
+        if place is None:
+            raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
+        self.go(place.x + dx, place.y + dy)
+
+    def release(self) -> None:
+        """``M84``; it is left in its zero, where it is not believed to know where it is."""
+        for line in (words.STANDING, words.RELEASE, words.HERE):
+            self.link.ask(line)

@@ -12,11 +12,12 @@ behind its number.  What comes after that is a command without a number, which M
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from handout.errors import DeviceAlarm, DeviceSilent
+from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
 from handout.plotting.dialects.marlin import words
 from handout.plotting.dialects.marlin.words import (
     Busy,
@@ -37,6 +38,8 @@ _GLANCE = 0.25  # s without a word after which it is asked
 _AGAIN = 1.0  # s between two questions
 _BUSY = 2.5  # s without a word from a machine that says every 2 s that it is busy
 _SETTLE = 0.05  # s without a word after which all that was under way has been judged
+_STUCK = 4  # times the time-out that it may answer without getting on
+_LONGEST = 600.0  # s that it may say that it is busy with one command, besides the time its moves take
 _KEPT = 64  # lines that are remembered after they were worked through
 _PATIENCE = 40  # times in a row that it may ask for the same line; one damaged line makes up to four
 _MANY = 20  # lines sent again after which the user is told
@@ -72,6 +75,7 @@ class Link:
     window : lines that may be under way.
     echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
     again : how many lines were sent more than once.
+    patience : s that it may wait for a person.
     grace : how long it may be silent besides `timeout` because it moves, s.
     struck : it has stopped by itself in the middle of what it had in hand; restarted : it has started anew.
     """
@@ -79,6 +83,7 @@ class Link:
     def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None], worked: Worked) -> None:
         self.port, self.buffer, self.timeout, self.log, self._worked = port, buffer, timeout, log, worked
         self.window, self.echoes, self.again, self.grace = 1, True, 0, 0.0
+        self.patience = math.inf
         self.struck = self.restarted = False
         self._partial = b""
         self._quiet = self._prodded = 0.0
@@ -93,6 +98,8 @@ class Link:
         self._lines: deque[Line] = deque()
         self._last = self._done = self._told = number  # written; worked through; told to `worked`
         self._next = number + 1  # the next to write; at most _last + 1, less when lines are sent again
+        self._placed = False  # whether a question for its place was answered since anything else was written
+        self._stuck = self._busy = self._paused = 0.0  # s since it got on: without a word of being busy; in all; paused
         self._skip = 0  # answers to come that acknowledge nothing
         self._asked, self._times = -1, 0
 
@@ -154,6 +161,7 @@ class Link:
 
     def _write(self, line: Line) -> None:
         self._next = line.number + 1
+        self._placed &= line.data == words.WHERE
         self.port.write(line.framed)
 
     def _line(self, number: int) -> Line:
@@ -177,6 +185,10 @@ class Link:
         glance = min(_GLANCE, self.timeout / 2)
         while not (replies := self.replies(glance)):
             self._quiet += glance
+            self._wait(glance)
+            if self._is_told():
+                self._up_to(self._last, Ok())
+                return
             if self._quiet > self.timeout + self.grace:
                 raise DeviceSilent(
                     f"The plotter has not answered for {self._quiet:g} s: check its cable and its power, "
@@ -194,6 +206,39 @@ class Link:
             replies = self.replies(_SETTLE) if self._settling else []
         self._settling = False
 
+    def _is_told(self) -> bool:
+        """Whether only questions for its place are open, of which one was answered: it is silent, so all were.
+
+        They wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost, the
+        controller will ask for it.
+        """
+        open_ = [line for line in self._lines if line.number > self._done]
+        return self._placed and bool(open_) and all(line.data == words.WHERE for line in open_)
+
+    def _wait(self, seconds: float) -> None:
+        """Time passes in which it does not get on; DeviceSilent, or DeviceHeld, when that was too much."""
+        if self._waiting:
+            self._paused += seconds
+            if self._paused > self.patience:
+                raise DeviceHeld(
+                    f"The plotter has waited {self._paused:.0f} s for somebody to press its button, and nobody did."
+                )
+            return
+        self._stuck, self._busy = self._stuck + seconds, self._busy + seconds
+        if self._stuck > _STUCK * self.timeout + self.grace:
+            raise DeviceSilent(
+                f"The plotter answers but has not worked through what it was sent for {self._stuck:.0f} s: something "
+                "was lost on the way; use a shorter or shielded cable."
+            )
+        if self._busy > _LONGEST + self.grace:
+            raise DeviceSilent(f"The plotter has said for {self._busy:.0f} s that it is busy: switch it off and on.")
+
+    def go_on(self) -> None:
+        """Press its button for it, as far as that can be done; it may wait no longer than for an answer."""
+        if self._waiting:
+            self.port.write(b"\n" + words.GO_ON)
+        self.patience, self._waiting, self._paused = self.timeout, False, 0.0
+
     def _prod(self) -> None:
         """End a line that may have lost its own end; and if that does not help, ask something harmless.
 
@@ -205,7 +250,7 @@ class Link:
             self.port.write(b"\n")
         elif self._next <= self._last:
             self._write(self._line(self._next))
-        elif self.under_way and self._lines[-1].data == words.WHERE:
+        elif self.under_way and self._lines[-1].data == words.WHERE and self._asked != self._last + 1:
             self._write(self._lines[-1])
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
@@ -225,9 +270,11 @@ class Link:
             asked = next((each for each in self._lines if each.number > self._done and each.data == words.WHERE), None)
             if asked is not None:
                 self._up_to(asked.number - 1, Ok())
+                self._placed = True
         elif isinstance(reply, Unknown):
             self._unknown(reply)
         elif isinstance(reply, Busy):
+            self._stuck = 0.0
             if reply.waits_for_person and not self._waiting:
                 self.log("The plotter waits for somebody to press its button, and goes on then.")
             self._waiting = reply.waits_for_person
@@ -241,6 +288,7 @@ class Link:
         if not self._done < number < self._next:
             return
         self._waiting = False
+        self._stuck = self._busy = self._paused = 0.0
         while self._done < number:
             self._done += 1
             if self._done > self._told:

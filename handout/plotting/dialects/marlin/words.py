@@ -27,7 +27,8 @@ SETTINGS = b"M503\n"
 NUMBER = b"M110\n"
 HERE = b"G92X0Y0\n"  # the pen stands at zero
 LEVEL = b"G92Z0\n"  # and its Z axis
-STOP_DEAD = b"M410\n"
+STOP_DEAD, GO_ON = b"M410\n", b"M108\n"
+RELEASE = b"M84\n"  # motors off
 LONGEST = 95  # bytes of a line that Marlin keeps (MAX_CMD_SIZE); the rest is cut off silently
 # Millimetres, absolute; no percentage from the knob; no slower segments when the queue runs low; motors stay powered
 # while a person changes a pen, or their place would be lost.

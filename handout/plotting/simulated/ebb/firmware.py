@@ -17,11 +17,13 @@ _DEFAULT = (2, 8, 1)
 _SINCE = {
     "XM": (2, 3, 0), "LM": (2, 5, 3), "LT": (2, 7, 0), "HM": (2, 6, 2), "QM": (2, 4, 4), "ES": (2, 2, 7),
     "QS": (2, 4, 3), "CS": (2, 4, 3), "SR": (2, 6, 0), "QC": (2, 2, 3), "QG": (2, 6, 1), "QE": (2, 8, 0),
+    "QB": (1, 9, 2),
 }  # fmt: skip
 _MOTION = ("SM", "XM", "LM", "LT", "HM")
 _PLOTS = frozenset({*_MOTION, "SP"})
 _MODES = {1: 16, 2: 8, 3: 4, 4: 2, 5: 1}
 _LONGEST_FIFO = 32
+_PRESSED_AGAIN = 20.0  # s
 
 
 class Refused(Exception):
@@ -47,6 +49,8 @@ class Firmware:
         self.now = 0.0
         self.read_time = 0.0003
         self.uniform = False
+        self._until_pressed = options.after if options.fault == "button" else -1
+        self._presses: list[float] = []  # when its button is pressed and nobody has heard of it yet
         self._settings: dict[int, int] = {}
         self._mode = 1
         self._moves: dict[str, Callable[[list[int]], Job]] = {
@@ -57,6 +61,7 @@ class Firmware:
             "QS": lambda _: "{},{}".format(*self.engine.counted(self.now)),
             "QE": lambda _: "{},{}".format(*(_MODES[self._mode] * on for on in self.engine.enabled)),
             "QP": lambda _: str(int(self.engine.pen_up)),
+            "QB": lambda _: str(int(self._was_pressed())),
             "ES": self._es,
         }
 
@@ -102,6 +107,15 @@ class Firmware:
         """Whether the queue has "room", or the motors are at "rest"."""
         return self.engine.room if wait == "room" else not self.engine.busy
 
+    def press(self) -> None:
+        """Someone presses its button, and again after a while."""
+        self._presses = [self.now, self.now + _PRESSED_AGAIN]
+
+    def _was_pressed(self) -> bool:
+        """Whether it has been pressed since it was asked last."""
+        before, self._presses = self._presses, [at for at in self._presses if at > self.now]
+        return len(self._presses) < len(before)
+
     def refuse(self) -> None:
         """A step rate it cannot make."""
         self._error("", "!0 Err: <axis1> step rate > 25K steps/second.")
@@ -112,12 +126,19 @@ class Firmware:
             self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
 
+    def hold(self) -> None:
+        """Its button stops nothing by itself."""
+
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""
         text = line.decode("latin-1").strip().upper()
         if not text:
             return
         name, *fields = text.split(",")
+        if name in _PLOTS and self._until_pressed >= 0:
+            self._until_pressed -= 1
+            if self._until_pressed < 0:
+                self.press()
         try:
             numbers = [_number(field) for field in fields]
             if self.version < _SINCE.get(name, (0, 0, 0)):
@@ -169,7 +190,7 @@ class Firmware:
             self._put("QM,{},{},{},{}".format(*self._flags()) + ("\n" if self.uniform else "\n\r"))
         elif name == "QG":
             command, one, two, queue = self._flags()
-            byte = self.engine.pen_up << 4 | command << 3 | one << 2 | two << 1 | queue
+            byte = self._was_pressed() << 5 | self.engine.pen_up << 4 | command << 3 | one << 2 | two << 1 | queue
             self._put(("QG," if self.uniform else "") + f"{byte:02X}" + self._end)
         elif name in ("SC", "CU", "EM", "CS", "SR"):
             self._set(name, numbers)
@@ -313,7 +334,7 @@ def _number(field: str) -> int:
     if not field:
         raise Refused("!4 Err: Missing parameter(s)")
     digits = field[1:] if field[0] in "+-" else field
-    stray = next((char for char in digits if not char.isdigit()), None)
+    stray = next((char for char in digits if char not in "0123456789"), None)
     if stray is not None or not digits:
         raise Refused(f"!5 Err: Need comma next, found: '{stray}'")
     if not -(2**31) <= int(field) < 2**32:

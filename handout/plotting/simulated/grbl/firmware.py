@@ -26,6 +26,11 @@ _BANNERS = {
     "grblhal": "GrblHAL 1.1f ['$' or '$HELP' for help]",
     "fluidnc": "Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]",
 }
+# by how many hundredths a byte changes the share of feed and spindle; 0: back to all
+_FEEDS = {b"\x90": 0, b"\x91": 10, b"\x92": -10, b"\x93": 1, b"\x94": -1}
+_SPINDLES = {b"\x99": 0, b"\x9a": 10, b"\x9b": -10, b"\x9c": 1, b"\x9d": -1}
+_RAPIDS = {b"\x95": 100, b"\x96": 50, b"\x97": 25}
+_DOOR = b"\x84"
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 
 
@@ -49,7 +54,14 @@ class Firmware:
         self.queue.clear(self._steps())
         self.stepper = Stepper(self.queue, paper.moved)
         self.locked = self.settings.homes
-        self.dead = False  # after a limit: deaf to all but a reset
+        self.dead = False  # after a limit, or asleep: deaf to all but a reset
+        self.asleep = False  # its motors are off
+        self._begin()
+
+    def _begin(self) -> None:
+        """As after every start: nothing is held, and all is as fast and as strong as it is told."""
+        self.paused = self.door = False  # by M0, by the safety door
+        self.shares = {"feed": 100, "rapid": 100, "spindle": 100}
 
     def say(self, line: str) -> None:
         """Answer with a line."""
@@ -79,9 +91,11 @@ class Firmware:
         self.stepper.start(self.now)
 
     def ready(self, wait: str) -> bool:
-        """Whether the queue has "room", the machine is at "rest", or "still" in a hold."""
+        """Whether the queue has "room", the machine is at "rest", or "still" in a hold, or M0 has been "resumed"."""
         if wait == "still":
             return not self.stepper.moving
+        if wait == "resumed":
+            return not self.paused
         self.stepper.start(self.now)
         return not (self.queue.full if wait == "room" else (self.stepper.moving or self.queue.lines))
 
@@ -95,9 +109,13 @@ class Firmware:
 
     @property
     def state(self) -> str:
+        if self.asleep:
+            return "Sleep"
         if self.locked:
             return "Alarm"
-        if self.stepper.holding:
+        if self.door:
+            return "Door:2" if self.stepper.moving else "Door:0"
+        if self.stepper.holding or self.paused:
             return "Hold:1" if self.stepper.moving else "Hold:0"
         return "Run" if self.stepper.moving else "Idle"
 
@@ -117,12 +135,13 @@ class Firmware:
             self.say("ALARM:3")
             self.locked = True
         self._forget()
-        self.dead = False
+        self.dead = self.asleep = False
         self.banner()
 
     def _forget(self) -> None:
         self._stand_still()
         self.modes, self._untold = Modes(work=self.modes.work), 0
+        self._begin()
         self._switch(0.0)
 
     def stop(self) -> None:
@@ -132,7 +151,9 @@ class Firmware:
 
     def start(self) -> None:
         """Power comes on: where it stands is its zero, and a Z axis has been cranked up and set."""
-        self.locked, self.dead, self.modes = self.settings.homes, False, Modes(work=self.modes.work)
+        self.locked, self.dead, self.asleep = self.settings.homes, False, False
+        self.modes = Modes(work=self.modes.work)
+        self._begin()
         self.paper.lifted(self.now)
         self.at = (0.0, 0.0, self.paper.at[2] / self.axes.steps[2])
         self._stand(self._steps())
@@ -158,14 +179,46 @@ class Firmware:
         if data == b"\x18":
             self.reset()
             return True
-        if not self.dead:
+        if not self.dead or self.asleep:
             if data == b"?":
                 self.say(self._status())
             elif data == b"!":
                 self.stepper.hold()
             elif data == b"~":
-                self.stepper.resume(self.now)
+                self._resume()
+            elif data == _DOOR:
+                self.door = True
+                self.stepper.hold()
+                self._switch(0.0)
+            else:
+                self._share(data)
         return False
+
+    def hold(self) -> None:
+        """As its feed-hold button does."""
+        self.urgent(b"!")
+
+    def _resume(self) -> None:
+        """Cycle start: go on after a hold, a pause or an open door."""
+        if self.door:
+            self._spin()
+        self.paused = self.door = False
+        self.stepper.resume(self.now)
+
+    def _share(self, byte: bytes) -> None:
+        """A byte that changes the share of what it is told; new moves obey."""
+        for name, table in (("feed", _FEEDS), ("spindle", _SPINDLES)):
+            if byte in table:
+                by = table[byte]
+                self.shares[name] = min(max(self.shares[name] + by, 10), 200) if by else 100
+                self._spin()
+        self.shares["rapid"] = _RAPIDS.get(byte, self.shares["rapid"])
+
+    def _spin(self) -> None:
+        """The spindle turns as it is told, by the share that is set."""
+        power = self.modes.power if self.modes.spindle else 0.0
+        if self._output or power:
+            self._switch(power * self.shares["spindle"] / 100)
 
     def _status(self) -> str:
         place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
@@ -177,6 +230,8 @@ class Firmware:
         fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self._output:.0f}")
         if not self._untold:
             fields.append("WCO:" + self._told(shift))
+        elif self._untold == 1:
+            fields.append("Ov:{feed},{rapid},{spindle}".format(**self.shares))
         self._untold = (self._untold + 1) % _SELDOM
         return f"<{self.state}|{'|'.join(fields)}>"
 
@@ -210,7 +265,7 @@ class Firmware:
             yield from self._write()
         if request.spindle:
             yield "rest"
-            self._switch(self.modes.power if self.modes.spindle else 0.0)
+            self._switch((self.modes.power if self.modes.spindle else 0.0) * self.shares["spindle"] / 100)
         if request.dwell is not None:
             yield "rest"
             yield request.dwell
@@ -225,10 +280,16 @@ class Firmware:
             if self._beyond(request.target):
                 self.alarm()
                 return
-            self.queue.add(request.target, math.inf if request.rapid else self.modes.feed / 60.0)
+            self.queue.add(
+                request.target, math.inf if request.rapid else self.modes.feed / 60.0 * self.shares["feed"] / 100
+            )
             self.at = request.target
             self.stepper.replan()
             self.stepper.prepare()
+        if request.stops:
+            yield "rest"
+            self.paused = True
+            yield "resumed"
 
     def _lift(self, line: str) -> Iterator[Wait]:
         """A line that means nothing to it but moves the pen."""
@@ -286,6 +347,10 @@ class Firmware:
             self._stand(self._steps())
         elif self.stepper.moving:
             raise Refused(8)
+        elif line == "$SLP":
+            self.asleep = self.dead = True
+            self.say("ok")
+            self.say("[MSG:Sleeping]")
         elif line == "$$":
             self._tell_settings()
         elif line == "$G":

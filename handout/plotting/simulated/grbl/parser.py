@@ -13,7 +13,7 @@ _GROUPS = {
     "G10": "other", "G28.1": "other", "G30.1": "other", "G18": "plane", "G19": "plane",
     "G17": "plane", "G20": "units", "G21": "units", "G40": "radius", "G49": "tool", "G54": "system",
     "G90": "distance", "G91": "distance", "G94": "feed",
-    "M0": "stop", "M2": "stop", "M30": "stop", "M3": "spindle", "M4": "spindle", "M5": "spindle",
+    "M0": "stop", "M1": "stop", "M2": "stop", "M30": "stop", "M3": "spindle", "M4": "spindle", "M5": "spindle",
     "M7": "coolant", "M8": "coolant", "M9": "coolant",
 }  # fmt: skip
 
@@ -60,6 +60,7 @@ class Request:
     dwell: float | None = None
     spindle: bool = False
     writes: bool = False  # into its memory, deaf meanwhile
+    stops: bool = False  # until it is told to go on (M0)
 
 
 def strip(line: str) -> str:
@@ -105,6 +106,9 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     request.spindle = "S" in words or bool({"M3", "M4", "M5", "M2", "M30"} & set(codes))
     if moves:
         request.target, request.rapid = _target(modes, given, at), motion == "G0"
+    request.stops = "M0" in codes
+    if {"M2", "M30"} & set(codes):  # the end of a program: all is as it begins
+        modes.motion, modes.relative = "G1", False
     return request
 
 

@@ -54,6 +54,7 @@ class Firmware:
         self._asked: Point = (0, 0)  # where it was told to go, which may be out of reach
         self._initialised = True
         self._ending = b"\r"  # of answers
+        self._lifts = 0.0  # s that it is at its pen before it reads the first instruction
         self._defaults()
         self._pen_down = False
 
@@ -65,6 +66,7 @@ class Firmware:
         """It finds its zero on the paper by itself when it is switched on, and the pen is lifted."""
         self._defaults()
         self._lift(False)
+        self._lifts = float(self.profile.pen.up_time)
         self._ending = b"\r"
         self.error, self.line_error, self._initialised, self.lever = 0, 0, True, False
 
@@ -123,6 +125,10 @@ class Firmware:
         """Someone presses VIEW, and again after a while."""
         self.viewing = self.now + seconds
 
+    def hold(self) -> None:
+        """VIEW is pressed, and not again."""
+        self.view(math.inf)
+
     def urgent(self, data: bytes) -> bool:
         """Obey device control; ESC.K drops the buffer and what is left of the instruction under way."""
         if len(data) < 3 or data[1:2] != b".":
@@ -159,6 +165,9 @@ class Firmware:
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey all instructions up to a semicolon."""
+        if self._lifts:
+            wait, self._lifts = self._lifts, 0.0
+            yield wait
         self._obeyed += 1
         if self._viewed == self._obeyed:
             self.view()

@@ -65,6 +65,7 @@ class Firmware:
         self._wakes = self._speaks = self._delivers = math.inf
         self._cleaning = -math.inf
         self._counted = 0
+        self._paused = False  # until somebody presses its button
 
     def say(self, line: str) -> None:
         """Answer with a line."""
@@ -95,7 +96,7 @@ class Firmware:
             self._deliver()
         if self._speaks <= self.now:
             self._speaks = self.now + _BUSY
-            self.say("echo:busy: processing")
+            self.say(f"echo:busy: {'paused for user' if self._paused else 'processing'}")
         if self._wakes <= self.now:
             self._wakes = math.inf
         self._run()
@@ -104,7 +105,9 @@ class Firmware:
         """Nothing is left to read."""
 
     def ready(self, wait: str) -> bool:
-        """Whether there is a "slot" for a command, "room" in the planner, or the machine is at "rest"."""
+        """Whether its "button" was pressed, there is a "slot" for a command, "room" in the planner, or the machine is at "rest"."""
+        if wait == "button":
+            return not self._paused
         if wait == "slot":
             return not self.reception.full
         if self.now < self._cleaning:
@@ -130,7 +133,9 @@ class Firmware:
 
     def urgent(self, data: bytes) -> bool:
         """M112 and M410 act on reception if it has been built so."""
-        if self.emergency:
+        if self.emergency and data.strip() == b"M108":
+            self._paused = False
+        elif self.emergency:
             self._emergency(data.decode("ascii").strip())
         return False
 
@@ -166,6 +171,10 @@ class Firmware:
         """Something is wrong with it."""
         self.say("Error:Heating failed, system stopped! Heater_ID: E0")
         self._emergency("M112")
+
+    def hold(self) -> None:
+        """It waits for somebody to press its button before it obeys anything more."""
+        self._paused = True
 
     def alarm(self) -> None:
         """A limit switch is hit: it stands."""
@@ -218,6 +227,8 @@ class Firmware:
         text = line[number.end() if number else 0 :].split("*")[0].strip()
         words = {letter: float(value) if value else 0.0 for letter, value in _WORD.findall(text)}
         code = re.match(r"[GM]\d+", text)
+        if self._paused:
+            yield "button"
         handler = getattr(self, f"_{code.group().lower()}", None) if code else None
         if handler is None:
             self.say(f'echo:Unknown command: "{line[number.end() if number else 0 :]}"')

@@ -1,0 +1,156 @@
+"""The pen in the chart's frame: ΔE00 of ink wanted against ink printed where the scanner's settings differ.
+
+A pen's ink is a spectrum.  It writes a page, scanned with the usual settings (the hand), and some other words in the
+frame of a chart, scanned with others.  The hand's ink goes through the match and the table to the simulated printer;
+what comes out is compared with the pen's own ink on that paper, as a scanner with the usual settings sees both and as
+the CIE 1931 observer does under D50.  A scanner is no observer, so that the second differs where both scans are alike
+too.  Ink out of the printer's reach is left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.calibrating.inks import Inks
+from handout.calibrating.reference import at_dpi
+from handout.colour import convert, gamut
+from handout.colour.applying import apply
+from handout.colour.chart import chart
+from handout.colour.drawing import render
+from handout.colour.ink_match import match
+from handout.colour.models import fit
+from handout.colour.patches import Patches
+from handout.colour.reading import Scan, read
+from handout.colour.strokes import density_of
+from handout.colour.table import build
+from handout.hand.library import find
+from handout.inking import pens
+from handout.inking.pen import rgb, usual
+from handout.motion.trace import trace
+from handout.printing.simulated import Flatbed, Inkjet, Sheet, light, stock, writer
+from handout.printing.simulated.flatbed import SETTINGS
+from handout.printing.simulated.sheet import Written
+from handout.values import Array, Raster
+from handout.writing.compose import compose
+from handout.writing.layout import Layout, page
+
+DPI, FINE = 300, 600
+_LEAST = 20  # samples in reach, to be judged at all
+PAGE = "the quick brown fox jumps over a lazy dog and thinks it had been a river, with some more words to fill the page"
+FRAME = "some words of another day"
+# lobes of density: middle, width, nm, height
+INKS = {
+    "blue": ("ballpoint", ((600, 90, 0.6), (520, 120, 0.35))),
+    "black": ("fineliner", ((550, 400, 1.25),)),
+    "blue-black": ("fountain", ((610, 70, 0.7), (500, 200, 0.35))),
+    "pencil": ("pencil", ((550, 500, 0.75),)),
+    "red": ("ballpoint", ((520, 80, 0.5), (460, 90, 0.4), (600, 200, 0.12))),
+}
+KEPT_APART = {
+    "green": ("fountain", ((650, 90, 0.55), (430, 80, 0.4), (540, 200, 0.15))),
+    "violet": ("fineliner", ((570, 90, 0.6), (430, 80, 0.25), (650, 90, 0.25))),
+    "brown": ("ballpoint", ((450, 70, 0.9), (560, 60, 0.5), (640, 80, 0.25))),
+}
+USUAL = {"same": {}, **SETTINGS}
+OTHERS = {
+    "gamma 1.6": {"gamma": 1.6}, "black .02, white .95": {"black": -0.02, "white": 1.05, "gamma": 2.4},
+    "contrast .35": {"contrast": 0.35}, "sRGB, contrast .3": {"srgb": True, "contrast": 0.3},
+}  # fmt: skip
+
+
+def main() -> None:
+    """Print both tables."""
+    table("inks, papers and settings that the method was made with", INKS, USUAL, ("cream", "white"))
+    table("others", KEPT_APART, OTHERS | {"same": {}}, ("recycled", "photo"))
+
+
+def table(name: str, inks: dict[str, object], settings: dict[str, dict[str, object]], papers: tuple[str, str]) -> None:
+    """One row for each ink and setting; `papers` are the hand's and the printer's."""
+    print(f"{name}: hand on {papers[0]}, print on {papers[1]}; ΔE00 without / with the frame: usual scanner; D50")
+    sums = []
+    for setting, values in settings.items():
+        made = calibrated(Flatbed(**values), papers[1], inks)  # type: ignore[arg-type]
+        for ink, (scanned, colours) in made.items():
+            sums.append(judged(ink, inks[ink], scanned, colours, papers))
+            print(f"  {setting:<22}{ink:<12}" + "; ".join(f"{a:6.2f} /{b:5.2f}" for a, b in sums[-1]), flush=True)
+    print(f"  {'mean':<34}" + "; ".join(f"{a:6.2f} /{b:5.2f}" for a, b in np.nanmean(sums, axis=0)))
+
+
+def spectrum(lobes: tuple[tuple[float, float, float], ...]) -> Array:
+    """(31,) density."""
+    return np.sum(
+        [height * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
+    )
+
+
+def amount(model: str, text: str, size: str, seed: int) -> NDArray[np.float32]:
+    """(h, w) how much ink a pen leaves, 1 where it is usual."""
+    hand = find("house-print")
+    layout = Layout(page(size), (1.0, 1.0, 1.0, 1.0), x_height=2.2, fit=True)
+    rng = np.random.default_rng([seed])
+    drawing = trace(compose(text, hand, layout, rng, pages=1)[0], hand, rng)
+    pen = usual(model)
+    rgba = pens.ink(drawing, FINE, pen, pens.noise({"seed": seed})).rgba
+    colour = np.asarray(rgb(pen.colour))
+    k = int(colour.argmin())
+    return np.asarray(np.log(np.maximum(1 - rgba[..., 3] * (1 - rgba[..., k]), 1e-3)) / np.log(max(colour[k], 1e-3)))
+
+
+def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, object]) -> dict[str, tuple[object, object]]:
+    """For every ink what was read of a chart on whose frame it was written, and the table."""
+    first = chart("A4").pages[0]
+    sheet = Inkjet(paper).printed(render(first, DPI), DPI)
+    made, colours = {}, None
+    for number, (ink, (model, lobes)) in enumerate(inks.items()):  # type: ignore[misc]
+        small = amount(model, FRAME, "118x20mm", 100 + number)
+        rows = np.flatnonzero(small.max(axis=1) > 0.3)
+        small = small[max(0, rows[0] - 12) :]
+        written = writer.written(sheet, first.scribble_field, small, FINE, spectrum(lobes))
+        picture = flatbed.scan(written, DPI, np.random.default_rng(number))
+        reading = read([Scan(picture, (DPI, DPI), ink)])
+        if colours is None:
+            colours = build(fit(Patches(reading.device, reading.scanned, reading.deviation)))
+        made[ink] = (reading.scribble, colours)
+    return made
+
+
+def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def]
+    """((without, with) as the usual scanner sees it, (without, with) under D50)."""
+    model, lobes = ink
+    density, flatbed = spectrum(lobes), Flatbed()
+    large = amount(model, PAGE, "150x40mm", 1)
+    bare = np.zeros((round(40 / 25.4 * FINE), round(150 / 25.4 * FINE)), dtype=np.int32)
+
+    def sheet(paper: str) -> Sheet:
+        white = stock.PAPERS[paper].spectrum
+        return Sheet(np.zeros((1, 4)), bare, lambda asked: np.repeat(white[None], len(asked), 0), FINE,
+                     written=(Written((0, 0), large.astype(np.float32), density),))  # fmt: skip
+
+    still = Flatbed(rotation=0.0, offset=(0.0, 0.0), shading=0.0)
+    picture = still.scan(sheet(papers[0]), DPI, np.random.default_rng(9)) / 255
+    white = np.median(picture.reshape(-1, 3), axis=0)
+    dpi = min(DPI, scribble.dpi)
+    found = match(at_dpi(density_of(picture, white), DPI, dpi), white, at_dpi(scribble.density, scribble.dpi, dpi),
+                  scribble.paper, dpi)  # fmt: skip
+    # what is judged: parts of the pen's own lines, free of noise, whose spectra are known
+    levels = np.random.default_rng(2).choice(large[large > 0.15], 400)
+    one, other = (stock.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
+    seen = flatbed.see(one)
+    clear = (seen / white).min(axis=1, keepdims=True)
+    rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])
+    outs = [Raster(part[None].astype(np.float32), DPI) for part in (rgba, found.inks(rgba))]
+    wanted = np.clip(Inks(np.asarray(outs[1].rgba[0], dtype=np.float64)).on(np.asarray(colours.paper)), 0, 1)
+    reached = gamut.reach(wanted, colours).lost < gamut.SEEN
+    printed = []
+    for out in outs:
+        sent = apply(out, colours).rgba[0].astype(np.float64)
+        printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
+    views = (lambda part: convert.lab(flatbed.see(part)), lambda part: light.lab(light.xyz(part)))
+    if reached.sum() < _LEAST:
+        return [[np.nan, np.nan]] * 2
+    return [[float(convert.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
+
+
+if __name__ == "__main__":
+    main()

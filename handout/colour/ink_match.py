@@ -1,0 +1,182 @@
+"""From the ink of a hand as its own scan shows it to the same pen's ink as the scan of a chart shows it.
+
+Two scans of one pen's ink differ by the scanner's settings and by the paper.  Light passes through ink as through a
+filter, so that what counts is the colour as a share of the bare paper's, v.  What settings make of it has three parts:
+exposure, gamma and white balance a power of each channel; a black point, flare or a conversion of colours a share of
+light that each channel gains or loses; a contrast curve an S in all channels alike.
+
+    s = v + 2 c v (1 − v) (2 v − 1)      contrast c
+    l = s^2.2 + b (1 − s^2.2)            light, and what is gained (b) of it
+    w = l^(a / 2.2)                      power a
+
+They are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines are
+compared by rank (`strokes`).  An S moves the edges, so that those of the hand are looked for again in the tones of
+the chart's scan; it is looked for only where nothing simpler explains what is seen, because a line that is thinner in
+one of the scans looks like a weak S.
+
+Source: own method; robust to the pen's pressure as far as lines of some words are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.colour import convert
+from handout.colour.strokes import LEAST, Density, Strokes, strokes_in
+from handout.values import Array, Raster, readonly
+
+SAME = 1.5  # ΔE00 on the mean up to which two scans were made alike: lines of one pen on two days differ by as much
+_GAMMA = 2.2  # what light is counted in; that of most scanners
+_RANKS = np.linspace(0.04, 0.96, 24)
+_TIGHT = 0.02  # how much each part is held back, of 1
+_HELD = (0.1, 0.5, 0.1)  # the power's differences between channels, what is gained, contrast
+_ROUNDS = 3  # in which an S is looked for
+_BETTER = 0.85  # of the error without an S: one is taken from there
+_POWERS = (0.35, 3.0)  # that settings have; anything else is another ink
+_APART = 2.5  # how much they may differ between channels
+_WEAK = 0.15  # density of the core under which a channel tells nothing about that
+
+
+@dataclass(frozen=True, eq=False)
+class Tone:
+    """What settings make of a pen's lines.
+
+    powers, gains : (3,) of each channel; contrast : of all.
+    """
+
+    powers: Array
+    gains: Array
+    contrast: float = 0.0
+
+    def __call__(self, share: Any) -> NDArray[np.float64]:
+        """(n, 3) colours as shares of the paper's, of such (n, 3)."""
+        v = np.asarray(share, dtype=np.float64)
+        curved = v + 2 * self.contrast * v * (1 - v) * (2 * v - 1)
+        light = np.maximum(curved, 1e-3) ** _GAMMA
+        light = light + self.gains * (1 - light)
+        return np.asarray(np.maximum(light, 1e-5) ** (self.powers / _GAMMA))
+
+    def density(self, density: Density) -> Density:
+        """(n, 3) densities that densities (n, 3) become."""
+        return np.asarray(-np.log(self(np.exp(-density))))
+
+
+_NONE = Tone(np.ones(3), np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
+class InkMatch:
+    """What becomes of the ink of a hand in the scan of a chart.
+
+    tone : what the settings make of it.
+    from_paper, to_paper : (3,) scanned RGB of the bare paper in the hand's scan and in the chart's.
+    difference : ΔE00, mean over the pen's lines, that the settings make.
+    lighter : L* by which they make lines lighter, on the mean; below 0: darker.
+    same_ink : whether settings of a scanner can explain all of it.
+    """
+
+    tone: Tone
+    from_paper: Array
+    to_paper: Array
+    difference: float
+    lighter: float
+    same_ink: bool
+
+    def __post_init__(self) -> None:
+        for name in ("from_paper", "to_paper"):
+            object.__setattr__(self, name, readonly(getattr(self, name), 3))
+
+    @property
+    def alike(self) -> bool:
+        """Whether both scans were made with the same settings, as far as can be seen."""
+        return self.difference <= SAME
+
+    def colours(self, rgb: Array) -> Array:
+        """(n, 3) RGB in the chart's scan, of ink on paper that shows as (n, 3) RGB in the hand's."""
+        share = np.clip(rgb / self.from_paper, 0, 1)
+        return np.asarray(np.clip(self.to_paper * (share if self.alike else self.tone(share)), 0, 1))
+
+    def raster(self, raster: Raster) -> Raster:
+        """A page in the hand's ink, as the chart's scan would show it on the chart's paper.
+
+        The cover grows only where ink of the given cover cannot be dark enough.
+        """
+        pixels = raster.rgba.reshape(-1, 4)
+        inked = np.flatnonzero(pixels[:, 3] != 0)
+        out = raster.rgba.copy()
+        if len(inked):
+            out.reshape(-1, 4)[inked] = self.inks(pixels.take(inked, axis=0).astype(np.float64))
+        return Raster(out, raster.dpi, raster.origin)
+
+    def inks(self, rgba: Array) -> NDArray[np.float32]:
+        """(n, 4) colour and cover in the chart's scan of (n, 4) colour and cover, above 0, in the hand's."""
+        cover = rgba[:, 3:]
+        shown = self.colours(cover * rgba[:, :3] + (1 - cover) * self.from_paper)
+        covers = np.maximum(cover, (1 - shown / self.to_paper).max(axis=1, keepdims=True))
+        ink = (shown - (1 - covers) * self.to_paper) / covers
+        return np.hstack([np.clip(ink, 0, 1), np.minimum(covers, 1)]).astype(np.float32)
+
+
+def match(hand: Density, from_paper: Array, chart: Density, to_paper: Array, dpi: float) -> InkMatch | None:
+    """Compare lines of one pen in two scans; None where one of them has no lines.
+
+    Parameters
+    ----------
+    hand, chart : (h, w, 3) densities of writing in the hand's scan and in the chart's, both at `dpi`.
+    from_paper, to_paper : (3,) scanned RGB of the bare papers, 0–1.
+    """
+    first, other = strokes_in(hand, dpi), strokes_in(chart, dpi)
+    if first is None or other is None:
+        return None
+    tone, error = _fitted(first, other, False)
+    curved, lines = tone, first
+    for _ in range(_ROUNDS):
+        curved, left = _fitted(lines, other, True)
+        again = strokes_in(hand, dpi, curved.density)
+        if again is None:
+            break
+        lines = again
+    else:
+        tone = curved if left < _BETTER * error else tone
+    return _judged(tone, first, from_paper, to_paper)
+
+
+def _fitted(hand: Strokes, chart: Strokes, curved: bool) -> tuple[Tone, float]:
+    """The tone that explains the one by the other best, with an S or without; and the error that it leaves."""
+    from scipy.optimize import least_squares
+
+    pairs = [
+        (np.quantile(one, _RANKS, axis=0), np.quantile(other, _RANKS, axis=0))
+        for one, other in zip(hand.rings, chart.rings, strict=True)
+        if min(len(one), len(other)) >= LEAST
+    ]
+    given, wanted = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
+    held = _TIGHT * np.sqrt(len(given))
+
+    def off(x: Array) -> Array:
+        apart = _HELD[0] * (x[:3] - x[:3].mean())
+        pull = held * np.concatenate([apart, _HELD[1] * x[3:6], _HELD[2] * x[6:]])
+        return np.concatenate([(_tone(x)(given) - wanted).ravel(), pull])
+
+    answer = least_squares(off, np.zeros(7 if curved else 6)).x
+    return _tone(answer), float(np.sqrt(np.mean((_tone(answer)(given) - wanted) ** 2)))
+
+
+def _tone(x: Array) -> Tone:
+    return Tone(np.exp(x[:3]), x[3:6], float(x[6]) if len(x) > 6 else 0.0)
+
+
+def _judged(tone: Tone, hand: Strokes, from_paper: Array, to_paper: Array) -> InkMatch:
+    shares = np.clip(np.exp(-np.concatenate(hand.rings[:3])), 0, 1)
+    plain, curved = (convert.lab(np.clip(to_paper * part, 0, 1)) for part in (shares, tone(shares)))
+    lighter = float((curved - plain)[:, 0].mean())
+    strong = hand.densest >= _WEAK
+    powers = (tone.density(hand.densest[None])[0] / np.maximum(hand.densest, 1e-3))[strong]
+    same = not len(powers) or bool(
+        powers.min() >= _POWERS[0] and powers.max() <= _POWERS[1] and powers.max() <= _APART * powers.min()
+    )
+    return InkMatch(tone, from_paper, to_paper, float(convert.delta_e(plain, curved).mean()), lighter, same)

@@ -1,0 +1,48 @@
+"""What a value says of itself in one line: `__repr__` of everything that holds arrays or many parts."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Set
+from typing import Any
+
+_LONGEST = 40  # characters of a text, or of a part, that are shown
+_FEW = 4  # numbers that are shown rather than counted
+
+
+def one_line(value: Any) -> str:
+    """A dataclass by its name and fields: arrays by their shape, ``<120 × 2>``, and collections by their number.
+
+    Fields that have their default value, and those that are kept out of every `repr`, are left out.
+    """
+    told = []
+    for field in dataclasses.fields(value):
+        part = getattr(value, field.name)
+        if field.repr and not _is_usual(part, field):
+            told.append(f"{field.name}={_part(part)}")
+    return f"{type(value).__name__}({', '.join(told)})"
+
+
+def _is_usual(part: Any, field: dataclasses.Field[Any]) -> bool:
+    """Whether a part need not be told; arrays have no default and are never compared."""
+    return part is None or (isinstance(part, bool | int | float | str | frozenset) and part == field.default)
+
+
+def _part(part: Any) -> str:
+    shape = getattr(part, "shape", None)
+    if isinstance(shape, tuple) and shape and hasattr(part, "dtype"):
+        return f"<{' × '.join(map(str, shape))}>"
+    if isinstance(part, float):
+        return f"{part:.6g}"
+    if isinstance(part, str):
+        return repr(part if len(part) <= _LONGEST else f"{part[: _LONGEST - 1]}…")
+    if (
+        isinstance(part, tuple | list)
+        and len(part) <= _FEW
+        and all(isinstance(one, bool | int | float) for one in part)
+    ):
+        return f"({', '.join(_part(one) for one in part)})"
+    if isinstance(part, tuple | list | Mapping | Set):
+        return f"<{len(part)}>"
+    said = " ".join(repr(part).split())
+    return said if len(said) <= _LONGEST else f"{type(part).__name__}(…)"

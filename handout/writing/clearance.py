@@ -1,0 +1,152 @@
+"""The room between letters: how near they stand, where a dot makes way, and how far a bar may fly.
+
+Lengths are x-heights, in the space of letters, upright.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from handout.values import Array, Glyph
+from handout.writing.choice import joined
+
+LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
+_SIGN_ROOM = 0.32  # between a sign such as + or @ and a letter, which it must not become a part of
+_MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
+_MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
+_HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # where distances are taken, and over what reach
+_WIDEST_DOT, _FURTHEST_BACK = 0.45, 0.4  # of a dot, and how far it is moved out of a tall letter's way
+_CROSSED = "tf"  # letters whose bars are bounded; others' arms are parts of them
+_OVER = 0.2  # a bar that passes nearer over a letter strikes it through
+_TIE = 0.14  # a bar crosses its stem by as much at least
+_FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
+_MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
+
+
+def too_near(left: Glyph, right: Glyph, width: float) -> float:
+    """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself."""
+    if joined(left, right):
+        return 0.0
+    # the one bar of tt or ft was drawn for where the other letter stands
+    if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
+        return 0.0
+    room = width + _edges(right)[0] - _edges(left)[1]
+    return max(0.0, _needed(left.letter, right.letter) - float(room.min()))
+
+
+def _needed(left: str, right: str) -> float:
+    if left.isalnum() and right.isalnum():
+        return LEAST_ROOM
+    return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
+
+
+def in_the_way(dot: Array, after: Glyph, width: float) -> float:
+    """How far a dot must move left to stay clear of the next letter, which stands `width` off; bars may run into it."""
+    if np.ptp(dot[:, 0]) > _WIDEST_DOT:
+        return 0.0
+    beside = np.abs(_HEIGHTS - dot[:, 1].mean()) < _SEEN
+    wall = width + float(_edges(after)[0][beside].min(initial=np.inf))
+    return min(max(0.0, float(dot[:, 0].max()) + LEAST_ROOM - wall), _FURTHEST_BACK)
+
+
+def _barred(glyph: Glyph) -> bool:
+    """Whether one of its strokes, written late or not, is a bar."""
+    return any(is_bar(stroke) for stroke in glyph.strokes)
+
+
+def is_bar(stroke: Array) -> bool:
+    """Whether a stroke lies rather than stands, and is longer than a dot."""
+    return bool(np.ptp(stroke[:, 0]) > max(_WIDEST_DOT, 2 * np.ptp(stroke[:, 1])))
+
+
+@lru_cache(maxsize=4096)
+def _edges(glyph: Glyph) -> tuple[Array, Array]:
+    """Leftmost and rightmost x of a letter at some heights, without what is written late; ±inf where it has nothing."""
+    ways = [_evenly(s) for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
+    left, right = np.full(len(_HEIGHTS), np.inf), np.full(len(_HEIGHTS), -np.inf)
+    if ways:
+        xy = np.vstack(ways)
+        near = np.abs(xy[:, 1, None] - _HEIGHTS) < _SEEN
+        left = np.where(near, xy[:, :1], np.inf).min(axis=0)
+        right = np.where(near, xy[:, :1], -np.inf).max(axis=0)
+    return left, right
+
+
+def _evenly(stroke: Array) -> Array:
+    """Places along the straight ways between the points of a stroke."""
+    at = np.linspace(0, len(stroke) - 1, 8 * len(stroke))
+    return np.column_stack([np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T])
+
+
+def bounded(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+    """Shorten the bars of t and f that would strike through other letters of their word, or fly far beyond its ends.
+
+    Parameters
+    ----------
+    strokes : of each glyph, (n, 2) in the word's space; bars are replaced where they change.
+    """
+    if not any(glyph.letter in _CROSSED for glyph in glyphs):
+        return
+    ink = [_ink(glyph, own) for glyph, own in zip(glyphs, strokes, strict=True)]
+    whole = np.vstack(ink)
+    most = max(_FLIGHT[0], _FLIGHT[1] * float(np.ptp(whole[:, 0])))
+    beside = [None, *glyphs, None]
+    for i, glyph in enumerate(glyphs):
+        for k, drawn in enumerate(glyph.strokes):
+            if glyph.letter in _CROSSED and is_bar(strokes[i][k]):
+                left, right = _meant(glyph, beside[i], beside[i + 2], drawn)
+                before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
+                limits = (np.inf if left else most, np.inf if right else most)
+                strokes[i][k] = _within(strokes[i][k], ink[i], before, after, limits)
+
+
+def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
+    """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
+    crossed = glyph.letter in _CROSSED
+    return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
+
+
+def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) -> tuple[bool, bool]:
+    """Whether a bar was drawn to run into the letter before, and into the one behind."""
+    left = before is not None and before.letter in glyph.after and float(bar[:, 0].min()) < -_MEANT
+    right = after is not None and after.letter in glyph.before and float(bar[:, 0].max()) > glyph.width + _MEANT
+    return left, right
+
+
+def _within(
+    bar: Array, own: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
+) -> Array:
+    """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
+    stem = _stem(own, float(np.median(bar[:, 1])))
+    right = _reach(bar, stem, after, most[1])
+    # the same to the left, seen in a mirror
+    mirror = np.array([-1.0, 1.0])
+    left = _reach(bar * mirror, -stem, [ink * mirror for ink in before], most[0])
+    if left == right == 1.0:
+        return bar
+    offset = bar[:, 0] - stem
+    return np.column_stack([stem + np.where(offset > 0, offset * right, offset * left), bar[:, 1]])
+
+
+def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
+    """What share of a bar right of its stem is left when it keeps away from ink on that side."""
+    drawn = float(bar[:, 0].max()) - stem
+    if drawn <= _TIE:
+        return 1.0
+    order = np.argsort(bar[:, 0])
+    wall = np.inf
+    if ink:
+        xy = np.vstack(ink)
+        over = np.abs(xy[:, 1] - np.interp(xy[:, 0], bar[order, 0], bar[order, 1])) < _OVER
+        wall = float(xy[over & (xy[:, 0] > stem), 0].min(initial=np.inf))
+    return max(min(drawn, wall - LEAST_ROOM - stem, most), _TIE) / drawn
+
+
+def _stem(own: Array, y: float) -> float:
+    """Where a letter's stem is at a height, x: the leftmost place near it."""
+    away = np.abs(own[:, 1] - y)
+    near = own[away <= max(0.1, float(away.min()))]
+    return float(np.median(near[:, 0]))

@@ -1,0 +1,76 @@
+"""A command that is told to end does so in good order: no half file, the pen lifted, the job kept."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import handout
+from handout.plotting.simulated import SimulatedPlotter
+
+_HALF = """
+import signal, sys
+from handout import atomic, sinks
+from handout.cli import main
+def half(path, data):
+    with atomic.opened(path) as stream:
+        stream.write(data[: len(data) // 2])
+        stream.flush()
+        print("half", flush=True)
+        signal.pause()
+atomic.write = half
+main(sys.argv[1:])
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_no_half_file_is_left(tmp_path, number, code):
+    environment = {**os.environ, "PYTHONPATH": str(Path(handout.__file__).parents[1]), "OMP_NUM_THREADS": "1"}
+    arguments = [sys.executable, "-c", _HALF, "write", "to the end", "-o", "a.svg", "--seed", "1"]
+    with subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, cwd=tmp_path
+    ) as process:
+        assert process.stdout.readline() == b"half\n"
+        assert list(tmp_path.glob(".a.svg.*"))
+        process.send_signal(number)
+        _, said = process.communicate()
+    assert process.returncode == code and b"Traceback" not in said
+    assert not list(tmp_path.glob("*a.svg*"))
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code):
+    sent, later, whole = bytearray(), bytearray(), SimulatedPlotter.write
+
+    def write(port, data):
+        if len(sent) > 4000 and not later:
+            later.append(ord("\n"))
+            os.kill(os.getpid(), number)
+        (later if later else sent).extend(data)
+        whole(port, data)
+
+    monkeypatch.setattr(SimulatedPlotter, "write", write)
+    _, err = call("plot", "--port", "sim:", "all is well", "--seed", 1, code=code)
+    name = re.search(r"The job is kept; go on with: handout plot --resume (\S+)", err).group(1)
+    assert ("Stopped by SIGTERM." if number == signal.SIGTERM else "Interrupted.") in err
+    told = json.loads(call("plot", "show", name, "--json")[0])
+    assert told["stopped"] and 0 < told["drawn_mm"] < told["pen_down_mm"]
+    assert later.startswith(b"\n!") and b"M3S40\n" in later  # held, and then lifted
+
+
+def test_a_signal_that_is_ignored_stays_so(monkeypatch):
+    from handout.cli import ending
+
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ending.orderly():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
