@@ -56,6 +56,11 @@ def length(text: str, what: str = "length") -> float:
     return parse(text, "length", what, default="mm")
 
 
+def count(number: int, noun: str, plural: str = "") -> str:
+    """A number of things: ``"1 job"``, ``"3 jobs"``; `plural` where it does not end in an s."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
 def duration(seconds: float) -> str:
     """A time as people read it: ``"48 s"``, ``"3 min 05 s"``, ``"1 h 02 min"``."""
     total = round(seconds)

@@ -19,6 +19,8 @@ from handout import notebook
 from handout.summary import one_line
 
 Array = NDArray[np.float64]
+POSE = ("pressure", "tilt", "azimuth", "rotation")  # what a pen may record of how it is held, sample by sample
+TURNS = ("azimuth", "rotation")  # of them, those that come round
 NIB_THICKNESS = 0.09  # of a flat nib, in lengths of its edge: the width of a line drawn along it
 _COLOUR = re.compile("#[0-9a-f]{6}")
 
@@ -118,6 +120,11 @@ class Stroke:
                 object.__setattr__(self, name, readonly(channel, len(t)))
         if not 0 <= self.nib < float("inf") or (self.nib > 0 and self.rotation is None):
             raise ValueError("a flat nib has an edge of some length, and the rotation that it lies along")
+
+    @property
+    def pose(self) -> dict[str, Any]:
+        """Those of the channels of `POSE` that were recorded, by their names."""
+        return {name: values for name in POSE if (values := getattr(self, name)) is not None}
 
     @cached_property
     def length(self) -> float:
@@ -386,15 +393,19 @@ class Moments:
 
     times : (n,) float, s, on the clock of the recording; None where it had none.
     pressure : (n,) float, 0–1; None where it was not measured.
+    tilt, azimuth, rotation : (n,) float, rad, as those of `Stroke`; None where they were not measured.
     """
 
     times: Array | None = None
     pressure: Array | None = None
+    tilt: Array | None = None
+    azimuth: Array | None = None
+    rotation: Array | None = None
 
     __repr__ = one_line
 
     def __post_init__(self) -> None:
-        for name in ("times", "pressure"):
+        for name in ("times", *POSE):
             if (values := getattr(self, name)) is not None:
                 object.__setattr__(self, name, readonly(values, None))
 

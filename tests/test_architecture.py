@@ -17,6 +17,7 @@ GROUND = {
     "hues",
     "peaks",
     "units",
+    "encodings",
     "errors",
     "atomic",
     "shipped",
@@ -26,6 +27,7 @@ GROUND = {
     "pathdata",
     "tables",
     "notebook",
+    "progress",
     "summary",
 }
 MAY = {

@@ -16,6 +16,7 @@ from handout.profiles import Printer
 
 WHITE = "white"  # paper that is plain
 _DPI = 200
+_SHARPENED = 1.5  # the hand's pages were blurred by one scan already: a page seen twice is to look as if seen once
 _INKED = 0.3  # of the usual amount of ink
 
 
@@ -78,7 +79,7 @@ class Loop:
         ink = np.convolve((amount > _INKED).sum(axis=1), np.ones(height), "valid")
         row = int(ink.argmax()) if len(ink) > 1 else 0
         spectrum = writer.ink_of(paper * np.exp(-core), paper, Flatbed())
-        return writer.written(sheet, frame, amount[row : row + height], dpi, spectrum)
+        return writer.written(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
 
 
 def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> None:

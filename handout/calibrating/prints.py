@@ -1,4 +1,4 @@
-"""Whether the print of a chart is one to calibrate with: against known ones, and against earlier charts of its printer."""
+"""Whether the print of a chart is one to calibrate with: against known printers, and against its own earlier ones."""
 
 from __future__ import annotations
 

@@ -21,6 +21,8 @@ from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array
 
 _MOST = 2400  # pixels a side of the writing that is looked at
+_SURE = 4.0  # ΔE00 by which lines of one pen do not differ of themselves
+LEAST_DPI = 180.0  # under which lines of a pen have no core that could be compared
 _GAMMA = 2.2  # in which pixels are averaged
 
 
@@ -33,6 +35,7 @@ class Kind(StrEnum):
     OTHER_HAND = "another hand"
     OTHER_PEN = "another pen"
     FAINT = "no lines"
+    COARSE = "too few dpi"
     ALIKE = "alike"
     CORRECTED = "corrected"
 
@@ -104,6 +107,9 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
         return Reference(Kind.OTHER_HAND, _OTHER_HAND.format(writer=writer, hand=hand.name))
     density, paper, dpi = writing(hand)
     common = min(dpi, scribble.dpi)
+    if common < LEAST_DPI:
+        coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
+        return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
     found = match(
         at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common
     )
@@ -132,10 +138,11 @@ _OTHER_PEN = (
     f"be another pen's, and is not used. Thus {_UNKNOWN}: {_AGAIN}."
 )
 _FAINT = f"No lines that can be compared are in the chart's frame or in the scan of {{hand}}: {_UNKNOWN}; {_AGAIN}."
+_COARSE = f"{{what}} scanned at only {{dpi:.0f}} dpi, too few to compare lines of a pen: {_UNKNOWN}. Scan at 300 dpi."
 _ALIKE = "The pen in the frame looks as in the scan of {hand} (ΔE00 {off:.1f} on the mean): both were scanned alike."
 _CORRECTED = (
     "The chart's scan shows the pen of {hand} {how} than the hand's own scan (ΔE00 {off:.1f} on the mean, L* "
-    "{lighter:+.1f}): the scanner's settings differ. The ink is corrected for that; it becomes that of the pen in the "
+    "{lighter:+.1f}): {why}. The ink is corrected for that; it becomes that of the pen in the "
     "chart's frame."
 )
 
@@ -148,7 +155,12 @@ def _judged(found: InkMatch | None, hand: str) -> Reference:
     if found.alike:
         return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=found.difference), found)
     how = "lighter" if found.lighter > 1 else "darker" if found.lighter < -1 else "in other colours"
-    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter)
+    why = (
+        "the scanner's settings differ"
+        if found.difference > _SURE
+        else "the scanner's settings or the pen's pressure differ"
+    )
+    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter, why=why)
     return Reference(Kind.CORRECTED, said, found)
 
 

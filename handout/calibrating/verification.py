@@ -43,8 +43,7 @@ _VERDICTS = (
 )
 _POOR = (
     "Even of colours in reach the match is poor: what was printed is not what was calibrated. Check that printer, "
-    "paper, quality and the "
-    "scanner's settings are those of the chart, and begin again with a new chart."
+    "paper, quality and the scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
 _USUAL = 200  # samples of usual inks
@@ -233,7 +232,7 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibra
     """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
     bare = (strip.device == 1).all(axis=1)
     now, before = scribble_of(scan, placement, seen[bare].mean(axis=0)), calibration.scribble()
-    if now is None or before is None:
+    if now is None or before is None or min(now.dpi, before.dpi) < reference.LEAST_DPI:
         return []
     dpi = min(now.dpi, before.dpi)
     first, other = (reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))

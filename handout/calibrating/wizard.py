@@ -40,10 +40,9 @@ _TOLD = {
     ),
     Step.SCAN: (
         "Let the ink dry for a quarter of an hour. Write some words in the frame under the patches with the pen of the "
-        "handwriting, as you write: only so can be seen what the scanner makes of its ink. Lay the chart on the glass, printed side down, "
-        "and scan it in "
-        "colour at 300 dpi with the settings of the handwriting's scan: no automatic exposure, colour or gamma. Save "
-        "TIFF or PNG."
+        "handwriting, as you write: only so can be seen what the scanner makes of its ink. Lay the chart on the glass, "
+        "printed side down, and scan it in colour at 300 dpi with the settings of the handwriting's scan: no automatic "
+        "exposure, colour or gamma. Save TIFF or PNG."
     ),
     Step.BUILD: "The scans are good; the table is built of them.",
     Step.STRIP: "The verification strip is printed through the new table: load the same paper.",

@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import click
 
-from handout.cli import calibrated_, results
+from handout import units
+from handout.cli import calibrated_, progress, results
 from handout.cli.calibrating_ import Run
 from handout.errors import InputError
 
@@ -95,8 +96,10 @@ def wizard(**given: Any) -> int:
         say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
     run = Run(made, loop, given, say)
     try:
-        while made.step is not Step.DONE:
-            run.step()
+        with progress.shown(given["quiet"]) as tell:
+            while made.step is not Step.DONE:
+                tell(run.share, made.step.value)
+                run.step()
     except (click.Abort, KeyboardInterrupt) as stop:
         again = f"handout calibrate wizard --printer {given['printer']} --paper {given['paper']}"
         stop.add_note(f"What was done so far is kept; go on with: {again}")
@@ -138,8 +141,8 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     files = [str(path) for out in outs for path in write_chart_file(made, profile, name, out)]
     jobs = [] if files else list(pages.send(chart_pages(made, profile, name), profile))
     result = {"files": files, "jobs": jobs, "pages": len(made.pages), "dpi": profile.dpi}
-    where = ", ".join(files) or f"{len(jobs)} jobs sent"
-    said = f"Chart of {len(made.pages)} page(s) for {profile.dpi} dpi: {where}."
+    where = ", ".join(files) or f"{units.count(len(jobs), 'job')} sent"
+    said = f"Chart of {units.count(len(made.pages), 'page')} for {profile.dpi} dpi: {where}."
     results.report(result, said, as_json=as_json, quiet=quiet)
     return 0
 
@@ -188,7 +191,8 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, a
         files.append(str(_beside(output)))
     findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
     result = {"patches": len(reading.device), "findings": findings, "files": files, "pen": known.facts()}
-    results.report(result, f"{len(reading.device)} colours read: {output}.", as_json=as_json, quiet=quiet)
+    read = units.count(len(reading.device), "colour")
+    results.report(result, f"{read} read: {output}.", as_json=as_json, quiet=quiet)
     return 0
 
 
@@ -207,7 +211,9 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
     """
     from handout.calibrating import store
 
-    made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
+    with progress.shown(quiet) as tell:
+        tell(0.0, "building the table")
+        made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
     if _beside(patches).is_file():
         made.keep_scribble(_beside(patches), "")
     said = (

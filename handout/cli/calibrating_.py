@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from handout.cli import progress
 from handout.errors import HandoutError
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ _SIMULATED = {
     "STRIP": "The simulated printer prints it through the table.",
     "VERIFY": "The simulated flatbed scans it.", "STORE": "The calibration is stored.",
 }  # fmt: skip
+_SHARES = {"PRINT": 0.0, "SCAN": 0.09, "BUILD": 0.29, "STRIP": 0.47, "VERIFY": 0.54, "STORE": 0.94}  # measured
 
 
 class Run:
@@ -35,6 +37,11 @@ class Run:
         self.made, self.loop, self.given, self.say = made, loop, given, say
         self.stored: Calibration | None = None
         self.reference: Reference | None = None
+
+    @property
+    def share(self) -> float:
+        """Of a simulated calibration, how much is done; 0 of one that waits for a person most of the time."""
+        return 0.0 if self.loop is None else _SHARES[self.made.step.name]
 
     def step(self) -> None:
         """Do what comes next."""
@@ -63,7 +70,7 @@ class Run:
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
         elif self.loop is None:
-            click.prompt("Press Enter when the paper is loaded", default="", show_default=False, err=True)
+            _enter("Press Enter when the paper is loaded")
         files = send(folder / f"{name}.pdf" if folder is not None else None)
         where = ", ".join(map(str, files)) or f"sent to {self.made.profile.queue or self.given['printer']}"
         self.say(f"The {name}: {where}.")
@@ -87,7 +94,9 @@ class Run:
             self.say(line)
         if made.helps:
             return
-        if click.confirm("Store it all the same?", default=False, err=True):
+        with progress.hidden():
+            wanted = click.confirm("Store it all the same?", default=False, err=True)
+        if wanted:
             self._store()
         else:
             self.made.back()
@@ -114,11 +123,17 @@ class Run:
         if self.given["scanner"]:
             from handout.calibrating import scanner
 
-            click.prompt(f"Press Enter when the {name} lies on the glass", default="", show_default=False, err=True)
+            _enter(f"Press Enter when the {name} lies on the glass")
             self.say("Scanning …")
             return [scanner.scan(self.given["scanner"], self.made.chart.paper, work / f"{name}.tif")]
-        return [Path(click.prompt(f"File with the scan of the {name}", err=True).strip().strip("'\""))]
+        with progress.hidden():
+            return [Path(click.prompt(f"File with the scan of the {name}", err=True).strip().strip("'\""))]
 
     def _findings(self, findings: Sequence[Finding]) -> None:
         for one in findings:
             self.say(f"warning: {one}")
+
+
+def _enter(request: str) -> None:
+    with progress.hidden():
+        click.prompt(request, default="", show_default=False, err=True)

@@ -15,7 +15,7 @@ from handout.errors import InputError
 
 @click.command("export")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
     "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(programs.USUAL)}"
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from handout import units
 from handout.cli import jobs, options, prompt_, results, scan_, scanned_
 from handout.errors import InputError
 
@@ -52,7 +53,10 @@ def list_(as_json: bool) -> None:
         return
     width = max(len(name) for name in [*(hand.name for hand in hands), *(facts["name"] for facts in scanned)])
     for hand in hands:
-        click.echo(f"{hand.name:<{width}}  {hand.title}; {len(hand.glyphs)} characters, {_drawn(hand)} forms")
+        click.echo(
+            f"{hand.name:<{width}}  {hand.title}; {units.count(len(hand.glyphs), 'character')}, "
+            f"{units.count(_drawn(hand), 'form')}"
+        )
     for facts in scanned:
         click.echo(f"{facts['name']:<{width}}  {facts['title']}; {facts['said']}")
 
@@ -69,7 +73,10 @@ def _scanned() -> list[dict[str, Any]]:
         except InputError as error:
             rows.append({"name": name, "title": "cannot be read", "characters": "", "glyphs": 0, "said": str(error)})
             continue
-        said = f"{len(hand.letters)} characters, {len(hand.glyphs)} letters from {_scanned_pages(len(hand.pages))}"
+        said = (
+            f"{units.count(len(hand.letters), 'character')}, {units.count(len(hand.glyphs), 'letter')} "
+            f"from {_scanned_pages(len(hand.pages))}"
+        )
         facts = {"name": name, "title": hand.title, "characters": "".join(hand.letters), "glyphs": len(hand.glyphs)}
         rows.append({**facts, "said": said})
     return rows
@@ -121,7 +128,7 @@ def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> No
     drawing = jobs.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
     files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
     result = {**results.summary([sheet], [drawing], job, files), **_facts(hand)}
-    said = f"Wrote {', '.join(map(str, files))}: {_drawn(hand)} forms; seed {job.seed}."
+    said = f"Wrote {', '.join(map(str, files))}: {units.count(_drawn(hand), 'form')}; seed {job.seed}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
 
 
@@ -140,4 +147,4 @@ def _facts(hand: Hand) -> dict[str, object]:
 
 
 def _scanned_pages(count: int) -> str:
-    return "1 scanned page" if count == 1 else f"{count} scanned pages"
+    return units.count(count, "scanned page")

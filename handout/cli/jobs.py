@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING, Any
 from handout import __version__, units
 from handout.errors import InputError
 from handout.inking.pen import PENS
+from handout.progress import Tell, silent
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from handout.cli.lined import Lined
     from handout.hand.scanned import ScannedHand
     from handout.values import Drawing, Hand, Manuscript
     from handout.writing.layout import Layout
     from handout.writing.sheets import Sheet
     from handout.writing.text import Borrowed
 
+_SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
 _HURRIED = 2.5  # --speed fast, for a file
 # what a page in a scanned hand may be wanted as
 INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
@@ -52,6 +55,7 @@ class Setup:
     slips: float = 0.0  # words in 100 that are begun wrongly
     lent: ScannedHand | None = None  # whose pen a scanned hand is written with, if not its own
     inked: bool = False  # whether the colour of the ink is given, which the strokes of a scanned hand then have
+    lined: Lined | None = None  # the lined paper that is written on
 
 
 def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
@@ -84,6 +88,19 @@ def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, p
         _lent(given.get("pen"), hand),
         given.get("ink") is not None,
     )
+
+
+def on_paper(job: Setup, given: Mapping[str, Any]) -> Setup:
+    """The job with its lines on those of the paper, and what is said of these."""
+    from handout.cli.lined import lined
+
+    found = lined(given, job.layout, job.hand)
+    return replace(job, layout=found.layout, lined=found)
+
+
+def on_sheet(look: dict[str, Any], job: Setup) -> dict[str, Any]:
+    """How pictures look, with the paper's lines where they are written on."""
+    return look if job.lined is None or job.lined.paper is None else {**look, "paper": job.lined.paper}
 
 
 def seed(given: Mapping[str, Any]) -> int:
@@ -136,14 +153,24 @@ def _speed(text: str) -> tuple[bool, float]:
 
 
 def compose_and_trace(
-    text: str, job: Setup, layout: Layout | None = None, row: int | None = None, shown: frozenset[str] = INK
+    text: str,
+    job: Setup,
+    layout: Layout | None = None,
+    row: int | None = None,
+    shown: frozenset[str] = INK,
+    tell: Tell = silent,
 ) -> tuple[list[Manuscript], list[Drawing]]:
     """The pages of a text as manuscripts and as drawings; each `row` of a batch varies in its own way.
 
     `shown` : what is wanted of a scanned hand, its `INK` or its `STROKES` or both; a drawn one has strokes.
     """
+    tell(0.0, "setting the text")
     pages, drawings = composed(text, job, layout, row, shown)
-    return pages, list(drawings)
+    made = []
+    for number in range(1, len(pages) + 1):
+        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+        made.append(next(drawings))
+    return pages, made
 
 
 def composed(

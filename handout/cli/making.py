@@ -34,14 +34,17 @@ _OPTIONS = (
 )
 
 
-def inputs(text: str, given: Mapping[str, Any], seed: int) -> dict[str, Any]:
+def inputs(text: str, given: Mapping[str, Any], job: jobs.Setup) -> dict[str, Any]:
     """All that the pages of a text are made from, as a job keeps it."""
     from handout.hand.library import path
 
     name = given["hand"]
     file = path(name)
     hand = str(file.resolve()) if Path(name) == file else name
-    options = {option: given[option] for option in _OPTIONS} | {"seed": seed, "hand": hand}
+    options = {option: given[option] for option in _OPTIONS} | {"seed": job.seed, "hand": hand}
+    if (ruling := job.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
+        layout = {"margin": job.layout.margin, "x_height": job.layout.x_height, "rules": ruling.rules}
+        options["lined"] = {**layout, "line_spacing": job.layout.line_spacing}
     return {"program": _program(), "text": text, "options": options, "digest": _digest(file)}
 
 
@@ -167,7 +170,19 @@ def _again(inputs: Mapping[str, Any], pages: int) -> jobs.Setup:
             f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
             "text anew."
         )
-    return jobs.setup(options, options["page_name"], options["margin"], options["pages"])
+    setup = jobs.setup(options, options["page_name"], options["margin"], options["pages"])
+    return _on_rules(setup, options["lined"]) if "lined" in options else setup
+
+
+def _on_rules(setup: jobs.Setup, kept: Mapping[str, Any]) -> jobs.Setup:
+    """A setup with the lined paper that the first pages were written on."""
+    from handout.writing.ruling import Ruling
+
+    top, right, bottom, left = kept["margin"]
+    ruling = Ruling(tuple((height, slope) for height, slope in kept["rules"]))
+    size = {"x_height": kept["x_height"], "line_spacing": kept["line_spacing"]}
+    layout = dataclasses.replace(setup.layout, margin=(top, right, bottom, left), ruling=ruling, **size)
+    return dataclasses.replace(setup, layout=layout)
 
 
 def main() -> None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from handout import units
+from handout import encodings, units
+from handout.cli import results
 from handout.errors import InputError
 from handout.inking.pen import PENS
 
@@ -53,7 +54,9 @@ _WRITING = (
     ),
     click.option("--haste", type=float, default=0.0, show_default=True, help="-1 careful, 0 as drawn, 1 hurried."),
     click.option("--fit", is_flag=True, help="Shrink what does not fit instead of refusing it."),
-    click.option("--fallback", is_flag=True, help="Accept similar forms for characters that the hand lacks."),
+    click.option(
+        "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
+    ),
 )
 _SAYING = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
@@ -74,7 +77,8 @@ _RASTER = (
         "--paper",
         default="none",
         show_default=True,
-        help="Behind the ink, in PNG files: plain laid ruled squared (ruled:9mm), or a picture.",
+        help="plain laid ruled squared (ruled:8mm; ruled:8mm,25mm: the first rule 25mm from the top), or a picture of "
+        "a sheet: behind the ink in PNG files, and written on its lines in all.",
     ),
     click.option("--transparent", is_flag=True, help="PNG files without any paper."),
 )
@@ -140,7 +144,7 @@ def text_of(words: Sequence[str], file: str | None) -> str:
     Raises
     ------
     InputError
-        None or two of them given; a file that is missing, too long, or not text in UTF-8 (or UTF-16 with a mark).
+        None or two of them given; a file that is missing, too long, or not text.
     """
     if file is not None and words:
         raise InputError("Both a text and --file are given; give one of them.")
@@ -167,7 +171,9 @@ def _is_file(word: str) -> bool:
 
 
 def decoded(data: bytes, name: str) -> str:
-    """The text in some bytes, UTF-8 or UTF-16 with a mark, without empty lines at its end.
+    """The text in some bytes, whatever its encoding (see `handout.encodings`), without empty lines at its end.
+
+    A guess at the encoding is told on standard error.
 
     Raises
     ------
@@ -176,14 +182,14 @@ def decoded(data: bytes, name: str) -> str:
     """
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
-    coding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
-        text = data.decode(coding)
-    except UnicodeDecodeError as error:
-        raise InputError(f"{name} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8.") from error
-    if "\0" in text:
-        raise InputError(f"{name} is not text: it holds zero bytes.")
-    return text.rstrip("\n")
+        found = encodings.decode(data)
+    except encodings.NoText as error:
+        at = f" (line {error.line})" if error.line else ""
+        raise InputError(f"{name} is not text{at}: {error}; save it as UTF-8.") from error
+    if found.guessed:
+        results.note(f"{name} is not UTF-8 and was read as {found.encoding}: check {found.example!r}.")
+    return found.text.rstrip("\n")
 
 
 def pen(given: Mapping[str, Any]) -> Pen:
@@ -210,10 +216,22 @@ def paper(given: Mapping[str, Any]) -> Paper:
 
     name, colon, pitch = given["paper"].partition(":")
     if colon and name in ("ruled", "squared"):
-        return Paper(name, units.length(pitch, "distance of the paper's lines"))
+        pitch, comma, first = pitch.partition(",")
+        if comma and name == "squared":
+            raise InputError(f"paper: {given['paper']!r}: only ruled paper has a first rule; write squared:{pitch}.")
+        top = units.length(first, "first rule of the paper") if comma else None
+        return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
     if given["paper"] not in PAPERS and not Path(given["paper"]).is_file():
         raise InputError(f"paper: {given['paper']!r} is neither a picture nor one of {', '.join(PAPERS)}.")
     return Paper(given["paper"])
+
+
+def page_of(given: Mapping[str, Any]) -> str:
+    """The page that is written on: that of --page, or else a scanned sheet's own size."""
+    from handout.cli.lined import page_name
+
+    source = click.get_current_context().get_parameter_source("page_name")
+    return page_name(given, chosen=source is not None and source.name != "DEFAULT")
 
 
 def look(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from handout import units
 from handout.cli import drawings as drawn_
-from handout.cli import jobs, making, options, plotting_, results
+from handout.cli import jobs, making, options, plotting_, progress, results
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _RESUMING = {"resume", "port", "report", "at_zero", "home_after", "hold_limit", 
 
 @click.command("plot")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option("--port", help="/dev/ttyUSB0, COM3, socket://host:port, auto, or sim: (simulated).")
 @click.option("--device", help="The plotter's profile; see: handout devices list.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write a preview instead of plotting.")
@@ -130,10 +130,12 @@ class _Wanted:
 
 def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _Wanted:
     profile = plotting_.profile(given["device"], given["port"])
+    given["page_name"] = options.page_of(given)
     if given["pen_up"] is not None or given["pen_down"] is not None:
         profile = plotting_.with_heights(profile, given["pen_up"], given["pen_down"])
     job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
     drawing = drawn_.given(text, file, quiet=given["quiet"])
+    job = job if drawing is not None else jobs.on_paper(job, given)
     if drawing is not None:
         return _Wanted(Path(file or text[0]).name, drawing, job, profile)
     return _Wanted(options.text_of(*drawn_.named_file(text, file, given["quiet"])), None, job, profile)
@@ -159,11 +161,12 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     else:
         much = f"about {kept.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
     results.talk(quiet)(f"{profile.title}: {much}, job {kept.name}.")
+    paper = results.noted(results.of_paper(wanted.job), wanted.job, quiet)  # before the sheet is laid in
     asked_now = {name: given[name] for name in ("yes", "home_after", "hold_limit", "quiet")}
     reports = plotting_.run(kept, port, told, connected, at_zero=False, **asked_now)
     kept = kept_.load(kept.folder)
     tally = results.Tally().plus(kept.told)
-    result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name}
+    result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name, **paper}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
     said = f"{said}{results.lent(result)}{results.slipped(result)}\n{reporting.sentence(reports)}".strip()
@@ -196,7 +199,7 @@ def _begun(wanted: _Wanted, asked: Options, port: str, given: dict[str, Any]) ->
     job, profile = wanted.job, wanted.profile
     if wanted.drawing is None:
         first = next(making.made(wanted.text, job, profile, given["fit"], []))
-        rest = None if first.share >= 1.0 else making.inputs(wanted.text, given, job.seed)
+        rest = None if first.share >= 1.0 else making.inputs(wanted.text, given, job)
     else:
         tally, rest = results.Tally(), None
         tally.add([drawn_.unwritten(wanted.drawing)], [wanted.drawing])
@@ -254,7 +257,8 @@ def _preview(
 
     job, profile = wanted.job, wanted.profile
     if wanted.drawing is None:
-        pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES)
+        with progress.shown(given["quiet"]) as tell:
+            pages, drawings = jobs.compose_and_trace(wanted.text, job, shown=jobs.STROKES, tell=tell)
     else:
         pages, drawings = [drawn_.unwritten(wanted.drawing)], [wanted.drawing]
     if given["fit"]:
@@ -263,7 +267,8 @@ def _preview(
     plans = [plan(drawing, profile, speed="fast" if job.fast else 1.0) for drawing in drawings]
     planned = sum(p.duration for p in plans)
     result = results.summary(pages, drawings, job, files)
-    written = write_drawings(drawings, files, show_travel=given["show_travel"], **look)
+    result |= results.noted(results.of_paper(job), job, given["quiet"])
+    written = write_drawings(drawings, files, show_travel=given["show_travel"], **jobs.on_sheet(look, job))
     told.planned(plans)
     result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."
@@ -273,7 +278,7 @@ def _preview(
 
 
 def _sheets(number: int) -> str:
-    return "1 sheet" if number == 1 else f"{number} sheets"
+    return units.count(number, "sheet")
 
 
 def _executed(reports: list[Report]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import making
+from handout.cli import making, progress
 from handout.cli.voice import Voice
 from handout.errors import DeviceError, InputError
 
@@ -79,29 +79,32 @@ class _AtTheTerminal:
             way = "--at-zero when it is done" if "plotter's zero" in request else "--yes to go on unasked"
             raise InputError(f"{request}: nobody can be asked to; use {way}.")
         self.voice.wait()
-        click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
+        with progress.hidden():
+            click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
 
     def try_again(self, error: DeviceError) -> bool:
         """Say what is wrong, and wait for Enter."""
         if self.simulated or not sys.stdin.isatty():
             return False
         self.voice.wait()
-        click.echo(f"handout: {error}", err=True)
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
-        click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
+        with progress.hidden():
+            click.echo(f"handout: {error}", err=True)
+            click.prompt(request, default="", show_default=False, prompt_suffix=" ", err=True)
         return True
 
     def paused(self, pressed: Callable[[], bool]) -> None:
         """Until the button of the plotter is pressed once more, or Enter."""
         enter = ", or Enter," if sys.stdin.isatty() else ""
-        click.echo(
-            f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the job "
-            "is kept.",
-            err=True,
-        )
-        while not (pressed() or _entered()):
-            pass
-        click.echo("It goes on.", err=True)
+        with progress.hidden():
+            click.echo(
+                f"Paused, the pen is lifted: press the plotter's button again{enter} to go on; Ctrl-C stops, and the "
+                "job is kept.",
+                err=True,
+            )
+            while not (pressed() or _entered()):
+                pass
+            click.echo("It goes on.", err=True)
 
 
 def _entered() -> bool:
@@ -169,7 +172,13 @@ def run(
         known, port = port, None
         return known or open_port(address, job.profile)
 
-    with _kept(job), making.supply(job) as supply, disturbed(address), Voice(quiet) as voice:
+    with (
+        _kept(job),
+        making.supply(job) as supply,
+        disturbed(address),
+        progress.shown(quiet) as tell,
+        Voice(quiet) as voice,
+    ):
         return running.run_job(
             job,
             opened,
@@ -178,7 +187,7 @@ def run(
             at_zero=at_zero,
             home_after=home_after,
             patience=patience,
-            progress=_progress(voice),
+            progress=(lambda share, left: tell(share, "plotting", left)) if progress.wanted(quiet) else None,
             plotted=told.plotted,
             log=voice.say,
         )
@@ -230,16 +239,6 @@ def _how_to_go_on(job: Job) -> str:
     except InputError:  # what is wrong has been said
         return ""
     return f"The job is kept; go on with: handout plot --resume {job.name}"
-
-
-def _progress(voice: Voice) -> Any:
-    if voice.quiet or not sys.stderr.isatty():
-        return None
-
-    def show(share: float, left: float) -> None:
-        voice.show(f"{share:4.0%}, {units.duration(left)} left", share >= 1)
-
-    return show
 
 
 def outlook(job: Job) -> str:
@@ -352,7 +351,7 @@ def _table(jobs: list[dict[str, Any]]) -> str:
     for job in jobs:
         share = job["drawn_mm"] / max(job["pen_down_mm"], 1e-9)
         state = "finished" if job["finished"] else f"{min(share, 0.99):.0%} drawn"
-        sheets = "1 sheet" if job["sheets"] == 1 else f"{job['sheets']} sheets"
+        sheets = units.count(job["sheets"], "sheet")
         sheets += "" if job["all_written"] else " so far"
         rows.append(f"{job['job']:9} {job['begun'].replace('T', ' ')}  {state:10} {sheets:9} {job['title']}".rstrip())
     return "\n".join(rows)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import jobs, options, results
+from handout.cli import jobs, options, progress, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @click.option("--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing.")
 @click.option("--page", "page_name", default="DL", show_default=True, help="DL C6 C5 number-10 … or WxHmm.")
 @click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-.")
+@click.option("--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name".')
+@click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …")
+@click.option("--no-name", is_flag=True, help="Print a table that has no names.")
 @click.option("--copies", type=int, default=1, show_default=True, help="Envelopes for each row.")
 @click.option("--resume", is_flag=True, help="Go on with a batch that broke off: print exactly the rest of it.")
 @click.option("--again", default="", metavar="ROWS", help="With --resume: print these whatever became of them.")
@@ -54,7 +57,7 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @options.slips_option
 @options.picture_options
 def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> int:
-    """Address an envelope for every row of TABLE (CSV) and print it.
+    """Address an envelope for every row of TABLE (CSV, or .xlsx) and print it.
 
     \b
     handout print --printer epson envelope.csv
@@ -79,19 +82,22 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
         raise InputError(
             f"{given['printer']} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."
         )
-    addresses = read_addresses(table)
+    addresses = read_addresses(table, given["columns"], given["address"], given["no_name"])
+    say = results.talk(given["quiet"])
+    for note in addresses.notes:
+        say(f"{table}: {note}.")
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")
     job = jobs.setup(given, page_name, "0mm", 1)
     profile = _fed(media.printer_for(job.layout.page, profile), given)
     if prints:
-        journal = _journal(table, addresses, given | {"page_name": page_name}, job.seed)
+        told = given | {"page_name": page_name, "columns": ",".join(given["columns"])}
+        journal = _journal(table, addresses, told, job.seed)
         job = replace(job, seed=journal.seed)
     elif given["resume"] or given["afresh"]:
         raise InputError("--resume and --afresh are for printing: leave them out of a --dry-run.")
     else:
         journal = Journal()
     look = options.look(given)
-    say = results.talk(given["quiet"])
     chosen = click.get_current_context().get_parameter_source("x_height") == ParameterSource.COMMANDLINE
     tally = results.Tally()
 
@@ -110,7 +116,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     if through is None and dry_run is None and not given["calibration"]:
         say(UNCALIBRATED)
     try:
-        with journal:
+        with journal, progress.shown(given["quiet"]) as tell:
             done = print_rows(
                 addresses,
                 write,
@@ -123,7 +129,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
                 ink=through or ink,
                 sink=lambda drawing, path: write_drawings([drawing], [path], **look),
                 about={"seed": job.seed, "hand": job.hand.name},
-                progress=results.progress(given["quiet"]),
+                progress=lambda done, total, stage: tell(done / max(total, 1), f"{stage} {done}/{total}"),
                 journal=journal,
                 again=given["again"],
                 say=say,
@@ -132,7 +138,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
         _say_problems(stopped.report, given["quiet"])
         raise
     _say_problems(done, given["quiet"])
-    result = tally.facts(job, done.files) | _facts(done)
+    result = tally.facts(job, done.files) | _facts(done) | {"columns": addresses.facts()}
     if through is not None and through.pages:
         result["calibration"] = through.facts()
         say(through.said())
@@ -199,9 +205,9 @@ def _facts(done: Report) -> dict[str, Any]:
 
 def _told(done: Report, to: str) -> str:
     """What became of a batch, in a few words."""
-    where = ", ".join(map(str, done.files[:_MOST_NAMED])) or f"{len(done.jobs)} jobs to {to}"
+    where = ", ".join(map(str, done.files[:_MOST_NAMED])) or f"{units.count(len(done.jobs), 'job')} to {to}"
     before = f", {len(done.before)} before" if done.before else ""
-    return f"{len(done.rows)} of {len(done.rows) + len(done.failed)} envelopes done ({where}){before}"
+    return f"{len(done.rows)} of {units.count(len(done.rows) + len(done.failed), 'envelope')} done ({where}){before}"
 
 
 def _with_options(layout: Layout, job: jobs.Setup) -> Layout:

@@ -31,7 +31,7 @@ def command(source: Path, output: tuple[Path, ...], **given: Any) -> None:
 
     from handout.cli import jobs
     from handout.errors import InputError
-    from handout.motion.styles.restyling import restyle
+    from handout.motion.styles.restyling import losses, restyle
     from handout.sinks import check_outputs, write_drawings
     from handout.sources import read_drawing
 
@@ -51,7 +51,11 @@ def command(source: Path, output: tuple[Path, ...], **given: Any) -> None:
         "strokes": len(made.strokes),
         "duration_s": round(made.duration, 2),
         "left_out": left_out,
+        "warnings": (warnings := losses(drawing, made, style)),
         "files": [str(path) for path in files],
     }
     left = f" Left out: {', '.join(left_out)}." if left_out else ""
-    results.report(facts, styling.said(facts) + left, as_json=given["as_json"], quiet=given["quiet"])
+    several = drawing.about.get("drawings")
+    laid = f" The file's {several} drawings lie beside and below one another." if several else ""
+    doubts = "".join(f" Warning: {one}" for one in warnings)
+    results.report(facts, styling.said(facts) + left + laid + doubts, as_json=given["as_json"], quiet=given["quiet"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -13,7 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from handout import units
+from handout.cli import progress
 
+_NOTES = "handout.notes"
 F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
@@ -109,11 +110,36 @@ def _times(number: int) -> str:
 def slipped(result: dict[str, Any]) -> str:
     """One sentence about the words that were struck out; nothing where there are none."""
     count = len(result.get("slips", []))
-    return f" {count} slip{'' if count == 1 else 's'} of the pen struck out." if count else ""
+    return f" {units.count(count, 'slip')} of the pen struck out." if count else ""
+
+
+def note(message: str) -> None:
+    """Say on standard error what was decided for the user, unless they want quiet, and keep it for `--json`."""
+    context = click.get_current_context(silent=True)
+    talk(bool(context and context.params.get("quiet")))(message)
+    if context is not None:
+        context.meta.setdefault(_NOTES, []).append(message)
+
+
+def of_paper(job: Setup) -> list[str]:
+    """What is said of the lined paper that is written on."""
+    return list(job.lined.notes) if job.lined is not None else []
+
+
+def noted(notes: Sequence[str], job: Setup, quiet: bool) -> dict[str, Any]:
+    """Say some sentences; what `--json` prints of them, and of the lined paper."""
+    for note in notes:
+        talk(quiet)(note)
+    paper = {"paper": dict(job.lined.facts)} if job.lined is not None and job.lined.facts else {}
+    return {**({"notes": list(notes)} if notes else {}), **paper}
 
 
 def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> None:
     """Data to standard output, talk to standard error."""
+    context = click.get_current_context(silent=True)
+    notes = context.meta.get(_NOTES, []) if context is not None else []
+    if notes:
+        result = {**result, "notes": notes}
     if as_json:
         click.echo(json.dumps(result, ensure_ascii=False))
     if not quiet:
@@ -122,18 +148,12 @@ def report(result: dict[str, Any], said: str, *, as_json: bool, quiet: bool) -> 
 
 def talk(quiet: bool) -> Callable[[str], None]:
     """A function that says something on standard error, unless the user wants quiet."""
-    return (lambda message: None) if quiet else (lambda message: click.echo(message, err=True))
 
+    def say(message: str) -> None:
+        with progress.hidden():
+            click.echo(message, err=True)
 
-def progress(quiet: bool) -> Callable[[int, int, str], None]:
-    """Shows how far long work has come, on a terminal only; called as (done, all, what is being done)."""
-    if quiet or not sys.stderr.isatty():
-        return lambda done, total, stage: None
-
-    def show(done: int, total: int, stage: str) -> None:
-        click.echo(f"\r{stage} {done}/{total}\033[K", err=True, nl=done >= total)
-
-    return show
+    return (lambda message: None) if quiet else say
 
 
 def output_options(function: F) -> F:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout.cli import results
+from handout import units
+from handout.cli import progress, results
 from handout.errors import InputError
+from handout.progress import within
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
 _PENS = ("ballpoint", "fineliner", "fountain", "pencil")
+_OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised
 
 
@@ -69,10 +72,13 @@ def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> No
     scans, inks = given["scans"], given["inks"]
     if bool(scans) == bool(inks):
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
-    pages = _recorded(inks, written, say) if inks else gather(scans, written, given["dpi"], say)
-    made = list(lettered(pages, given["seed"], given["pen"], say))
-    hand = read_hand(name, made, given["title"] or "")
-    file.save(hand, path)
+    with progress.shown(quiet) as tell:
+        tell(0.0, "opening the pages")
+        pages = _recorded(inks, written, say) if inks else gather(scans, written, given["dpi"], say)
+        made = list(lettered(pages, given["seed"], given["pen"], say, tell=within(tell, _OPENED, _MADE)))
+        tell(_MADE, "writing the hand")
+        hand = read_hand(name, made, given["title"] or "")
+        file.save(hand, path)
     result = {**report.facts(hand), "files": [str(path)], "seed": given["seed"], "found": [_found(m) for m in made]}
     results.report(result, _said(hand, path, made), as_json=as_json, quiet=quiet)
 
@@ -134,7 +140,7 @@ def _said(hand: ScannedHand, path: Path, made: Sequence[MadePage]) -> str:
 
     missing, doubtful = sum(len(one.missing) for one in made), len(report.doubtful(hand))
     said = (
-        f"Wrote {path}: {len(hand.glyphs)} letters on {len(hand.pages)} page{'s' if len(made) > 1 else ''}, "
+        f"Wrote {path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{len(hand.letters)} different ones; {doubtful} doubtful, {missing} not found."
     )
     if doubtful + missing > (1 - _LEAST_SURE) * len(hand.glyphs):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from handout import units
 from handout.cli import jobs, results
 from handout.cli.scan_ import hand_path
 from handout.errors import InputError
@@ -105,7 +106,7 @@ def _checked(
 
     few = [letter for letter, count in hand.letters.items() if count < report.LEAST]
     lines = [
-        f"{hand.name}: {len(hand.glyphs)} letters on {len(hand.pages)} page{'s' if len(hand.pages) > 1 else ''}, "
+        f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{len(report.doubtful(hand))} doubtful; {len(few)} of {len(hand.letters)} fewer than {report.LEAST} times"
         + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in few) if few else "")
         + "."
@@ -247,7 +248,7 @@ def import_(source: str, name: str | None, replace: bool, as_json: bool, quiet: 
     except OSError as error:
         raise InputError(f"Cannot make the folder {path.parent}: {error.strerror or error}.") from error
     atomic.write(path, Path(source).read_bytes())
-    said = f"{called}: {len(hand.glyphs)} letters; kept in {path}."
+    said = f"{called}: {units.count(len(hand.glyphs), 'letter')}; kept in {path}."
     results.report({"name": called, "files": [str(path)]}, said, as_json=as_json, quiet=quiet)
 
 
@@ -287,7 +288,7 @@ def show(hand: ScannedHand, output: Sequence[str], text: str | None, given: Mapp
     for path in paths:
         _write_png(path, pixels, 200.0)
     said = f"Wrote {', '.join(map(str, paths))}"
-    said += f": {len(hand.glyphs)} letters, {len(hand.letters)} different ones." if text is None else "."
+    said += f": {units.count(len(hand.glyphs), 'letter')}, {len(hand.letters)} different ones." if text is None else "."
     said += results.lent(found)
     found = {**found, "files": [str(path) for path in paths]}
     results.report(found, "\n".join([*found.get("why", ()), said]), as_json=given["as_json"], quiet=given["quiet"])

@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from handout import units
+
 
 @click.group("strokes")
 def command() -> None:
@@ -75,7 +77,7 @@ def _facts(page: Any) -> dict[str, Any]:
 
 
 def _said(facts: dict[str, Any]) -> str:
-    said = f"{facts['movements']} movements, {facts['strokes']} strokes"
+    said = f"{units.count(facts['movements'], 'movement')}, {units.count(facts['strokes'], 'stroke')}"
     if facts["path_db"] is not None:
         said += f"; path {facts['path_db']:.1f} dB"
     if facts["speed_db"] is not None:

@@ -81,7 +81,7 @@ def said(facts: Mapping[str, Any]) -> str:
     """One sentence about what was made."""
     from handout import units
 
-    strokes = "1 stroke" if facts["strokes"] == 1 else f"{facts['strokes']} strokes"
+    strokes = units.count(facts["strokes"], "stroke")
     return (
         f"Wrote {', '.join(facts['files'])}: {strokes} in the style {facts['style']}; "
         f"{units.duration(facts['duration_s'])} of writing; seed {facts['seed']}."

@@ -9,6 +9,8 @@ from types import TracebackType
 
 import click
 
+from handout.cli import progress
+
 _MANY = 200  # lines that may wait; more are only counted
 
 
@@ -18,7 +20,7 @@ def thread() -> Executor:
 
 
 class Voice:
-    """Says lines, and how far things are, on standard error; whoever calls it never waits.
+    """Says lines on standard error; whoever calls it never waits.
 
     quiet : says nothing.
     """
@@ -27,7 +29,6 @@ class Voice:
         self.quiet = quiet
         self._thread, self._lock = thread(), threading.Lock()
         self._lines: list[str] = []
-        self._progress: tuple[str, bool] | None = None  # only the last counts
         self._lost = 0
         self._asked: Future[None] | None = None
 
@@ -37,12 +38,6 @@ class Voice:
             self._lost += len(self._lines) >= _MANY
             if len(self._lines) < _MANY:
                 self._lines.append(line)
-        self._speak()
-
-    def show(self, progress: str, done: bool) -> None:
-        """Show how far it is, in the place of what was shown before; `done` ends that line."""
-        with self._lock:
-            self._progress = progress, done
         self._speak()
 
     def wait(self) -> None:
@@ -57,15 +52,12 @@ class Voice:
     def _out(self) -> None:
         while True:
             with self._lock:
-                lines, self._lines, progress, self._progress = self._lines, [], self._progress, None
-                lost, self._lost = self._lost, 0
-            if not lines and progress is None:
+                lines, self._lines, lost, self._lost = self._lines, [], self._lost, 0
+            if not lines:
                 return
-            with contextlib.suppress(OSError):  # nobody hears it any more: no reason to stop the plot
+            with contextlib.suppress(OSError), progress.hidden():  # nobody hears it: no reason to stop the plot
                 for line in [*lines, *([f"({lost} more lines)"] if lost else [])]:
                     click.echo(line, err=True)
-                if progress is not None:
-                    click.echo(f"\r{progress[0]}\033[K", err=True, nl=progress[1])
 
     def __enter__(self) -> Voice:
         return self

@@ -7,12 +7,16 @@ from typing import Any
 
 import click
 
-from handout.cli import jobs, options, programs, results
+from handout import units
+from handout.cli import jobs, options, programs, progress, results
+from handout.progress import within
+
+_WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
 
 
 @click.command("write")
 @click.argument("text", nargs=-1)
-@click.option("--file", "-f", help="Read the text from a file (UTF-8); - for standard input.")
+@click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
@@ -35,20 +39,19 @@ def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **
     check_outputs(paths, extra)
     look = options.look(given)
     words = options.text_of(text, file)
-    job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
+    given["page_name"] = options.page_of(given)
+    job = jobs.on_paper(jobs.setup(given, given["page_name"], given["margin"], given["pages"]), given)
     shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
-    notes = jobs.unheeded(job, given, shown >= jobs.INK)
-    pages, drawings = jobs.compose_and_trace(words, job, shown=shown)
-    files = write_drawings(drawings, paths, **look, extra=extra)
-    result = results.summary(pages, drawings, job, files) | ({"notes": notes} if notes else {})
-    for note in notes:
-        results.talk(given["quiet"])(note)
+    notes = [*jobs.unheeded(job, given, shown >= jobs.INK), *results.of_paper(job)]
+    with progress.shown(given["quiet"]) as tell:
+        pages, drawings = jobs.compose_and_trace(words, job, shown=shown, tell=within(tell, 0.0, _WRITTEN))
+        files = write_drawings(
+            drawings, paths, **jobs.on_sheet(look, job), extra=extra, tell=within(tell, _WRITTEN, 1.0)
+        )
+    result = results.summary(pages, drawings, job, files) | results.noted(notes, job, given["quiet"])
     said = (
-        f"Wrote {', '.join(map(str, files))}: {_count(result['lines'], 'line')} on {_count(result['pages'], 'page')}; "
+        f"Wrote {', '.join(map(str, files))}: {units.count(result['lines'], 'line')} on "
+        f"{units.count(result['pages'], 'page')}; "
         f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
     )
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -20,6 +20,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.errors import DoesNotFit, InputError
 from handout.summary import one_line
 from handout.values import Array, Page, readonly, readonly_indices
@@ -224,7 +225,8 @@ def _outside(made: Chart, margins: tuple[float, float, float, float]) -> str:
     for edge, (margin, free) in room.items():
         if margin > free + 1e-9:
             return (
-                f"it keeps {free:.1f} mm from the {edge} of {made.paper.name} in {len(made.pages)} page(s), and the "
+                f"it keeps {free:.1f} mm from the {edge} of {made.paper.name} in "
+                f"{units.count(len(made.pages), 'page')}, and the "
                 f"printer cannot print on {margin:.1f} mm there"
             )
     return ""

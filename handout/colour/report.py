@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout import atomic
+from handout import atomic, units
 from handout.colour.reading.pipeline import Reading, SheetReading
 from handout.colour.reading.sampling import placed
 from handout.values import Array
@@ -76,7 +76,8 @@ def _summary(reading: Reading) -> str:
     error = float(np.median(reading.deviation)) * 255
     verdict = "A calibration can be made of it." if reading.usable else "No calibration may be made of it."
     return (
-        f"{len(reading.device)} colours from {len(reading.sheets)} scan(s); standard error of one, in the middle, "
+        f"{len(reading.device)} colours from {units.count(len(reading.sheets), 'scan')}; standard error of "
+        f"one, in the middle, "
         f"{error:.2f} of 255. {verdict}"
     )
 

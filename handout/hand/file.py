@@ -30,7 +30,7 @@ from handout.values import Indices, LineGraph, Moments
 FORMAT = 2
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
-_TIME, _PRESSURE = 1e5, 1e3  # steps a second, 1
+_MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad
 _MOST_PAPER = 1_000_000  # pixels; what is kept of it has a few thousand
 _COLUMNS = ("page", "line", "word", "at", "before", "after", "place")
 
@@ -232,20 +232,22 @@ def _page(
 
 def _moment_arrays(moments: Moments, folder: str) -> dict[str, Content]:
     """Of a page that was recorded, what is known of its vertices; that it was is said by an array of none."""
-    known = {"times": (moments.times, _TIME), "pressure": (moments.pressure, _PRESSURE)}
-    rows = {name: _steps(np.rint(values * step)) for name, (values, step) in known.items() if values is not None}
+    known = {name: getattr(moments, name) for name in _MOMENTS}
+    rows = {name: _steps(np.rint(one * _MOMENTS[name])) for name, one in known.items() if one is not None}
     return {f"{folder}{name}.npy": values for name, values in rows.items()} or {f"{folder}order.npy": _flat([])}
 
 
 def _moments(archive: Archive, folder: str, count: int) -> Moments | None:
-    names = [f"{folder}{name}.npy" for name in ("times", "pressure", "order")]
-    if not any(name in archive for name in names):
+    files = {name: f"{folder}{name}.npy" for name in (*_MOMENTS, "order")}
+    if not any(file in archive for file in files.values()):
         return None
-    found = [
-        _sums(archive.array(name, "int32", count)) / step if name in archive else None
-        for name, step in zip(names, (_TIME, _PRESSURE), strict=False)
-    ]
-    return Moments(*found)
+    return Moments(
+        **{
+            name: _sums(archive.array(files[name], "int32", count)) / step
+            for name, step in _MOMENTS.items()
+            if files[name] in archive
+        }
+    )
 
 
 def _ink(path: Path, data: bytes | None, part: str, shape: tuple[int, int]) -> NDArray[np.uint8]:

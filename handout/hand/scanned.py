@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from handout import notebook
 from handout.hand.places import Place
 from handout.summary import one_line
-from handout.values import Array, Indices, LineGraph, Moments, readonly, readonly_indices
+from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
 NOBODY = -1
 _MOST_PIXELS = 400_000_000
@@ -163,8 +163,8 @@ class ScannedPage:
         uv = self.graph.uv
         if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
             raise ValueError("a vertex lies outside its picture")
-        for known in (self.moments.times, self.moments.pressure) if self.moments else ():
-            if known is not None and len(known) != len(self.graph):
+        for name in ("times", *POSE) if self.moments else ():
+            if (known := getattr(self.moments, name)) is not None and len(known) != len(self.graph):
                 raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")
 
     @property

@@ -1,4 +1,5 @@
-"""Ink laid down piece by piece: a disc drawn along each piece leaves at a point as much as it stays there.
+"""Ink laid down piece by piece: a disc drawn along each piece leaves at a point as much as it stays there; a flat nib
+is a rectangle, as long as its edge, that is drawn along without turning.
 
 What a pixel gets is added up over all pieces.  A line that is drawn twice or crosses another holds more ink there,
 the inside of a turn more than its outside, and an end less than the middle.
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.flow import LANES, Pieces
+from handout.values import NIB_THICKNESS
 
 _CHUNK = 1 << 15  # pixels worked on at a time: what fits a processor's cache
 
@@ -20,7 +22,9 @@ class Ground:
     def __init__(self, pieces: Pieces, scale: float, width: int) -> None:
         self._width = width
         a, b, radius = pieces.a * scale, pieces.b * scale, pieces.radius * scale
-        reach = radius + 0.5
+        nib = pieces.nib * scale
+        flat = np.abs(nib)
+        reach = np.where(flat > 0, flat * np.hypot(1, NIB_THICKNESS), radius) + 0.5
         middle, along = (a + b) / 2, b - a
         half = np.abs(along) / 2
         box = np.abs(along.real) / 2 + reach, np.abs(along.imag) / 2 + reach
@@ -30,9 +34,15 @@ class Ground:
         self._side = np.maximum(right - self._left, below - self._top)
         self._seen = (right > 0) & (self._left < width)
         unit = along / np.maximum(2 * half, 1e-12) + (half == 0)
-        load = pieces.load / (2 * radius)
+        edge = nib / np.maximum(flat, 1e-12)
+        turned = unit * edge.conj()
+        # how far the nib goes before its whole length or thickness has passed
+        ways = np.maximum(np.abs(turned.real), np.abs(turned.imag) / NIB_THICKNESS)
+        inside = 2 * flat / np.maximum(ways, 1e-12)
+        load = pieces.load / np.where(flat > 0, inside, 2 * radius)
         columns = (middle.real - self._left, middle.imag - self._top, unit.real, unit.imag, half, radius, load)
         self._columns = np.stack(columns).astype(np.float32)
+        self._nib = np.stack([flat, edge.real, edge.imag]).astype(np.float32)
         self._lanes = pieces.lanes
 
     def rows(self, top: int, count: int) -> NDArray[np.float32]:
@@ -61,6 +71,8 @@ class Ground:
         u, v = dx * ux + dy * uy, dy * ux - dx * uy
         chord = np.sqrt(np.maximum(radius * radius - v * v, 0))
         stay = np.minimum(half, u + chord) - np.maximum(-half, u - chord)
+        if (flat := self._nib[0, some] > 0).any():
+            stay[flat] = self._under_nib(some[flat], dx[flat], dy[flat])
         np.maximum(stay, 0, out=stay)
         lane = ((v / radius + np.float32(1)) * np.float32(LANES / 2)).astype(np.int32)
         np.clip(lane, 0, LANES - 1, out=lane)
@@ -68,3 +80,17 @@ class Ground:
         stay *= load
         stay *= self._lanes.reshape(-1).take(lane)
         return np.asarray(stay)
+
+    def _under_nib(
+        self, some: NDArray[np.intp], dx: NDArray[np.float32], dy: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """(m, n, n) how much of each piece's way passes while a flat nib lies on pixels so far from its middle."""
+        _, _, ux, uy, half, _, _ = self._columns[:, some, None, None]
+        reach, ex, ey = self._nib[:, some, None, None]
+        begin, end = -half, half
+        for x, y, size in ((ex, ey, reach), (-ey, ex, reach * np.float32(NIB_THICKNESS))):
+            away, speed = dx * x + dy * y, ux * x + uy * y
+            speed = np.where(np.abs(speed) < 1e-6, np.float32(1e-6), speed)
+            one, other = (away - size) / speed, (away + size) / speed
+            begin, end = np.maximum(begin, np.minimum(one, other)), np.minimum(end, np.maximum(one, other))
+        return np.asarray(end - begin)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking import curves
-from handout.values import Array, Drawing, Stroke
+from handout.values import NIB_THICKNESS, Array, Drawing, Stroke
 
 _Floats = NDArray[np.floating[Any]]
 
@@ -67,6 +67,7 @@ class Pieces:
     radius : (m,) mm, half the width.
     load : (m,) ink, 1 for one usual pass.
     lanes : (m, LANES) float32: share of the load from the left edge to the right.
+    nib : (m,) complex, mm: half the edge of a flat nib, from its middle; 0 for a round point.
     """
 
     a: NDArray[np.complex128]
@@ -74,6 +75,7 @@ class Pieces:
     radius: Array
     load: Array
     lanes: NDArray[np.float32]
+    nib: NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +89,7 @@ class _Way:
     pressure: Array
     length: Array  # mm, of the whole stroke
     own: Array  # mm, NaN where the stroke has no width of its own
+    nib: NDArray[np.complex128]  # mm, half the edge of a flat nib
 
 
 def lean(speed: Array) -> Array:
@@ -138,7 +141,17 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     press = _pressure(stroke, middle, place, speed)
     own = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
     length = np.full(count, np.abs(np.diff(place)).sum())
-    return place[:-1], place[1:], speed, dwell, press, length, own
+    nib = np.zeros(count, dtype=np.complex128)
+    if stroke.nib > 0 and stroke.rotation is not None:
+        nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
+        own = across(nib, np.diff(place))
+    return place[:-1], place[1:], speed, dwell, press, length, own, nib
+
+
+def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
+    """(m,): how wide a line a flat nib leaves along `way`, in the unit of `nib`, half its edge."""
+    along = way * nib.conj() / np.maximum(np.abs(way * nib), 1e-12)
+    return np.asarray(2 * np.abs(nib) * (np.abs(along.imag) + NIB_THICKNESS * np.abs(along.real)))
 
 
 def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
@@ -162,7 +175,8 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     normal = step / np.maximum(np.abs(step), 1e-12) * 1j
     shift = normal * (left - right) / 2
     radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
-    whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32))
+    nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.own / 2, _THINNEST / 2))
+    whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32), nib)
     return _with_blobs(whole, _turning(step), flow, blobs)
 
 
@@ -207,4 +221,5 @@ def _with_blobs(whole: Pieces, turning: Array, flow: Flow, chance: Array) -> Pie
         np.r_[whole.radius, radius],
         np.r_[whole.load, 2.0 + 2.0 * chance[1, hit]],
         np.r_[whole.lanes, np.ones((len(hit), LANES), dtype=np.float32)],
+        np.r_[whole.nib, np.zeros(len(hit))],
     )

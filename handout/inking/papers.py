@@ -38,8 +38,8 @@ class Paper:
     """A sheet: one of `PAPERS`, or the path of a picture that is stretched to fill the page.
 
     pitch : mm between lines of ruled and squared paper, 2 to 100; None: 8 and 5.
-    first : mm below the top edge where one of the lines lies; None: one pitch.  There are none above the first
-        that is a whole pitch below the edge.
+    first : mm below the top edge where one of the lines lies; None: where the writing has its lines, or one pitch.
+    head : mm below the top edge above which there are no lines; None: one pitch.
 
     Raises
     ------
@@ -50,21 +50,26 @@ class Paper:
     name: str = "none"
     pitch: float | None = None
     first: float | None = None
+    head: float | None = None
 
     def __post_init__(self) -> None:
         if self.pitch is not None and not 2 <= self.pitch <= 100:
             raise InputError(f"paper: lines {self.pitch:g} mm apart are outside 2 to 100 mm.")
+        if self.first is not None and not 0 <= self.first <= 2000:
+            raise InputError(f"paper: a first line {self.first:g} mm from the top is outside 0 to 2000 mm.")
 
 
 def under(paper: Paper, about: Mapping[str, Any]) -> Paper:
-    """The paper with its lines where those of a page lie, as far as `Drawing.about` says so.
+    """The paper with its lines where those of a page lie, as far as `Drawing.about` says so and it has none yet.
 
     Ruled paper without a pitch of its own takes that of the writing.
     """
+    if paper.first is not None:
+        return paper
     spacing, baseline = about.get("line_spacing"), about.get("baseline")
     follows = paper.name == "ruled" and paper.pitch is None and isinstance(spacing, float) and 2 <= spacing <= 100
     pitch = spacing if follows else paper.pitch
-    return replace(paper, pitch=pitch, first=baseline if isinstance(baseline, float) else paper.first)
+    return replace(paper, pitch=pitch, first=baseline if isinstance(baseline, float) else None)
 
 
 def sheet(paper: Paper, page: Page, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8] | None:
@@ -131,15 +136,16 @@ def _lines(paper: Paper, size: tuple[int, int], unit: float) -> tuple[Array, Arr
     if paper.name not in _PITCH:
         return np.zeros(width), np.zeros(height)
     pitch = paper.pitch or _PITCH[paper.name]
-    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first)
-    return (_covered(width, unit, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
+    head = pitch if paper.head is None else paper.head
+    rows = _covered(height, unit, pitch, pitch if paper.first is None else paper.first, head)
+    return (_covered(width, unit, pitch, pitch, pitch) if paper.name == "squared" else np.zeros(width)), rows
 
 
-def _covered(count: int, unit: float, pitch: float, first: float) -> Array:
-    """(count,): share of pixels of `unit` mm that lie on lines `pitch` mm apart, one of them at `first`."""
+def _covered(count: int, unit: float, pitch: float, first: float, head: float) -> Array:
+    """(count,): share of pixels of `unit` mm on lines `pitch` mm apart, one of them at `first`, from `head` on."""
     at = (np.arange(count * _FINER) + 0.5) * unit / _FINER
     on = np.abs((at - first + pitch / 2) % pitch - pitch / 2) < _THICK / 2
-    return np.asarray((on & (at > pitch - _THICK)).reshape(count, _FINER).mean(axis=1))
+    return np.asarray((on & (at > head - _THICK)).reshape(count, _FINER).mean(axis=1))
 
 
 def _printed(across: Array, down: Array) -> NDArray[np.float32]:
@@ -149,10 +155,11 @@ def _printed(across: Array, down: Array) -> NDArray[np.float32]:
 
 
 def _picture(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
-    from PIL import Image
+    from PIL import Image, ImageOps
 
     try:
         with Image.open(path) as picture:
+            ImageOps.exif_transpose(picture, in_place=True)  # photographs may lie on their side
             return np.asarray(picture.convert("RGB").resize((size[1], size[0]), Image.Resampling.LANCZOS)).copy()
     except (OSError, ValueError, Image.DecompressionBombError) as error:
         known = ", ".join(PAPERS)

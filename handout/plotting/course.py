@@ -16,6 +16,7 @@ from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, readonly
 
+_QUESTIONS = 35.0  # bytes that an HP-GL plotter is asked and answers before its pen is lowered
 TRAVEL, LIFT, LOWER, DRAW = range(4)
 
 
@@ -114,6 +115,8 @@ class _Builder:
     def move_pen(self, down: bool) -> None:
         """Lift or lower the pen and wait for it."""
         wait = pens.wait(self.pen, down, float(self.profile.port.line_time))
+        if down and self.profile.dialect == "hpgl":
+            wait += _QUESTIONS * 10.0 / self.profile.port.baud
         self.told.append((Pen(down), self.count))
         if self.on_z:
             height = self.pen.down if down else self.pen.up

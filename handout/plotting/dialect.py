@@ -49,8 +49,8 @@ class Heard(NamedTuple):
 class Controller(Protocol):
     """A machine that is connected and ready; counts are of the commands given to `send`, in order.
 
-    All methods raise PortError when the connection breaks, DeviceHeld when it is held for too long, DeviceSilent when nothing answers (or something was lost on
-    the way), DeviceAlarm when the machine refuses or stops.
+    All methods raise PortError when the connection breaks, DeviceHeld when it is held for too long, DeviceSilent when
+    nothing answers (or something was lost on the way), DeviceAlarm when the machine refuses or stops.
 
     profile : with the machine's own limits.
     sent : commands written to the port, whole or in part.

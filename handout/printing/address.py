@@ -18,7 +18,16 @@ _GREETINGS = {
     *("dear", "sehr", "liebe", "lieber", "hallo", "cher", "chère", "estimado", "estimada", "querido", "querida"),
     *("caro", "cara", "gentile", "beste", "geachte"),
 }
+# with any of these the parts of an address are told, and one that came as a whole is not needed
+TOLD = frozenset({"street", "street2", "box", "city", "place", "postcode"})
 _NOTHING = "there is no street, place or address in it"
+# "Springfield, IL 62704", "Toronto ON M5V 2T6"; "01067 Dresden"
+_PLACES = (
+    re.compile(
+        r"(?P<city>\D+?)[,\s]\s*(?P<state>[A-Z]{2})[,\s]\s*(?P<postcode>\d{3,5}(?:-\d{4})?|[A-Z]\d[A-Z] ?\d[A-Z]\d)\Z"
+    ),
+    re.compile(r"(?P<postcode>(?:[A-Z]{1,3}-)?\d{3,6})\s+(?P<city>\D+)\Z"),
+)
 _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 
@@ -51,17 +60,33 @@ def _one(fields: Fields, role: str) -> str:
     return fields[role][0] if fields.get(role) else ""
 
 
-def _name(fields: Fields) -> str:
+def greets(title: str) -> bool:
+    """Whether a form of address opens a letter, as "Dear" does: it is not written on an envelope."""
+    return bool(title) and title.split()[0].casefold() in _GREETINGS
+
+
+def person(fields: Fields) -> str:
+    """One person's name on one line: titles, name or parts of it, suffix."""
     parts = [cell for role in ("first", "middle", "last") for cell in fields.get(role, ())]
-    name, title = _one(fields, "name") or " ".join(parts), _one(fields, "title")
-    greeting = title and title.split()[0].casefold() in _GREETINGS
-    return name if not title or greeting or not name or name.startswith(f"{title} ") else f"{title} {name}"
+    name = _one(fields, "name") or " ".join(parts)
+    titles = [title for title in fields.get("title", ()) if not greets(title)]
+    if not name:
+        return ""
+    for title in reversed(titles):
+        name = name if f" {name} ".find(f" {title} ") >= 0 else f"{title} {name}"
+    missing = [suffix for suffix in fields.get("suffix", ()) if suffix not in name.replace(",", " ").split()]
+    return " ".join([name, *missing])
 
 
 def _who(fields: Fields) -> list[str]:
-    """Name, department, company and care of: the lines above the street."""
+    """Names, department, company and care of: the lines above the street."""
     care = [c if c.casefold().startswith("c/o") else f"c/o {c}" for c in fields.get("careof", ())]
-    return [line for line in (_name(fields), *fields.get("attention", ()), *fields.get("company", ()), *care) if line]
+    names = [person(fields), *fields.get("name", ())[1:]]
+    return _once([*names, *fields.get("attention", ()), *fields.get("company", ()), *care])
+
+
+def _once(lines: Sequence[str]) -> list[str]:
+    return list(dict.fromkeys(line for line in lines if line))
 
 
 def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
@@ -72,13 +97,14 @@ def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
     line = " ".join(part for part in parts if part)
     extra = list(fields.get("extra", ()))
     above, below = (extra, []) if country.extra_first else ([], extra)
-    return [part for part in (*above, line, *fields.get("street2", ()), *below, *fields.get("box", ())) if part]
+    streets = (line, *fields.get("street", ())[1:], *fields.get("street2", ()))
+    return _once([*above, *streets, *below, *fields.get("box", ())])
 
 
 def _place(fields: Fields, country: Country) -> list[str]:
     city, state, code = (_one(fields, role) for role in ("city", "state", "postcode"))
     if fields.get("place"):
-        return [_one(fields, "place"), *([state] if state else [])]
+        return _once([*fields.get("locality", ()), _one(fields, "place"), state])
     if country.order == "city state code":
         lines = [" ".join(part for part in (city, state, code) if part)]
     elif country.order == "city / code":
@@ -87,7 +113,22 @@ def _place(fields: Fields, country: Country) -> list[str]:
         lines = [" ".join(part for part in (code, city) if part), state]
         if country.code == "IT" and len(state) == 2:
             lines = [f"{lines[0]} {state}"]
-    return [line for line in lines if line]
+    return _once([*fields.get("locality", ()), *lines])
+
+
+def place_parts(text: str, order: Sequence[str] = ()) -> dict[str, str]:
+    """City, state and postal code out of one cell; empty where they cannot be told apart.
+
+    `order` are the roles in which the header names them, for cells with a stroke or a semicolon between the parts.
+    """
+    parts = [part.strip() for part in re.split(r"\s*[/;|\n]\s*", text)]
+    if len(order) > 1 and len(parts) == len(order) and all(parts):
+        return dict(zip(order, parts, strict=True))
+    for pattern in _PLACES:
+        match = pattern.match(text)
+        if match:
+            return {role: value.strip(" ,") for role, value in match.groupdict().items()}
+    return {}
 
 
 def _block(text: str, who: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -100,6 +141,15 @@ def _block(text: str, who: Sequence[str]) -> tuple[list[str], list[str]]:
         warnings.append("the address was one line and has been broken at its commas: check it")
     held = {line.casefold() for line in lines}
     return [line for line in who if line.casefold() not in held] + lines, warnings
+
+
+def _split_place(fields: Fields) -> Fields:
+    """City, state and postal code as fields of their own, where one cell holds them and they can be told apart."""
+    parts = place_parts(_one(fields, "place"))
+    if not parts or set(parts) & set(fields):
+        return fields
+    rest = {role: cells for role, cells in fields.items() if role != "place"}
+    return {**rest, **{role: [value] for role, value in parts.items()}}
 
 
 def _whole_number(fields: Fields) -> tuple[Fields, list[str]]:
@@ -126,12 +176,12 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
     tuple
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
-    fields, warnings = _whole_number(fields)
+    fields, warnings = _whole_number(_split_place(fields))
     who, named = _who(fields), _one(fields, "country")
     country = countries.find(named) if named else countries.guess(_one(fields, "postcode"), _one(fields, "state"))
     country = country or countries.UNKNOWN
     where = _street(fields, country, number_first) + _place(fields, country)
-    told = set(fields) & {"street", "street2", "box", "city", "place", "postcode"}
+    told = set(fields) & TOLD
     if fields.get("address") and not told:
         found, more = _block(_one(fields, "address"), who)
         warnings += more

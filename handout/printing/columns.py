@@ -1,127 +1,239 @@
-"""What the columns of an address table mean: headers as people write them, in six languages."""
+"""What the columns of an address table hold, by their headers: every column gets a meaning or is known to have none."""
 
 from __future__ import annotations
 
-import unicodedata
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
-# Role → headers that mean it; compared without case, accents, spaces and punctuation.  English, German, French,
-# Spanish, Italian, Dutch.
-_HEADERS: dict[str, str] = {
-    "name": """name, full name, fullname, recipient, addressee, contact, contact name, to, display name
-        Name, Vollständiger Name, Empfänger, Kontakt, Vor- und Nachname, Vor- und Zuname, Vor-/Nachname, Name Vorname
-        nom complet, nom et prénom, nom prénom, prénom et nom, prénom nom, destinataire, nom
-        nombre, nombre completo, nombre y apellidos, destinatario, nome, nome completo, nome e cognome, nominativo
-        naam, volledige naam, ontvanger, geadresseerde""",
-    "title": """title, prefix, honorific, Titel, Anrede, civilité, titre, tratamiento, título, titolo
-        aanhef, titulatuur""",
-    "first": """first name, firstname, given name, forename, first, Vorname, Rufname, prénom, nombre de pila
-        primo nome, voornaam""",
-    "middle": "middle name, middle, second name, zweiter Vorname, deuxième prénom, segundo nombre, tussenvoegsel",
-    "last": """last name, lastname, surname, family name, last, Nachname, Familienname, Zuname
-        nom de famille, nom de naissance, apellido, apellidos, primer apellido, cognome, achternaam, familienaam""",
-    "company": """company, company name, organisation, organization, business, firm, employer, institution
-        Firma, Firmenname, Unternehmen, Betrieb, Institution, Organisation
-        société, entreprise, raison sociale, organisme, empresa, razón social, compañía, sociedad, organización
-        azienda, società, ditta, ragione sociale, impresa, bedrijf, bedrijfsnaam, organisatie, firma""",
-    "careof": "c/o, care of, chez, presso, per Adresse, p. A.",
-    "attention": """attention, attn, department, dept, division
-        Abteilung, zu Händen, z. Hd., zHd, service, à l'attention de, a la atención de, departamento
-        alla cortese attenzione, reparto, dipartimento, ter attentie van, t.a.v., afdeling""",
-    "street": """street, street address, street name, street and number, street 1, address line 1, address 1, address1
-        line 1, addr 1, mailing street, road
-        Straße, Straße und Hausnummer, Straße Nr., Straße Hausnummer, Straße Hausnr., Straße und Nr., Str.
-        Straßenname, Adresszeile 1, Adresse 1, Anschrift 1
-        rue, voie, rue et numéro, numéro et rue, n° et rue, numéro et voie, n° et voie, adresse ligne 1
-        calle, calle y número, domicilio, vía, dirección 1, dirección línea 1
-        via, via e numero, via e numero civico, indirizzo 1, via/piazza
-        straat, straatnaam, straat en huisnummer, straat en nummer, adres 1, adresregel 1""",
-    "number": """house number, house no, number, no., building number, street number, Hausnummer, Hausnr., Nr., Haus-Nr.
-        numéro, n°, numéro de rue, número, núm., número de calle, numero civico, civico, numero
-        huisnummer, huisnr., nummer, nr""",
-    "street2": """street 2, address line 2, address 2, line 2, addr 2, address line 3, address 3, line 3
-        Adresszeile 2, Adresse 2, Anschrift 2, Adresszeile 3, adresse ligne 2, adresse 3
-        dirección 2, dirección línea 2, indirizzo 2, adres 2, adresregel 2""",
-    "extra": """apartment, apt, unit, suite, flat, floor, building, Adresszusatz, Zusatz, Adresszusatz 2, Stockwerk
-        complément, complément d'adresse, bâtiment, étage, appartement, résidence
-        piso, puerta, complemento, escalera, interno, scala, piano, palazzina
-        toevoeging, huisnummertoevoeging, bus""",
-    "box": """PO box, P.O. box, post office box, Postfach, boîte postale, BP, apartado, apartado de correos
-        casella postale, CP casella, postbus""",
-    "postcode": """postal code, postcode, post code, ZIP, ZIP code, zipcode, eircode, pin code, mailing zip
-        PLZ, Postleitzahl, code postal, CP, NPA, código postal, C.P., cód. postal, CAP, codice postale
-        codice di avviamento postale, postnummer""",
-    "city": """city, town, post town, locality, municipality, suburb, village, mailing city
-        Ort, Stadt, Wohnort, Ortschaft, Gemeinde, ville, localité, commune
-        ciudad, población, localidad, municipio, città, comune, località, plaats, woonplaats, stad, gemeente""",
-    "state": """state, province, region, county, state/province, territory, mailing state
-        Bundesland, Kanton, Provinz, Region, canton, région, département, provincia, comunidad autónoma, estado
-        regione, prov., sigla provincia, provincie""",
-    "place": """city state zip, city state zip code, city and zip, zip city, postcode city, postcode and city
-        PLZ Ort, PLZ und Ort, PLZ Stadt, Postleitzahl Ort, Postleitzahl und Ort
-        code postal ville, code postal et ville, CP ville, CP et ville, NPA localité, NPA ville
-        CP ciudad, CP población, CP localidad, código postal y ciudad, CAP città, CAP e città, CAP località
-        postcode plaats, postcode en plaats, postcode woonplaats, postcode en woonplaats""",
-    "country": """country, country name, country code, country/region, nation, mailing country
-        Land, Staat, Ländercode, pays, code pays, país, código de país, paese, nazione, stato, landcode""",
-    "address": """address, full address, postal address, mailing address, address block, delivery address
-        shipping address, Adresse, Anschrift, Postadresse, Postanschrift, Adressblock, Lieferadresse
-        adresse complète, adresse postale, dirección, dirección completa, dirección postal
-        indirizzo, indirizzo completo, indirizzo postale, adres, volledig adres, postadres, recapito""",
-}
+from handout.printing.lexicon import IDLE, KINDS, NAMES, ROLES, key
 
+# of a column that says which of several addresses its neighbours hold ("Address 1 - Label")
+LABEL = "label"
+_LABELS = frozenset({"label", "type"})
 _AMBIGUOUS = frozenset({"number", "no", "nr", "nummer", "numero", "num", "n"})
-
+# an address as a whole, also beside columns for its parts; other words for "address" are the street there
+_WHOLE = frozenset(map(key, ("full address", "address block", "formatted", "formatted address", "Adressblock")))
+_WHOLE |= frozenset(map(key, ("adresse complète", "dirección completa", "indirizzo completo", "volledig adres")))
 # any one of these makes a table something that can be addressed
-_PLACES = frozenset({"street", "box", "place", "postcode", "city", "address"})
+PLACES = frozenset({"street", "box", "place", "postcode", "city", "address"})
+ADDRESS = PLACES | {"number", "street2", "extra", "locality", "state", "county", "country"}
+PEOPLE = frozenset({"name", "first", "middle", "last", "company", "attention", "careof"})
+_SPOKEN = frozenset({"name", "first", "middle", "last"})
+_PERSON = _SPOKEN | {"title", "suffix"}
+
+_LONGEST = 80  # characters of a header
+_PREFIXES = tuple(prefix for prefix in sorted((*KINDS, *IDLE), key=len, reverse=True) if len(prefix) > 3)
+_PLURAL = re.compile(r"\((?:s|es|e|n|en|r|er|x|in|innen|i)\)", re.IGNORECASE)
+_NUMBERED = re.compile(r"(?:address|adresse|dirección|indirizzo|adres)\s*(\d+)\s*[-–—:]\s*(\S.*)\Z", re.IGNORECASE)
+_BETWEEN = re.compile(r"\s*[/,;&+|\n]\s*|\s+(?:-|and|or|und|oder|et|ou|y|e|o|en|of)\s+", re.IGNORECASE)
+_WORDS = re.compile(r"[^\W_]+(?:['’.][^\W_]+)*\.?")
+_CAMEL = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
 
 
-def key(header: str) -> str:
-    """A header without case, accents, spaces and punctuation: ``" Straße / Nr. "`` → ``"strassenr"``."""
-    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", header).casefold())
-    return "".join(c for c in plain if c.isalnum())
+@dataclass(frozen=True)
+class Meaning:
+    """What a header says: a role, which of a person's addresses it belongs to, and the roles that share the column.
+
+    kind : "" or "home", "business", "1" …; parts : in their order, where one column holds several things.
+    """
+
+    role: str
+    kind: str = ""
+    parts: tuple[str, ...] = ()
 
 
-def _synonyms() -> dict[str, str]:
-    found: dict[str, str] = {}
-    for role, headers in _HEADERS.items():
-        for header in headers.replace("\n", ",").split(","):
-            found.setdefault(key(header), role)
-    found.pop("", None)
-    return found
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its place from 1, its header, and what it means; None where that is not known."""
+
+    number: int
+    header: str
+    meaning: Meaning | None = None
+
+    @property
+    def role(self) -> str | None:
+        return self.meaning.role if self.meaning else None
+
+    @property
+    def kind(self) -> str:
+        return self.meaning.kind if self.meaning else ""
+
+    @property
+    def name(self) -> str:
+        """What to call it in a message."""
+        return repr(self.header) if self.header else f"number {self.number}"
 
 
-_ROLES = _synonyms()
+@lru_cache(maxsize=4096)
+def meaning(header: str) -> Meaning | None:
+    """What a header means by itself, None if that is not known."""
+    if len(header) > _LONGEST:
+        return None
+    plain = _PLURAL.sub("", header)
+    found = _known(plain) or _numbered(plain) or _stripped(plain)
+    if found is not None and found.role != "name":
+        return found
+    several = _combined([part for part in _BETWEEN.split(plain) if part and key(part)]) or _segmented(plain)
+    # of a name the order of its parts matters: "Name, Vorname"
+    return several if found is None or (several and several.role == "name") else found
 
 
-def role(header: str) -> str | None:
-    """What a column of this header holds (a key of the table above), or None."""
-    return _ROLES.get(key(header))
+def _known(header: str) -> Meaning | None:
+    for text in (header, re.sub(r"\(.*?\)", " ", header)):
+        name = key(text)
+        role = ROLES.get(name) or (ROLES.get(name.removesuffix("s")) if len(name) > 4 else None)
+        role = role or (ROLES.get(name.rstrip("0123456789")) if name[:-1] else None)
+        if role is not None and not (name not in ROLES and name[-1].isdigit() and role not in _PERSON):
+            return Meaning(role)
+    return None
 
 
-def roles(headers: Sequence[str]) -> list[str | None]:
+def _numbered(header: str) -> Meaning | None:
+    """One of several addresses of an address book: "Address 1 - Street"."""
+    match = _NUMBERED.match(header.strip())
+    if match is None:
+        return None
+    if key(match.group(2)) in _LABELS:
+        return Meaning(LABEL, match.group(1))
+    found = meaning(match.group(2))
+    return replace(found, kind=match.group(1)) if found and found.role in ADDRESS else None
+
+
+def _words(header: str) -> list[str]:
+    return _WORDS.findall(_CAMEL.sub(" ", header))
+
+
+def _stripped(header: str) -> Meaning | None:
+    """The meaning without words that say whose address it is, or which one: "Guest name", "Home Street 2"."""
+    words = _words(header)
+    for i, word in enumerate(words):
+        kind, rest = KINDS.get(key(word), ""), " ".join((*words[:i], *words[i + 1 :]))
+        if not rest or not (kind or key(word) in IDLE):
+            continue
+        found = _known(rest) or _stripped(rest)
+        if found is not None and key(rest) not in _AMBIGUOUS and _fits(found.role, kind):
+            return replace(found, kind=kind or found.kind)
+    name = key(header)
+    for prefix in _PREFIXES:  # Lieferstraße, Gastname
+        rest = name.removeprefix(prefix)
+        if rest != name and rest in ROLES and rest not in _AMBIGUOUS:
+            kind = KINDS.get(prefix, "")
+            return Meaning(ROLES[rest], kind) if _fits(ROLES[rest], kind) else None
+    return None
+
+
+def _fits(role: str, kind: str) -> bool:
+    # a "business title" is no form of address; parcels and bills have names of their own
+    return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in _PERSON | {"company"})
+
+
+def _combined(parts: Sequence[str]) -> Meaning | None:
+    """What a column holds whose header names several things: "City/State/Zip"."""
+    found = [_known(part) or _stripped(part) for part in parts]
+    roles = [one.role for one in found if one is not None]
+    kinds = {one.kind for one in found if one is not None and one.kind}
+    if len(roles) < max(len(parts), 2) or len(kinds) > 1:
+        return None
+    role = _together(roles)
+    return Meaning(role, kinds.pop() if kinds else "", tuple(roles)) if role else None
+
+
+def _together(roles: Sequence[str]) -> str | None:
+    several = set(roles)
+    if len(several) == 1:
+        return roles[0]
+    if several <= {"company", "attention"}:
+        return "company"
+    if several & PEOPLE and several & (PLACES | {"street2"}):
+        return "address"
+    for role, members in (
+        ("place", {"postcode", "city", "state", "county", "locality"}),
+        ("street", {"street", "number", "extra", "street2", "box"}),
+        ("name", _PERSON | {"company", "attention"}),
+        ("country", {"country", "state", "county"}),
+        ("address", ADDRESS),
+    ):
+        if several <= members and (role in several or role in ("place", "name", "address")):
+            return "title" if several <= {"title", "suffix"} else role
+    return None
+
+
+def _segmented(header: str) -> Meaning | None:
+    """The same where nothing but spaces stands between: "City ST Zip"."""
+    words = _words(header)
+
+    def split(start: int) -> list[str] | None:
+        if start == len(words):
+            return []
+        for end in range(len(words), start, -1):
+            text = " ".join(words[start:end])
+            rest = split(end) if key(text) in ROLES else None
+            if rest is not None:
+                return [text, *rest]
+        return None
+
+    found = _combined(split(0) or []) if 1 < len(words) <= 8 else None
+    kept = found is not None and (set(found.parts) <= ADDRESS or set(found.parts) <= _SPOKEN)
+    return found if kept else None
+
+
+def columns(headers: Sequence[str]) -> list[Column]:
     """What each column holds, with the meanings that depend on the other columns settled.
 
     "Nom", "Name" or "Nombre" beside a column for the first name is the last name, beside one for the last name it
-    is the first name; "Adresse" beside columns for postcode or city is the street.
+    is the first name; "Adresse" beside columns for postcode or city is the street; "Region" is the state and
+    "Ortsteil" the town where there is no other column for it.
     """
-    found = [role(header) for header in headers]
-    for present, absent in (("first", "last"), ("last", "first")):
-        if present in found and absent not in found:
-            found = [absent if r == "name" else r for r in found]
-    for i, header in enumerate(headers):
-        # "Nr." is as often a running number as a house number: believed only beside the street
-        beside = "street" in found[max(i - 1, 0) : i + 2]
-        if found[i] == "number" and key(header) in _AMBIGUOUS and not beside:
-            found[i] = None
-    if "address" in found and "street" not in found and {"postcode", "city", "place"} & set(found):
-        found = ["street" if r == "address" else r for r in found]
-    return found
+    found = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
+    kinds = {column.kind for column in found}
+    for kind in sorted(kinds):
+        mine = {column.role for column in found if column.kind in ("", kind)}
+        found = [_settled(column, mine) if column.kind == kind else column for column in found]
+    return [_beside(found, i) for i in range(len(found))]
 
 
-def addressable(found: Sequence[str | None]) -> bool:
-    """Whether columns of these roles can hold an address at all."""
-    return bool(_PLACES & set(found))
+def _settled(column: Column, roles: set[str | None]) -> Column:
+    """A column's meaning beside columns of these roles; the kind of address is the same."""
+    role, single = column.role, not (column.meaning and column.meaning.parts)
+    if role == "name" and single and key(column.header) in _LONE and ("first" in roles) != ("last" in roles):
+        return _as(column, "last" if "first" in roles else "first")
+    if role == "address" and single and "street" not in roles and {"postcode", "city", "place"} & roles:
+        return column if any(key(column.header).endswith(name) for name in _WHOLE) else _as(column, "street")
+    if role == "locality" and "city" not in roles:
+        return _as(column, "city")
+    if role == "county":
+        return _as(column, "state") if "state" not in roles else Column(column.number, column.header)
+    return column
+
+
+# words for a name that may be one half of it
+_LONE = frozenset(map(key, ("name", "nom", "nombre", "nome", "naam")))
+
+
+def _as(column: Column, role: str) -> Column:
+    return Column(column.number, column.header, Meaning(role, column.kind))
+
+
+def _beside(found: Sequence[Column], i: int) -> Column:
+    """ "Nr." is as often a running number as a house number: believed only beside the street."""
+    near = {column.role for column in found[max(i - 1, 0) : i + 2]}
+    lonely = found[i].role == "number" and key(found[i].header) in _AMBIGUOUS and "street" not in near
+    return Column(found[i].number, found[i].header) if lonely else found[i]
+
+
+def role(word: str) -> str | None:
+    """The role that a word names: a role itself, or a header of that meaning."""
+    if word in NAMES:
+        return word
+    found = meaning(word)
+    return found.role if found and not found.kind else None
+
+
+def addressable(found: Iterable[Column]) -> bool:
+    """Whether these columns can hold an address at all."""
+    return any(column.role in PLACES for column in found)
 
 
 def understood() -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from handout.printing.columns import key
+from handout.printing.lexicon import key
 
 Order = Literal["code city", "city state code", "city / code"]
 
@@ -83,6 +84,7 @@ _ORDERS: dict[str, Order] = {"c": "code city", "s": "city state code", "b": "cit
 _BRITISH = re.compile(r"[A-Z]{1,2}\d[A-Z\d]? ?\d[A-Z]{2}\Z")
 _CANADIAN = re.compile(r"[A-Z]\d[A-Z][ -]?\d[A-Z]\d\Z")
 _AMERICAN = re.compile(r"\d{3,5}(-\d{4})?\Z")
+_FOUR = re.compile(r"(\d{4}) \D+\Z")
 _PREFIX = re.compile(r"[A-Z]{1,3}[- ](?=\d)")
 
 
@@ -116,6 +118,18 @@ def guess(postcode: str, state: str) -> Country:
     if _AMERICAN.match(code) and re.fullmatch(r"[A-Z]{2}", state):
         return _COUNTRIES["US"]
     return UNKNOWN
+
+
+def short_code(lines: Sequence[str]) -> str:
+    """What is doubtful about a postal code of four digits where no country is named: it may have had five."""
+    found = _FOUR.match(lines[-1]) if lines and find(lines[-1]) is None else None
+    if found is None:
+        return ""
+    code = found.group(1)
+    return (
+        f"postal code {code} has 4 digits and no country is named: those of Germany, France, Italy, Spain and the USA "
+        f"have 5, and a spreadsheet may have dropped a leading zero ({code.zfill(5)})"
+    )
 
 
 def last_line(cell: str) -> str:

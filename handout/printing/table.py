@@ -1,181 +1,248 @@
-"""Address tables as people have them: any of the usual delimiters, encodings and headers."""
+"""Address tables as people have them: CSV of any delimiter and encoding, workbooks, address books, with any header."""
 
 from __future__ import annotations
 
-import csv
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, overload
 
 from handout.errors import TableError
-from handout.printing import address, columns
+from handout.printing import delimited, filing, mapping
 from handout.printing.address import Row
+from handout.printing.columns import LABEL, Column, addressable, columns, understood
+from handout.printing.delimited import Record, Sheet
+from handout.printing.filing import Account
+from handout.printing.lexicon import KINDS, key
 
-_DELIMITERS = ",;\t"
 # the first bytes of files that people give by mistake
 _SIGNATURES = {
-    b"PK\x03\x04": "a spreadsheet or another packed file",
-    b"\xd0\xcf\x11\xe0": "an Excel workbook",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls)",
     b"\x89PNG": "a PNG picture",
     b"\xff\xd8\xff": "a JPEG picture",
     b"%PDF": "a PDF document",
     b"\x1f\x8b": "a packed file",
 }
-_BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*\Z', re.IGNORECASE)
-_MOST_LINES = 20
+_PACKED = b"PK\x03\x04"
 
 
 @dataclass(frozen=True)
-class _Record:
-    """One row of cells; `lines` are the physical lines it came from, counted from 0."""
+class Addresses(Sequence[Row]):
+    """The rows of a table, and how it was read.
 
-    cells: list[str]
-    lines: range
+    used : header of a column → its role; unused : headers of the columns of which nothing is written; notes : what
+    has to be said of the table as a whole, each a phrase.
+    """
+
+    rows: tuple[Row, ...]
+    used: tuple[tuple[str, str], ...] = ()
+    unused: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    @overload
+    def __getitem__(self, at: int) -> Row: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Row, ...]: ...
+
+    def __getitem__(self, at: int | slice) -> Row | tuple[Row, ...]:
+        return self.rows[at]
+
+    def facts(self) -> dict[str, Any]:
+        """What `--json` prints of it."""
+        return {
+            "used": [{"column": header, "as": role} for header, role in self.used],
+            "unused": list(self.unused),
+            "notes": list(self.notes),
+        }
 
 
-def read_addresses(path: Path) -> list[Row]:
-    """Read a CSV of addresses.
+def read_addresses(path: Path, columns: Sequence[str] = (), address: str = "", nameless: bool = False) -> Addresses:
+    """Read a table of addresses: delimited text (CSV), or an Excel workbook where openpyxl is installed.
 
-    The delimiter (comma, semicolon, tab), the encoding (UTF-8 with or without BOM, UTF-16 with BOM, otherwise
-    Windows-1252, which the rows' warnings tell) and the meaning of the columns are found out.  Blank rows are
-    skipped but counted; a row that cannot be addressed is returned with its `problem`.
+    The delimiter (comma, semicolon, tab, stroke), the encoding (a guess is told in the rows' warnings), the header
+    and the meaning of the columns are found out; what is not used is told in the notes.  Blank rows are skipped but
+    counted; a row that cannot be addressed is returned with its `problem`.
+
+    Parameters
+    ----------
+    path : Path
+    columns : sequence of str
+        What columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
+    address : str
+        Which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
+    nameless : bool
+        Whether a table without any name may be.
 
     Raises
     ------
     TableError
-        No text file, empty, no column that could hold an address, no rows, a quotation mark never closed.
+        No table, empty, no column that could hold an address, no rows, no names, a quotation mark never closed, two
+        columns for one thing that differ.
+    InputError
+        `columns` names what the table does not have.
     """
-    lines, odd = _lines(path)
-    separator = _SEPARATOR_LINE.match(lines[0])
-    if separator is not None:
-        lines, odd = lines[1:], {n - 1 for n in odd}
-    records, headers, top = _table(path, lines, separator.group(1) if separator else _DELIMITERS)
-    found = columns.roles(headers)
-    if not columns.addressable(found):
-        named = ", ".join(repr(h) for h in headers if h) or "none"
-        raise TableError(
-            f"{path}: row {top} names no column for an address; found: {named}; understood: {columns.understood()}."
+    given = mapping.read(columns)
+    sheet = _sheet(path)
+    top, found, notes = _header(path, sheet, given)
+    found = mapping.apply(given, found)
+    if not addressable(found):
+        raise TableError(_unknown(path, sheet, top, found))
+    kept = [(n, one) for n, one in enumerate(sheet.records, 1) if n > top and any(one.cells)]
+    again = [n for n, one in kept if top and _same(one, found)]
+    below = [(n, one) for n, one in kept if n not in again and delimited.filled(one)]
+    if again:
+        notes.append(
+            f"the header comes again in {filing.rows_named(again)}, which {'is' if len(again) == 1 else 'are'} skipped"
         )
-    below = [(n, record) for n, record in enumerate(records, 1) if n > top and any(map(address.tidy, record.cells))]
     if not below:
-        raise TableError(f"{path}: there are no addresses below the header in row {top}.")
-    return [_row(n, record, headers, found, bool(odd & set(record.lines))) for n, record in below]
+        where = f"below the header in row {top}" if top else "in it"
+        raise TableError(f"{path}: there are no addresses {where}.")
+    wanted = _wanted(address, found)
+    return _addresses(path, sheet, found, below, wanted, nameless, notes)
 
 
-def _table(path: Path, lines: list[str], delimiters: str) -> tuple[list[_Record], list[str], int]:
-    """Records, headers and the number of the header's row."""
-    records, unclosed = max((_records(lines, d) for d in delimiters), key=lambda found: _likelihood(found[0]))
-    if unclosed:
-        raise TableError(f"{path}: row {unclosed}: a quotation mark is opened and never closed.")
-    for n, record in enumerate(records, 1):
-        longest = max((cell.count("\n") for cell in record.cells), default=0)
-        if longest > _MOST_LINES:
-            raise TableError(
-                f"{path}: row {n}: a cell runs over {longest + 1} lines, more than {_MOST_LINES}: "
-                "a quotation mark is probably missing in it."
-            )
-    top = _header(records)
-    if top is None:
-        raise TableError(f"{path} is empty.")
-    return records, [" ".join(address.tidy(cell).split()) for cell in records[top - 1].cells], top
+def _addresses(
+    path: Path,
+    sheet: Sheet,
+    found: Sequence[Column],
+    below: Sequence[tuple[int, Record]],
+    wanted: str,
+    nameless: bool,
+    notes: Sequence[str],
+) -> Addresses:
+    account = Account()
+    made = []
+    for n, record in below:
+        try:
+            row = filing.row(n, record.cells, found, wanted, account)
+        except TableError as error:
+            raise TableError(f"{path}: {error}") from None
+        made.append(_with_encoding(row, sheet, record))
+    rows, doubts = filing.questioned(made, account)
+    if not account.named and not nameless and any(row.lines for row in rows):
+        raise TableError(_nameless(path, found))
+    numbers = [row.number for row in rows]
+    said = [*sheet.notes, *notes, *filing.notes(found, [one.cells for _, one in below], account, numbers), *doubts]
+    cells = [one.cells for _, one in below]
+    used = [one for one in found if one.role == LABEL or one.number in account.written or _empty(one, cells)]
+    unused = [one for one in found if one not in used and (one.header or filing.holds(one, cells))]
+    return Addresses(
+        tuple(rows),
+        tuple((one.header or f"column {one.number}", str(one.role)) for one in used),
+        tuple(one.header or f"column {one.number}" for one in unused),
+        tuple(said),
+    )
 
 
-def _lines(path: Path) -> tuple[list[str], set[int]]:
-    """The file's lines with their ends, and the numbers (from 0) of those that are not UTF-8."""
+def _empty(column: Column, cells: Sequence[Sequence[str]]) -> bool:
+    return column.role is not None and not filing.holds(column, cells)
+
+
+def _with_encoding(row: Row, sheet: Sheet, record: Record) -> Row:
+    accented = next((word for cell in record.cells for word in cell.split() if not word.isascii()), "")
+    if not (sheet.encoding and accented and sheet.odd & set(record.lines)):
+        return row
+    said = f"read as {sheet.encoding} because it is not UTF-8: check the accents in {accented!r}"
+    return replace(row, warnings=(*row.warnings, said))
+
+
+def _sheet(path: Path) -> Sheet:
     try:
         data = path.read_bytes()
     except OSError as error:
         raise TableError(f"{path} cannot be read: {error.strerror or error}.") from error
-    data = _utf8(path, data)
-    lines, odd = [], set()
-    for n, line in enumerate(data.splitlines(keepends=True)):
-        try:
-            lines.append(line.decode("utf-8"))
-        except UnicodeDecodeError:
-            odd.add(n)
-            lines.append(_windows(path, n, line))
-    if not any(line.strip() for line in lines):
-        raise TableError(f"{path} is empty.")
-    return lines, odd
+    if data.startswith(_PACKED):
+        from handout.printing import workbook
 
-
-def _utf8(path: Path, data: bytes) -> bytes:
-    """The text without its BOM, out of UTF-16 if it was in it."""
-    for bom, encoding in _BOMS.items():
-        if data.startswith(bom):
-            try:
-                data = data.decode(encoding).encode("utf-8")
-            except UnicodeError as error:
-                raise TableError(f"{path} begins as UTF-16 but is damaged: save it again as CSV (UTF-8).") from error
+        return workbook.sheet(path)
     kind = next((kind for signature, kind in _SIGNATURES.items() if data.startswith(signature)), None)
-    if kind is None and re.search(rb"[\x00-\x08\x0e-\x1a]", data):
-        kind = "no text file"
     if kind is not None:
         raise TableError(f"{path} is {kind}: save the table as CSV (UTF-8) and give that file.")
-    return data.removeprefix(b"\xef\xbb\xbf")
+    return delimited.sheet(path, data)
 
 
-def _windows(path: Path, n: int, line: bytes) -> str:
-    try:
-        return line.decode("cp1252")
-    except UnicodeDecodeError as error:
-        raise TableError(
-            f"{path}: line {n + 1} is neither UTF-8 nor Windows-1252: save the table as CSV (UTF-8)."
-        ) from error
-
-
-def _records(lines: list[str], delimiter: str) -> tuple[list[_Record], int]:
-    """The records, and the row in which a quotation mark stays open to the end of the file (0: none)."""
-    for strict in (True, False):
-        # strict finds the open quote; what else it dislikes (`"Ada" Ltd`) is common and harmless
-        reader = csv.reader(lines, delimiter=delimiter, strict=strict, skipinitialspace=True)
-        records: list[_Record] = []
-        try:
-            start = 0
-            for cells in reader:
-                records.append(_Record(cells, range(start, reader.line_num)))
-                start = reader.line_num
-            return records, 0
-        except csv.Error as error:
-            if "unexpected end" in str(error) or not strict:
-                return records, len(records) + 1
-    raise AssertionError("unreachable")
-
-
-def _header(records: Sequence[_Record]) -> int | None:
-    # a row of nothing but another delimiter is as blank as can be
-    written = (any(address.tidy(cell).strip(_DELIMITERS) for cell in record.cells) for record in records)
-    return next((n for n, told in enumerate(written, 1) if told), None)
-
-
-def _likelihood(records: Sequence[_Record]) -> tuple[int, int, int]:
-    """How well a delimiter suits: headers understood, columns, few rows longer than the header."""
-    top = _header(records)
-    if top is None:
-        return (0, 0, 0)
-    header = records[top - 1].cells
-    known = sum(role is not None for role in columns.roles(header))
-    return known, len(header), -sum(len(record.cells) > len(header) for record in records)
-
-
-def _row(n: int, record: _Record, headers: list[str], roles: list[str | None], windows: bool) -> Row:
-    cells = [address.tidy(cell) for cell in record.cells]
-    by_header = {header: cell for header, cell in zip(headers, cells, strict=False) if header}
-    if any(cells[len(headers) :]):
-        problem = (
-            f"it has {len(cells)} cells where the header has {len(headers)}: "
-            "put quotation marks round a cell that holds a delimiter"
+def _header(path: Path, sheet: Sheet, given: Sequence[mapping.Assignment]) -> tuple[int, list[Column], list[str]]:
+    """The row of the header, 0 if there is none, the columns, and what has to be said of that."""
+    tops = delimited.candidates(sheet.records)
+    if not tops:
+        raise TableError(f"{path} is empty.")
+    cells = {top: [_line(cell) for cell in sheet.records[top - 1].cells] for top in tops}
+    found = {top: columns(row) for top, row in cells.items()}
+    named = [top for top in tops if mapping.names_any(given, cells[top])]
+    likely = [top for top in tops if addressable(found[top]) and sum(one.role is not None for one in found[top]) > 1]
+    if not named and given and all(one.place for one in given) and likely[:1] != tops[:1]:
+        width = max(len(record.cells) for record in sheet.records)
+        return (
+            0,
+            [Column(n, "") for n in range(1, width + 1)],
+            [f"there is no header: row {tops[0]} is the first address"],
         )
-        return Row(n, (), (), problem, by_header)
-    fields: dict[str, list[str]] = {}
-    for role, cell in zip(roles, cells, strict=False):
-        if role is not None and cell:
-            fields.setdefault(role, []).append(cell)
-    number_first = "number" in roles and "street" in roles and roles.index("number") < roles.index("street")
-    lines, warnings, problem = address.lines(fields, number_first)
-    accented = next((word for cell in cells for word in cell.split() if not word.isascii()), "")
-    if windows and accented:
-        warnings.append(f"read as Windows-1252 because it is not UTF-8: check the accents in {accented!r}")
-    return Row(n, lines, tuple(warnings), problem, by_header)
+    top = (named or (tops[:1] if addressable(found[tops[0]]) else likely) or tops)[0]
+    above = [n for n in tops if n < top]
+    said = (
+        [f"{filing.rows_named(above)} above the header {'is' if len(above) == 1 else 'are'} not read"] if above else []
+    )
+    return top, found[top], said
+
+
+def _line(cell: str) -> str:
+    return " ".join(cell.split())
+
+
+def _same(record: Record, found: Sequence[Column]) -> bool:
+    """Whether a row is the header once more."""
+    cells = [_line(cell) for cell in record.cells]
+    return [cell for cell in cells if cell] == [column.header for column in found if column.header]
+
+
+def _wanted(address: str, found: Sequence[Column]) -> str:
+    """The kind of address that is asked for, as the columns have it.
+
+    Raises
+    ------
+    TableError
+        The table has one address a row, or none of that kind.
+    """
+    if not address:
+        return ""
+    kinds = list(dict.fromkeys(column.kind for column in found if column.kind))
+    wanted = KINDS.get(key(address), key(address))
+    if wanted in kinds or any(column.role == LABEL for column in found):
+        return wanted
+    has = f"has {', '.join(kinds)}" if kinds else "has one address a row"
+    raise TableError(f"address: the table {has}, and no {address!r}.")
+
+
+def _unknown(path: Path, sheet: Sheet, top: int, found: Sequence[Column]) -> str:
+    """Why no address can be read, and the way out."""
+    if not top:
+        return f"{path}: none of the columns that --columns names holds a street, a place or an address."
+    headers = [column.header for column in found if column.header]
+    named = ", ".join(map(repr, headers)) or "none"
+    if any(char.isdigit() for header in headers for char in header):
+        say = ",".join(f"{n}={guess}" for n, guess in enumerate(("name", "street", "place")[: len(found)], 1))
+        return (
+            f"{path}: row {top} names no column for an address; it looks like an address itself, as if the table had "
+            f'no header: write one above it, or say what the columns hold by their places, such as --columns "{say}".'
+        )
+    return (
+        f"{path}: row {top} names no column for an address; found: {named}; understood: {understood()}; or "
+        f"{filing.WAY_OUT}."
+    )
+
+
+def _nameless(path: Path, found: Sequence[Column]) -> str:
+    unused = [column.name for column in found if column.role is None and column.header]
+    told = f"; not understood: {', '.join(unused)}" if unused else ""
+    return (
+        f"{path}: no row has a name{told}: say which column holds it, such as --columns "
+        f'"name={next((column.header for column in found if column.role is None and column.header), 1)}", '
+        "or write addresses without names with --no-name."
+    )

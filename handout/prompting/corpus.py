@@ -10,6 +10,7 @@ from pathlib import Path
 
 import regex
 
+from handout import encodings
 from handout.errors import InputError
 
 PRINTABLE = string.ascii_letters + string.digits + string.punctuation
@@ -105,7 +106,7 @@ def read(path: Path) -> str:
     Raises
     ------
     InputError
-        It cannot be read, is longer than 20 MB, is not UTF-8, or holds no letters.
+        It cannot be read, is longer than 20 MB, is no text, or holds no letters.
     """
     try:
         data = path.read_bytes()
@@ -114,9 +115,9 @@ def read(path: Path) -> str:
     if len(data) > _MOST:
         raise InputError(f"{path} is longer than {_MOST} bytes: a part of it will do as well.")
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not text in UTF-8 (byte {error.start + 1}): save it as UTF-8.") from error
+        text = encodings.decode(data).text
+    except encodings.NoText as error:
+        raise InputError(f"{path} is not text: {error}; save it as UTF-8.") from error
     if not any(char.isalpha() for char in text):
         raise InputError(f"{path} holds no letters: give a file of text.")
     return typed(text)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import handout
+from handout import units
 from handout.prompting import code, face, fiducials
 from handout.prompting.code import PageRecord
 from handout.prompting.pages import Prompt
@@ -77,7 +78,7 @@ def _canvas(stream: io.BytesIO, page: Page, records: Sequence[PageRecord]) -> An
     # invariant: no dates and no random names in the file
     canvas = Canvas(stream, pagesize=(page.width * _MM, page.height * _MM), invariant=1, pageCompression=1)
     canvas.setTitle("Sheets to write on")
-    canvas.setSubject(f"Prompt {records[0].key}, {len(records)} pages")
+    canvas.setSubject(f"Prompt {records[0].key}, {units.count(len(records), 'page')}")
     canvas.setCreator(f"handout {handout.__version__}")
     canvas.setViewerPreference("PrintScaling", "None")
     return canvas

@@ -13,7 +13,7 @@ import numpy as np
 from handout.errors import InputError
 from handout.scanning.linegraph import mean_within
 from handout.scanning.reading import WrittenPage
-from handout.values import Array, LineGraph, Moments, Stroke
+from handout.values import POSE, Array, LineGraph, Moments, Stroke
 
 
 def followed(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) -> WrittenPage:
@@ -42,10 +42,10 @@ def followed(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) ->
         [np.column_stack([np.arange(n - 1), np.arange(1, n)]) + a for a, n in zip(first, counts, strict=True)]
     )
     graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
-    pressures = [stroke.pressure for stroke in strokes]
-    pressure = None if any(one is None for one in pressures) else _together(pressures)
+    held = {name: [getattr(stroke, name) for stroke in strokes] for name in POSE}
+    known = {name: _together(parts) for name, parts in held.items() if all(one is not None for one in parts)}
     times = np.concatenate([stroke.t for stroke in strokes]) if timed else None
-    return replace(written, graph=graph, moments=Moments(times, pressure))
+    return replace(written, graph=graph, moments=Moments(times, **known))
 
 
 def _together(parts: Sequence[Array | None]) -> Array:

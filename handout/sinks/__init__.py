@@ -13,6 +13,7 @@ from handout import atomic
 from handout.errors import InputError
 from handout.inking.papers import Paper
 from handout.inking.pen import Pen, rgb
+from handout.progress import Tell, silent, within
 from handout.values import Drawing
 
 __all__ = ["OF_INK", "Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
@@ -136,6 +137,7 @@ def write_drawings(
     transparent: bool = False,
     show_travel: bool = False,
     extra: Mapping[str, PageSink] | None = None,
+    tell: Tell = silent,
 ) -> list[Path]:
     """Write pages to files whose suffixes say the format.
 
@@ -159,6 +161,8 @@ def write_drawings(
         Show in pictures of strokes (SVG, PDF, PNG) how the lifted pen travels between them.
     extra : mapping of suffix to function, optional
         Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
+    tell : function, optional
+        Told how far it has come.
 
     Returns
     -------
@@ -179,7 +183,10 @@ def write_drawings(
     if transparent and look.paper.name != "none":
         raise InputError("A picture is either transparent or on paper: leave out one of the two.")
     files = check_outputs(paths, extra, len(drawings))
-    made = [data for path in paths for data in _made(Path(path).suffix.lower(), drawings, look, extra or {})]
+    made: list[bytes] = []
+    for number, path in enumerate(paths):
+        part = within(tell, number / len(paths), (number + 1) / len(paths))
+        made += _made(Path(path).suffix.lower(), drawings, look, extra or {}, part)
     for file, data in zip(files, made, strict=True):
         atomic.write(file, data)
     return files
@@ -229,9 +236,14 @@ def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
 
 
-def _made(suffix: str, drawings: Sequence[Drawing], look: _Look, extra: Mapping[str, PageSink]) -> list[bytes]:
+def _made(
+    suffix: str, drawings: Sequence[Drawing], look: _Look, extra: Mapping[str, PageSink], tell: Tell
+) -> list[bytes]:
     if suffix == ".pdf":
+        tell(0.0, f"drawing {suffix}")
         return [_pdf(drawings, look)]
-    if suffix in _PAGES:
-        return [_PAGES[suffix](page, look) for page in drawings]
-    return [extra[suffix](page) for page in drawings]
+    made = []
+    for number, page in enumerate(drawings):
+        tell(number / len(drawings), f"drawing {suffix} {number + 1}/{len(drawings)}")
+        made.append(_PAGES[suffix](page, look) if suffix in _PAGES else extra[suffix](page))
+    return made

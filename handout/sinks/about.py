@@ -68,7 +68,8 @@ def describe(drawing: Drawing) -> str:
     hand = f" in the hand {about['hand']}" if about.get("hand") else ""
     seed = f", seed {about['seed']}" if about.get("seed") is not None else ""
     return xml_safe(
-        f"Handwriting{hand}{seed}{which}, on {page.width:g} x {page.height:g} mm: {len(drawing.strokes)} strokes, "
+        f"Handwriting{hand}{seed}{which}, on {page.width:g} x {page.height:g} mm: "
+        f"{units.count(len(drawing.strokes), 'stroke')}, "
         f"{drawing.pen_down:.0f} mm of line, written in {units.duration(drawing.duration)}."
     )
 

@@ -8,6 +8,10 @@ Source: the example files of the specification, versions 0.1c and 1.0.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import count
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -20,11 +24,14 @@ from handout.values import Array, Drawing
 
 _LONGER = 200.0  # mm
 _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, "ft": 304.8}
+_GAP = 0.1  # of the largest drawing: room between drawings of one file
 _LEAST = 3  # points of a tag that is worth the name
 
 
 def from_gml(data: bytes) -> Drawing:
-    """Read a GML file; `about` has the keys of its header's client.
+    """Read a GML file; `about` has the keys of its header's client, and how many drawings there are if several.
+
+    Each drawing has the whole screen to itself: several are laid beside and below one another.
 
     Raises
     ------
@@ -35,16 +42,45 @@ def from_gml(data: bytes) -> Drawing:
     if root.tag.lower() != "gml":
         raise InputError(f"This is not GML: its root element is <{root.tag}>, not <gml>.")
     scale, rotated = _scale(root)
-    raw = []
-    for number, stroke in enumerate((e for e in root.iter() if e.tag.lower() == "stroke"), 1):
+    numbers = count(1)
+    drawings = [e for e in root.iter() if e.tag.lower() == "drawing"] or [root]
+    found = [_strokes(one, scale, rotated, numbers) for one in drawings]
+    found = [strokes for strokes in found if strokes]
+    points = sum(len(one.xy) for strokes in found for one in strokes)
+    if points < _LEAST:
+        raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
+    several = {"drawings": len(found)} if len(found) > 1 else {}
+    return recorded.drawing(_apart(found), "GML", _about(root) | several)
+
+
+def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
+    """The strokes of one drawing; `numbers` counts all of the file."""
+    found = []
+    for stroke in (e for e in drawing.iter() if e.tag.lower() == "stroke"):
+        number = next(numbers)
         if (stroke.get("isdrawing") or stroke.get("isDrawing") or "true").lower() == "false":
             continue
         if points := [p for e in stroke if e.tag.lower() == "pt" and (p := _point(e, number))]:
-            raw.append(_raw(np.array(points), scale, rotated))
-    count = sum(len(one.xy) for one in raw)
-    if count < _LEAST:
-        raise InputError(f"This GML has {count} points of a pen that draws; at least {_LEAST} are needed.")
-    return recorded.drawing(raw, "GML", _about(root))
+            found.append(_raw(np.array(points), scale, rotated))
+    return found
+
+
+def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
+    """The strokes of all drawings, in rows one below another as on a sheet of them, so that none lies on another."""
+    if len(drawings) == 1:
+        return list(drawings[0])
+    boxes = [np.concatenate([one.xy for one in strokes]) for strokes in drawings]
+    lows, sizes = np.array([b.min(axis=0) for b in boxes]), np.array([np.ptp(b, axis=0) for b in boxes])
+    gap = _GAP * float(sizes.max())
+    room = max(float(sizes[:, 0].max()), math.sqrt(len(drawings)) * float(sizes.max()))
+    placed, corner, lowest = [], np.zeros(2), 0.0
+    for strokes, low, size in zip(drawings, lows, sizes, strict=True):
+        if corner[0] > 0 and corner[0] + size[0] > room:
+            corner = np.array([0.0, lowest + gap])
+        placed += [replace(one, xy=one.xy - low + corner) for one in strokes]
+        lowest = max(lowest, corner[1] + size[1])
+        corner = corner + np.array([size[0] + gap, 0.0])
+    return placed
 
 
 def _child(element: Element | None, *names: str) -> Element | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from handout.hand import library
 from handout.hand.places import graphemes
+from handout.progress import Tell, silent
 from handout.tagging import network
 from handout.tagging.alphabet import JUNK, fold
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image, describe
@@ -73,14 +74,21 @@ def _bent(image: Image, rng: np.random.Generator) -> tuple[Image, float]:
 
 
 def adapted(
-    networks: Sequence[Network], page: Examples, rehearsed: Examples, rng: np.random.Generator
+    networks: Sequence[Network],
+    page: Examples,
+    rehearsed: Examples,
+    rng: np.random.Generator,
+    tell: Tell = silent,
 ) -> tuple[Network, ...]:
     """Copies of the networks that have learned from examples of the page and from renders."""
     both = joined([page, rehearsed])
     share = np.ones(len(both.states), dtype=np.float32)
     share[: len(page.states)] = _OWN
     share /= share.mean()
-    return tuple(
-        network.trained(one, both.features, both.states, epochs=_EPOCHS, rate=_RATE, rng=rng, importance=share)
-        for one in networks
-    )
+    made = []
+    for number, one in enumerate(networks):
+        tell(number / len(networks), "learning from the page")
+        made.append(
+            network.trained(one, both.features, both.states, epochs=_EPOCHS, rate=_RATE, rng=rng, importance=share)
+        )
+    return tuple(made)

@@ -11,6 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from handout.errors import InputError
+from handout.progress import Tell, silent
 from handout.tagging import fit, network
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.alphabet import SPACE
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 METHODS = ("segments", "segments-once", "haines_2016")
 _MOST_POOR = 1  # lines that may fit poorly before other line breaks are tried
 
-Decodings = Callable[[Page, Sequence[Written], np.random.Generator], list[list[Decoded]]]
+Decodings = Callable[[Page, Sequence[Written], np.random.Generator, Tell], list[list[Decoded]]]
 
 
 def align(
@@ -37,6 +38,7 @@ def align(
     method: str = "segments",
     rng: np.random.Generator,
     networks: Sequence[Network] | None = None,
+    tell: Tell = silent,
 ) -> Alignment:
     """Find every letter of a page.
 
@@ -54,6 +56,8 @@ def align(
         Drives the training on the page; the same generator gives the same alignment.
     networks : sequence of Network, optional
         In place of the shipped ones.
+    tell : function, optional
+        Told how far it has come.
 
     Raises
     ------
@@ -61,7 +65,7 @@ def align(
         An empty transcript, a page without lines, an unknown method, or the transcript of another page.
     """
     straight = strips(page.mask.ink, frames(page)) if page.rules.lines else []
-    return align_strips(straight, transcript, method=method, rng=rng, networks=networks)
+    return align_strips(straight, transcript, method=method, rng=rng, networks=networks, tell=tell)
 
 
 def align_strips(
@@ -71,6 +75,7 @@ def align_strips(
     method: str = "segments",
     rng: np.random.Generator,
     networks: Sequence[Network] | None = None,
+    tell: Tell = silent,
 ) -> Alignment:
     """The same for lines that have been straightened."""
     lines = read_transcript(transcript)
@@ -83,7 +88,7 @@ def align_strips(
     used, texts = page.part(kept), [parts[i] for i in kept]
     # matrices this small gain little from more processors, and sums in another order would make other letters of a page
     with threadpool_limits(limits=1, user_api="blas"):
-        found = _decodings(method)(used, texts, rng)
+        found = _decodings(method)(used, texts, rng, tell)
     aligned = tuple(
         AlignedLine(i, straight[i].frame, _letters(straight[i].frame, text, each), float(fits[i]))
         for i, text, each in zip(kept, texts, found, strict=True)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.progress import Tell, silent
 from handout.scanning.feature import SIZE, line_features
 from handout.scanning.skeleton import skeleton_graph
 from handout.tagging.alphabet import LETTERS, SPACE, THIRDS
@@ -124,7 +125,9 @@ def _traced(came: NDArray[np.int8], best: Array, count: int) -> Decoded:
     return Decoded(left * STEP, right * STEP, total, right > left)
 
 
-def haines_2016(page: Page, lines: Sequence[Written], rng: np.random.Generator) -> list[list[Decoded]]:
+def haines_2016(
+    page: Page, lines: Sequence[Written], rng: np.random.Generator, tell: Tell = silent
+) -> list[list[Decoded]]:
     """For every line its one decoding."""
     forest = _forest()
     return [[laid(log_probability(forest, i), line.letters)] for i, line in zip(page.images, lines, strict=True)]

@@ -13,10 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.errors import InputError
 from handout.hand.joining import Joining
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
+from handout.progress import Tell, silent, within
 from handout.scanning.belonging import owners
 from handout.scanning.reading import WrittenPage
 from handout.scanning.rules import Rules, find_rules
@@ -32,6 +34,7 @@ from handout.values import Indices, LineGraph
 _POOR = DOUBTFUL / 2  # confidence above which no letter of a poor line is
 _BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0  # x-heights from a letter's column and baseline within which some of a piece is
 _ENDS = ("left", "right")
+_ALIGNED = 0.96  # of the work on a page whose lines are known; measured
 _NONE: Indices = np.zeros(0, dtype=np.intp)
 _SCRIBBLE = (3.0, 0.0, 10.0)  # x-height mm, slant and pitch mm of pages without writing, where nothing goes by them
 _PAPER = 64  # pixels: longest side of the paper that is kept
@@ -90,7 +93,14 @@ def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> flo
     return float(np.average([line.fit for line in alignment.lines], weights=weights)) if sum(weights) else 0.0
 
 
-def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator, method: str = "segments") -> MadePage:
+def make_page(
+    written: WrittenPage,
+    transcript: str,
+    *,
+    rng: np.random.Generator,
+    method: str = "segments",
+    tell: Tell = silent,
+) -> MadePage:
     """Find the letters of a page that has been read.
 
     Parameters
@@ -102,6 +112,8 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
         The same generator gives the same page.
     method : str
         Of the alignment, one of `align.METHODS`.
+    tell : function, optional
+        Told how far it has come.
 
     Raises
     ------
@@ -111,7 +123,8 @@ def make_page(written: WrittenPage, transcript: str, *, rng: np.random.Generator
     Source: seed 000, §5.1.3.
     """
     written = with_lines(written, transcript, rng)
-    alignment = align(written, transcript, method=method, rng=rng)
+    alignment = align(written, transcript, method=method, rng=rng, tell=within(tell, 0.0, _ALIGNED))
+    tell(_ALIGNED, "the joins")
     own = owners(written.mask.ink, frames(written))
     assignment = assign(written.graph, alignment, owners_at(own, written.graph.uv))
     page = page_of(written, transcript)
@@ -168,7 +181,9 @@ def read_hand(name: str, pages: Sequence[MadePage], title: str = "") -> ScannedH
         first = len(glyphs)
         glyphs += [_moved(glyph, number, first) for glyph in made.glyphs]
     if not glyphs:
-        raise InputError(f"{name}: no letter was found on {len(pages)} pages, so there is no hand to keep.")
+        raise InputError(
+            f"{name}: no letter was found on {units.count(len(pages), 'page')}, so there is no hand to keep."
+        )
     return ScannedHand(name, title or name, tuple(made.page for made in pages), tuple(glyphs))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from handout.scanning.reading import prepare
 from handout.tagging.labelled import Piece, labelled, laid, small_letters
 from handout.tagging.recording import Recording, x_height
 from handout.tagging.sources import Say, Source
-from handout.values import Drawing, Page, Stroke
+from handout.values import TURNS, Drawing, Page, Stroke
 
 _DPI = 300.0
 _PEN = 0.16  # of a small letter: width of the line
@@ -89,8 +90,10 @@ def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     at, run = np.linspace(0.0, run[-1], count), run[moving]
     t = np.interp(at, run, fine[moving]) if count > 1 else stroke.t[:1]
     place = np.column_stack([np.interp(at, run, xy[moving, k]) for k in (0, 1)])
-    pressure = None if stroke.pressure is None else np.interp(t, stroke.t, stroke.pressure)
-    return Stroke(t, place, pressure, width=np.full(count, width), word=stroke.word)
+    # angles are unwrapped: between two samples a pen turns the shorter way
+    held = {name: np.unwrap(one) if name in TURNS else one for name, one in stroke.pose.items()}
+    pose: dict[str, Any] = {name: np.interp(t, stroke.t, values) for name, values in held.items()}
+    return Stroke(t, place, **pose, width=np.full(count, width), word=stroke.word)
 
 
 def _refuse_empty(one: Recording) -> None:

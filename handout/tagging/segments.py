@@ -10,6 +10,7 @@ from copy import copy
 
 import numpy as np
 
+from handout.progress import Tell, silent, within
 from handout.tagging import adapt
 from handout.tagging.alphabet import LETTERS, SPACE
 from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, read
@@ -19,6 +20,7 @@ from handout.tagging.transcript import Written
 from handout.values import Array
 
 _WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letters
+_FOUND = 0.2  # of the work, when the networks have read the page that have not learned from it; measured
 _DOUBT = 0.35  # of a letter's tolerance: a difference that halves confidence
 
 
@@ -74,9 +76,10 @@ def spans(line: Written, found: Decoded) -> list[tuple[str, float, float]]:
 
 
 def by_line(
-    page: Page, lines: Sequence[Written], rng: np.random.Generator, *, adapting: bool = True
+    page: Page, lines: Sequence[Written], rng: np.random.Generator, tell: Tell = silent, *, adapting: bool = True
 ) -> list[list[Decoded]]:
     """For every line its decodings: the last is the best, the others are by other networks, for comparison."""
+    tell(0.0, "the letters")
     widths = page.widths(lines)
     first = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
     # networks that have not seen the page agree less than those that have learned from the same letters
@@ -88,9 +91,10 @@ def by_line(
     fold = adapt.folds(len(lines))
     rehearsed = adapt.rehearsal([line.text for line in lines], rng)
     for half in range(adapt.FOLDS):
+        learning = within(within(tell, _FOUND, 1.0), half / adapt.FOLDS, (half + 1) / adapt.FOLDS)
         others = np.flatnonzero(fold != half).tolist()
         learned = adapt.own([page.images[i] for i in others], [spans(lines[i], first[i]) for i in others], rng)
-        networks = adapt.adapted(page.networks, learned, rehearsed, rng)
+        networks = adapt.adapted(page.networks, learned, rehearsed, rng, learning)
         for i in np.flatnonzero(fold == half).tolist():
             each = [[one] for one in networks] if len(networks) > 1 else []
             done[i] += [decode(page.reading(i, one), lines[i].letters, widths) for one in [*each, networks]]

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from handout import units
 from handout.errors import InputError
+from handout.progress import Tell, silent, within
 from handout.scanning.density import Scale, pooled
 from handout.scanning.outline import refuse_oblique
 from handout.scanning.page import check_dpi, scan_of
@@ -27,6 +29,7 @@ _LOST = 0.3  # share of a text's letters that may be missing on its page
 _DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before it is mentioned
 
 Say = Callable[[str], None]
+_TURNED, _WRITTEN = 0.11, 0.17  # of the work on a page, when it lies upright, and when its lines are known; measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +131,7 @@ _ONE_EACH = "give one --text for each page, in the same order"
 
 
 def _counted(count: int, name: str) -> str:
-    return f"{count} {name}{'' if count == 1 else 's'}"
+    return units.count(count, name)
 
 
 def _untold(source: str, texts: int, pages: int) -> str:
@@ -170,7 +173,13 @@ def common_scale(sources: Sequence[Source]) -> Scale | None:
 
 
 def lettered(
-    sources: Sequence[Source], seed: int, pen: str | None, say: Say, *, method: str = "segments"
+    sources: Sequence[Source],
+    seed: int,
+    pen: str | None,
+    say: Say,
+    *,
+    method: str = "segments",
+    tell: Tell = silent,
 ) -> Iterator[MadePage]:
     """The pages with their letters, one after the other, all on one scale of densities.
 
@@ -181,6 +190,7 @@ def lettered(
     pen : one of `mask.PENS`, optional.
     say : takes sentences to show the user.
     method : of the alignment, one of `align.METHODS`.
+    tell : told how far it has come.
 
     Raises
     ------
@@ -191,17 +201,20 @@ def lettered(
     for number, source in enumerate(sources):
         say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
         rng = np.random.default_rng((seed, number))
-        yield _lettered(source, scale, rng, pen, say, method)
+        part = within(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
+        yield _lettered(source, scale, rng, pen, say, method, part)
 
 
 def _lettered(
-    source: Source, scale: Scale | None, rng: np.random.Generator, pen: str | None, say: Say, method: str
+    source: Source, scale: Scale | None, rng: np.random.Generator, pen: str | None, say: Say, method: str, tell: Tell
 ) -> MadePage:
+    tell(0.0, "the ink")
     inked = find_ink(source.prepared, pen, lines=source.lines, scale=scale)
     turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
     if turn:
         say(f"  the page lies {said_of(turn)}: turned upright")
         inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
+    tell(_TURNED, "the lines")
     written = finish(inked)
     if source.movements:
         written = followed(written, source.movements, timed=source.timed)
@@ -210,7 +223,7 @@ def _lettered(
         if source.letters is not None:
             made = labelled_page(written, source.transcript, source.letters)
         else:
-            made = make_page(written, source.transcript, rng=rng, method=method)
+            made = make_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
     _refuse_lost(made, len(written.rules.lines))

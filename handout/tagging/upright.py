@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.errors import InputError
 from handout.scanning.gutter import Gutter, find_gutter
 from handout.scanning.reading import Inked, check_size
@@ -118,7 +119,8 @@ def _amount(inked: Inked, lines: Sequence[Written], broad: float) -> InputError:
     letters, given = sum(len(line.letters) for line in lines), len(lines)
     wanted = "the text of this page alone" if broad < _MUCH else "all that is written on the page"
     return InputError(
-        f"{inked.prepared.scan.source} has {len(inked.rules.lines)} lines of writing, and its text ({given} "
-        f"{'line' if given == 1 else 'lines'}, {letters} characters) is about {1 / broad:.1f} times what they hold: "
+        f"{inked.prepared.scan.source} has {len(inked.rules.lines)} lines of writing, and its text "
+        f"({units.count(given, 'line')}, "
+        f"{units.count(letters, 'character')}) is about {1 / broad:.1f} times what they hold: "
         f"give {wanted}, line by line."
     )

@@ -72,13 +72,18 @@ def _seat(strokes: Sequence[Array], glyph: Glyph, mark: str) -> Array:
 
 
 def _foot(strokes: Sequence[Array]) -> Array:
-    """The place from which an ogonek hangs: the rightmost foot, where a stroke turns or ends on the line."""
+    """The place from which an ogonek hangs: the rightmost foot, where a stroke turns on the line, or else ends there.
+
+    What leaves a foot along the line, as the last stroke of a word does, is no part of it.
+    """
     top = max(float(stroke[:, 1].max()) for stroke in strokes)
     feet = [np.vstack(strokes)[np.vstack(strokes)[:, 1].argmin()]]
     for stroke in strokes:
         y = stroke[:, 1]
         turns = np.flatnonzero((y[1:-1] <= y[:-2]) & (y[1:-1] <= y[2:]) & (y[1:-1] < _LOW * top)) + 1
-        feet += [stroke[i] for i in turns] + [end for end in (stroke[0], stroke[-1]) if end[1] < _ON_THE_LINE]
+        ends = [end for end in (stroke[0], stroke[-1]) if end[1] < _ON_THE_LINE]
+        feet += ends if top > _TALL or not len(turns) else [stroke[turns[-1]]]
+        feet += [stroke[i] for i in turns]
     return np.asarray(max(feet, key=lambda foot: float(foot[0])))
 
 

@@ -14,7 +14,7 @@ from handout.values import Array, Glyph
 from handout.writing.choice import joined
 
 LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
-_SIGN_ROOM = 0.32  # between a sign such as + or @ and a letter, which it must not become a part of
+_SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
 _MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
 _MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
 _HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # where distances are taken, and over what reach
@@ -26,14 +26,18 @@ _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
 
 
-def too_near(left: Glyph, right: Glyph, width: float) -> float:
-    """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself."""
+def too_near(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:
+    """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself.
+
+    breadth : of the left one as it is written, 1 as it was drawn; told apart only where one of them is a sign.
+    """
     if joined(left, right):
         return 0.0
     # the one bar of tt or ft was drawn for where the other letter stands
     if (right.letter in left.before or left.letter in right.after) and (_barred(left) or _barred(right)):
         return 0.0
-    room = width + _edges(right)[0] - _edges(left)[1]
+    grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
+    room = width + _edges(right)[0] - grown * _edges(left)[1]
     return max(0.0, _needed(left.letter, right.letter) - float(room.min()))
 
 

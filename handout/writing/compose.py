@@ -148,6 +148,8 @@ def _set(
 
 
 def _scaled(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
+    if layout.ruling is not None:  # the rules stay where they are
+        return replace(layout, x_height=layout.x_height * scale)
     distance = spacing(pitch, layout) * scale * tighter
     return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
 

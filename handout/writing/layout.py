@@ -9,6 +9,7 @@ from typing import Literal
 from handout import units
 from handout.errors import InputError
 from handout.values import Page
+from handout.writing.ruling import Ruling
 
 Align = Literal["left", "right", "centre", "ragged"]
 
@@ -61,6 +62,7 @@ class Layout:
     align : "ragged" is a left edge that wanders as people's does; "left" is a straighter one.
     fit : shrink what does not fit (size first, then spacing) instead of refusing it.
     jitter : scale of all variation: 1 as people vary, 0 the ideal form.
+    ruling : the rules of a lined sheet that lines are written on; `line_spacing` says nothing then.
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Layout:
     align: Align = "ragged"
     fit: bool = False
     jitter: float = 1.0
+    ruling: Ruling | None = None
 
     def __post_init__(self) -> None:
         top, right, bottom, left = self.margin

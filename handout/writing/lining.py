@@ -16,6 +16,7 @@ class Lining:
 
     edge, edge_memory : of the left edge about its course, and correlation with the line before.
     edge_drift : by how much each line begins further right than the one before.
+    page_tilt : tangent, slope of all lines of a page together.
     tilt, tilt_memory : tangent, slope of a line about its page's; correlation with the line before.
     most_rise : how far the ends of a line leave its middle, at most.
     bend, bend_mean : sag of a line from its ends to its middle.
@@ -26,6 +27,7 @@ class Lining:
     edge: float = USUAL.edge
     edge_memory: float = EDGE_MEMORY
     edge_drift: float = 0.0
+    page_tilt: float = 0.5 * USUAL.tilt
     tilt: float = USUAL.tilt
     tilt_memory: float = 0.0
     most_rise: float = 0.35
@@ -57,7 +59,7 @@ def lies(lining: Lining, count: int, jitter: float, reach: float, rng: np.random
     jitter : scale of all variation.
     reach : half the width between the margins, x-heights.
     """
-    page = rng.normal(0.0, 0.5 * USUAL.tilt * jitter)
+    page = rng.normal(0.0, lining.page_tilt * jitter)
     edges = Drift(jitter * lining.edge, lining.edge_memory, rng)
     least, most = -lining.most_rise / reach, lining.most_rise / reach  # a long line drifts no further than a short one
     bent = min(1.0, reach / lining.reach) if lining.reach else 1.0

@@ -31,8 +31,8 @@ _READ = {written: letter for letter, written in _WRITTEN.items() if letter not i
 
 def decomposed(grapheme: str) -> tuple[str, tuple[str, ...]]:
     """A grapheme as the letter that is written and the marks on it, from the inner to the outer one."""
-    base, *marks = _WRITTEN.get(grapheme) or unicodedata.normalize("NFD", grapheme)
-    return base, tuple(marks)
+    written = _WRITTEN.get(grapheme) or unicodedata.normalize("NFD", grapheme)
+    return written[:1], tuple(written[1:])
 
 
 def recomposed(base: str, marks: tuple[str, ...]) -> str:

@@ -15,6 +15,7 @@ from handout.values import Array, Glyph, Line, Manuscript, Placed
 from handout.writing.layout import Layout
 from handout.writing.lines import Row
 from handout.writing.lining import lies
+from handout.writing.ruling import ABOVE, Ruling, on_rules
 from handout.writing.scribe import Scribe, ToPage, W
 from handout.writing.striking import Striking
 
@@ -28,13 +29,25 @@ def room(layout: Layout) -> float:
 
 def spacing(pitch: float, layout: Layout) -> float:
     """Distance of baselines, mm; `pitch` is the usual one of the hand, x-heights."""
+    if layout.ruling is not None:
+        return layout.ruling.pitch
     return layout.line_spacing if layout.line_spacing is not None else pitch * layout.x_height
 
 
 def lines_a_page(pitch: float, layout: Layout) -> int:
     """How many lines one page holds."""
+    if layout.ruling is not None:
+        return len(_rules(layout, layout.ruling))
     height = layout.height - (ASCENT + DESCENT) * layout.x_height
     return 1 + math.floor(height / spacing(pitch, layout) + 1e-9) if height >= 0 else 0
+
+
+def _rules(layout: Layout, ruling: Ruling) -> tuple[tuple[float, float], ...]:
+    """The rules of a page on which there is room for a line between the margins."""
+    top, right, bottom, left = layout.margin
+    upper, lower = top + ASCENT * layout.x_height, layout.page.height - bottom - DESCENT * layout.x_height
+    middle = layout.page.width / 2
+    return ruling.within(upper + ABOVE, lower + ABOVE, max(middle - left, middle - right, 0.0))
 
 
 class Sheet(NamedTuple):
@@ -89,14 +102,18 @@ def _sheet(
     """Place the rows of one page."""
     scale, pitch = layout.x_height, spacing(scribe.pitch, layout)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
-    wandering = lies(scribe.lining, len(rows), layout.jitter, 0.5 * room(layout), rng)
-    for number, (row, lie) in enumerate(zip(rows, wandering, strict=True)):
+    half = 0.5 * layout.width
+    even = _even(layout, pitch, len(rows))
+    lining = scribe.lining if layout.ruling is None else on_rules(scribe.lining)
+    wandering = lies(lining, len(rows), layout.jitter, 0.5 * room(layout), rng)
+    for number, (row, lie, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
         if not row.units:
             continue
-        baseline = layout.margin[0] + (ASCENT - lie.above) * scale + number * pitch
+        baseline = height - lie.above * scale
+        if layout.ruling is None:
+            baseline = layout.margin[0] + (ASCENT - lie.above) * scale + number * pitch
         x = layout.margin[3] + scale * (_left(row, layout, lie.edge) + row.indent)
-        half = 0.5 * layout.width
-        rise = (lie.slope, lie.sag * scale, layout.margin[3] + half, half)
+        rise = (lie.slope - slope, lie.sag * scale, layout.margin[3] + half, half)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
         placed = scribe.place([unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.meant is not None for unit in row.units):
@@ -104,10 +121,20 @@ def _sheet(
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
         slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
         words += len(row.units)
-    lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
-    ruling = {"baseline": round(layout.margin[0] + ASCENT * scale + lower, 3), "line_spacing": round(pitch, 3)}
-    about = {"hand": scribe.name, **ruling, **({"slips": slips} if slips else {})}
+    lower = 0.0
+    if layout.ruling is None:  # what is written on rules stays there
+        lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
+    ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
+    about = {"hand": scribe.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
+
+
+def _even(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]:
+    """(height, slope) of the even baselines of a page: mm at the middle between its margins, and tangent, down."""
+    if layout.ruling is None:
+        return [(layout.margin[0] + ASCENT * layout.x_height + number * pitch, 0.0) for number in range(count)]
+    off = layout.margin[3] + 0.5 * layout.width - 0.5 * layout.page.width
+    return [(height - ABOVE + slope * off, slope) for height, slope in _rules(layout, layout.ruling)[:count]]
 
 
 def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:

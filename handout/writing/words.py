@@ -106,7 +106,8 @@ class Writer:
         n, rng, vary = len(glyphs), self.rng, self._vary
         shapes = self._shapes(n)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
-        widths[:-1] += [too_near(a, b, width) for (a, b), width in zip(pairwise(glyphs), widths, strict=False)]
+        pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
+        widths[:-1] += [too_near(a, b, width, breadth) for (a, b), width, breadth in pairs]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = list[list[Array]]()
         following = [*zip(glyphs[1:], widths, strict=False), None]

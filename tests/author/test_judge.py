@@ -18,7 +18,7 @@ from handout.writing.layout import Layout, page
 @pytest.fixture(scope="module")
 def simulated():
     return simulate(
-        "hollow minimum, quite", load("house-joined"), rng=np.random.default_rng(7), pen=usual("fineliner"), dpi=300.0,
+        "hollow minimum, quite", load("house-joined"), rng=np.random.default_rng(7), pen=usual("plain"), dpi=300.0,
         layout=Layout(page("90x30mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.5), scanner=Scanner(rotation=0.0, dust=0.0),
     )  # fmt: skip
 

@@ -1,86 +1,129 @@
-"""The pen in the chart's frame: settings of the scanner that differ from those of the hand's scan, end to end."""
-
-import json
-from dataclasses import replace
+"""The pen in the chart's frame: settings of the scanner that differ from those of the hand's scan."""
 
 import numpy as np
 import pytest
 
 from handout.calibrating import inks, loop, reference, store, through, verification
 from handout.calibrating.reference import Kind
-from handout.calibrating.wizard import Wizard
-from handout.cli.main import main
-from handout.colour import convert
 from handout.colour.chart import chart
-from handout.colour.ink_match import SAME
-from handout.colour.reading import Scan, read
+from handout.colour.reading import Scan, Scribble, read
 from handout.colour.reading.scribble import load, save
 from handout.errors import InputError
-from handout.printing.simulated import SETTINGS, Flatbed, Inkjet
-from handout.values import Raster
+from handout.hand.library import find
+from handout.printing.simulated import SETTINGS, Flatbed, Inkjet, Sheet
+from handout.values import Drawing, Page, Raster
 
 HAND = "house-joined-ballpoint"
-DPI = 200
-FRAME = chart("A4").pages[0].scribble_field
+DPI = 300
 
 
 @pytest.fixture(scope="session")
-def with_words(sheet, profile):
-    """The chart with a line of the hand's own writing in its frame."""
-    return loop.simulated(profile, "white", hand=HAND)._written(sheet, FRAME)
+def scribbles(profile):
+    """A line of the hand's own writing, scanned with each of the settings."""
+    frame = (1.0, 1.0, 121.0, 11.0)
+    bare = np.zeros((round(12 / 25.4 * DPI), round(122 / 25.4 * DPI)), dtype=np.int32)
+    sheet = Sheet(np.zeros((1, 4)), bare, Inkjet("white").spectra, DPI)
+    sheet = loop.simulated(profile, "white", hand=HAND)._written(sheet, frame)
+    found = {}
+    for name, settings in ({"same": {}} | SETTINGS).items():
+        flatbed = Flatbed(shading=0.0, rotation=0.0, offset=(0.0, 0.0), **settings)
+        picture = flatbed.scan(sheet, DPI, np.random.default_rng(4)).astype(np.float32) / 255
+        found[name] = Scribble(picture, np.median(picture.reshape(-1, 3), axis=0), DPI)
+    return found
 
 
-def scanned(sheet, seed=4, dpi=DPI, **settings):
-    return Scan(Flatbed(shading=0.0, **settings).scan(sheet, dpi, np.random.default_rng(seed)), (dpi, dpi))
+@pytest.fixture
+def with_pen(stored, scribbles, tmp_path):
+    """A calibration whose chart was scanned with another gamma."""
+    save(scribbles["scanner-gamma"], tmp_path / "pen.npz")
+    stored.keep_scribble(tmp_path / "pen.npz", HAND)
+    return stored
 
 
-@pytest.fixture(scope="session")
-def readings(with_words):
-    """The same chart, scanned with each of the settings."""
-    return {name: read([scanned(with_words, **kw)]) for name, kw in ({"same": {}} | SETTINGS).items()}
+@pytest.mark.parametrize("name", ["scanner-gamma", "scanner-automatic"])
+def test_settings_that_differ_are_named(name, scribbles):
+    known = reference.compared(scribbles[name], HAND)
+    assert known.kind is Kind.CORRECTED and known.doubtful and known.facts()["difference"] > 4
+    assert "lighter than the hand's own scan" in known.said and "the scanner's settings differ" in known.said
 
 
-def neutral(rgb, name):
-    """L*a*b* of (n, 3) that a scan with the settings shows, as one with the usual settings would show them."""
-    light = np.linspace(0, 1, 33)
-    grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1).reshape(-1, 3) ** 2.2
-    flatbed = Flatbed(**SETTINGS.get(name, {}))
-    shown = flatbed.toned(grid, 1 / flatbed.gamma if not flatbed.middle else _power(name))
-    from scipy.spatial import cKDTree
-
-    near = cKDTree(shown).query(rgb, 8)
-    weight = 1 / np.maximum(near[0], 1e-6)[..., None]
-    return convert.lab(((grid ** (1 / 2.2))[near[1]] * weight).sum(axis=1) / weight.sum(axis=1))
-
-
-POWERS = {}
-
-
-def _power(name):
-    return POWERS[name]
-
-
-@pytest.mark.parametrize("name", ["same", "scanner-gamma", "scanner-automatic", "scanner-contrast", "scanner-srgb"])
-def test_ink_that_is_wanted_is_the_pens_own_in_the_charts_scan(name, readings):
-    reading = readings[name]
+def test_words_in_the_frame_are_found(sheet, profile):
+    words = loop.simulated(profile, "white", hand=HAND)._written(sheet, chart("A4").pages[0].scribble_field)
+    picture = Flatbed().scan(words, 120, np.random.default_rng(1))
+    reading = read([Scan(picture, (120, 120))])
+    assert reading.findings == () and reading.scribble.density.max() > 0.5
     known = reference.compared(reading.scribble, HAND)
-    assert known.match is not None
-    # what the scan of the chart shows of these very lines, pixel by pixel, is what the hand's pixels have to become
-    first, other = reading.scribble, readings["same"].scribble
-    assert first.picture.shape == other.picture.shape
-    inked = (other.density.mean(axis=2) > 0.1) & (other.density.mean(axis=2) < 2)
-    plain, shown = (np.asarray(one.picture[inked], dtype=np.float64) for one in (other, first))
-    from_paper = reference.writing(reference_hand())[1]
-    hand = plain / other.paper * from_paper
-    mapped = known.match.colours(hand)
-    off, before = (
-        convert.delta_e(convert.lab(np.clip(one, 0, 1)), convert.lab(np.clip(shown, 0, 1))).mean()
-        for one in (mapped, plain / other.paper * first.paper)
+    assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.said
+
+
+def test_without_words_nothing_is_known_and_that_is_said(patches, scan):
+    assert read([scan]).scribble is None
+    known = reference.compared(None, HAND)
+    assert known.kind is Kind.NOTHING and known.doubtful and known.match is None
+    assert "cannot be known" in known.said and "in the frame" in known.said
+
+
+def test_whose_pen_it_is(scribbles):
+    some = scribbles["same"]
+    assert reference.compared(some, "").kind is Kind.KEPT
+    assert reference.compared(some, "house-print").kind is Kind.DRAWN
+    other = reference.compared(some, HAND, "somebody")
+    assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.said
+
+
+def test_another_pen_is_not_taken_for_settings(scribbles):
+    some = scribbles["same"]
+    red = type(some)(some.paper * np.exp(-some.density * np.array([0.1, 1.5, 1.0])), some.paper, some.dpi)
+    known = reference.compared(red.__class__(red.picture.astype(np.float32), red.paper, red.dpi), HAND)
+    assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.said
+
+
+def test_a_page_is_printed_in_the_pens_colour(with_pen):
+    said = []
+    known = through.pen_of(with_pen, HAND, said.append)
+    assert len(said) == 1 and "corrected" in said[0] and not said[0].startswith("warning")
+    rgba = np.tile(np.array([0.3, 0.35, 0.6, 0.8], dtype=np.float32), (4, 4, 1))
+    made = through.Through(lambda *_: Raster(rgba, 300), with_pen, known, HAND)
+    plain = through.Through(lambda *_: Raster(rgba, 300), with_pen)
+    drawing = Drawing((), Page(10, 10))
+    lighter, darker = (
+        1 - one(drawing, 300).rgba[0, 0, 3] * (1 - one(drawing, 300).rgba[0, 0, :3]) for one in (made, plain)
     )
-    assert off < 2.6 and (name in ("same", "scanner-srgb", "scanner-contrast") or before > 4)
+    assert (lighter > darker).all()
+    assert made.facts()["pen"]["kind"] == "corrected"
 
 
-def reference_hand():
-    from handout.hand.library import find
+def test_the_strip_is_of_the_pens_colour(with_pen):
+    made = verification.prepare(with_pen, HAND)
+    page = inks.reach_of(HAND, with_pen.table(), reference.of_calibration(with_pen, HAND))
+    assert (made.out, made.lost, made.whose) == (page.out, page.mean, f"of {HAND}")
 
-    return find(HAND)
+
+def test_one_figure_on_ink_out_of_reach(stored):
+    strip = verification.prepare(stored)
+    rgba = np.full((3, 3, 4), 0.5, dtype=np.float32)
+    made = through.Through(lambda *_: Raster(rgba, 300), stored, None, inks.USUAL_HAND)
+    made(Drawing((), Page(10, 10)), 300)
+    assert made.facts()["out_of_reach"] == round(strip.out, 4) and made.facts()["lost"] == round(strip.lost, 2)
+    from handout.colour.gamut import said
+
+    assert said(strip.out, strip.lost, strip.whose) in made.said()
+
+
+def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):
+    kept = with_pen.scribble()
+    assert np.allclose(kept.picture, np.clip(scribbles["scanner-gamma"].picture, 0, 1), atol=1e-4)
+    assert with_pen.facts()["pen"] == {"written": True, "hand": HAND}
+    again = store.add(with_pen)
+    assert again.pen_of() == HAND and again.scribble() is not None
+    bad = tmp_path / "bad.npz"
+    bad.write_bytes(b"no")
+    with pytest.raises(InputError, match="cannot be read"):
+        load(bad)
+
+
+def test_writing_of_a_hand_is_on_its_own_paper():
+    density, paper, dpi = reference.writing(find(HAND))
+    assert 100 <= dpi <= 1200 and np.allclose(paper, inks.paper_of(HAND))
+    assert abs(float(np.median(density))) < 0.02 and density.max() > 0.5
+    assert reference.at_dpi(density, dpi, dpi / 2).shape[0] == pytest.approx(density.shape[0] / 2, abs=1)

@@ -1,8 +1,10 @@
 """What every verb is tested with: a folder and settings of its own, and a way to call it."""
 
+import contextlib
+
 import pytest
 
-from handout.cli import main
+from handout.cli import main, progress
 
 
 @pytest.fixture(autouse=True)
@@ -24,3 +26,17 @@ def call(capsys):
         return out, err
 
     return run
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """What would be shown of long work on a terminal: shares and stages, in order."""
+    found = []
+
+    @contextlib.contextmanager
+    def shown(quiet):
+        yield lambda share, stage, left=None: found.append((share, stage))
+
+    monkeypatch.setattr(progress, "shown", shown)
+    monkeypatch.setattr(progress, "wanted", lambda quiet: True)
+    return found

@@ -33,6 +33,14 @@ def broken(call, *more):
     return found.group(1)
 
 
+def test_a_hold_that_nobody_ends_keeps_the_job(call):
+    held = "sim:?fault=hold&after=150"
+    _, err = call("plot", "--port", held, TEXT, "--seed", 1, "--hold-limit", "30s", code=3)
+    assert "has been on hold (Hold) for 30 s" in err and "The job is kept; go on with: handout plot --resume" in err
+    assert "hold limit" in call("plot", "--port", "sim:", TEXT, "--hold-limit", "long", code=2)[1]
+    call("plot", "--resume", "--port", "sim:")
+
+
 def test_a_plot_that_breaks_off_is_gone_on_with(call):
     name = broken(call)
     listed = json.loads(call("plot", "jobs", "--json")[0])

@@ -183,3 +183,41 @@ def test_what_cannot_be_is_one_sentence(call, table, asked, words):
     given = ("--queue", "file:out") if "--queue" not in asked else ()
     _, err = call("print", table, *given, *asked, *QUICK, code=3 if "connections" in words else 2)
     assert re.search(words, err) and not list(Path().glob("out/*"))
+
+
+def test_names_are_never_lost_without_a_word(call):
+    Path("g.csv").write_text(
+        "Guest(s),Street Address,City/State/Zip,RSVP,Who\nAda & Bob,12 Elm St,Boston MA 02138,yes,Cy\n"
+    )
+    out, err = call("print", "g.csv", "--dry-run", "a.png", "--json", *QUICK)
+    assert "g.csv: these columns are not used: 'RSVP', 'Who'." in err
+    assert json.loads(out)["columns"] == {
+        "used": [
+            {"column": "Guest(s)", "as": "name"},
+            {"column": "Street Address", "as": "street"},
+            {"column": "City/State/Zip", "as": "place"},
+        ],
+        "unused": ["RSVP", "Who"],
+        "notes": ["these columns are not used: 'RSVP', 'Who'"],
+    }
+    out, _ = call("print", "g.csv", "--dry-run", "a.png", "--json", "--columns", "name=Who,none=RSVP", *QUICK)
+    assert json.loads(out)["columns"]["unused"] == ["Guest(s)", "RSVP"]
+
+
+def test_a_table_without_names_needs_a_word(call):
+    Path("n.csv").write_text("Street,City\n1 Lane,Ely\n")
+    _, err = call("print", "n.csv", "--dry-run", "a.png", *QUICK, code=2)
+    assert "no row has a name" in err and "--no-name" in err and not Path("a-002.png").exists()
+    _, err = call("print", "n.csv", "--dry-run", "a.png", "--no-name", *QUICK)
+    assert "warning: row 2: it has no name" in err and "1 of 1 envelope done" in err
+
+
+def test_a_batch_is_gone_on_with_by_the_same_columns(call):
+    Path("o.csv").write_text("Who,Street,City,Work Street,Work City\n" + "Ada,1 Lane,Ely,2 Road,York\n" * 2)
+    with SimulatedPrinter(faults=Faults(hold_at=1)) as printer:
+        command = ("print", "o.csv", "--queue", printer.uri, "--columns", "name=Who", *QUICK)
+        call(*command, code=3)
+        _, err = call(*command, "--address", "work", "--resume", code=2)
+        assert "--address was not given and is now work" in err
+        _, err = call("print", "o.csv", "--queue", printer.uri, "--columns", "1=name", *QUICK, "--resume", code=2)
+        assert "--columns was name=Who and is now 1=name" in err

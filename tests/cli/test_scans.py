@@ -17,7 +17,7 @@ def kept(small_hand):
     return "small.hand"
 
 
-def test_read_and_check(call, small_scan):
+def test_read_and_check(call, small_scan, told):
     out, err = call(
         "hand", "read", "mine", "--scan", small_scan.scan, "--text", small_scan.text, "-o", "mine.hand", "--json",
         "--title", "My hand", "--pen", "ballpoint",
@@ -26,6 +26,9 @@ def test_read_and_check(call, small_scan):
     assert (facts["name"], facts["title"], facts["files"]) == ("mine", "My hand", ["mine.hand"])
     assert facts["glyphs"] == 44 and facts["found"][0]["missing"] == [] and facts["pages"][0]["lines"] == 3
     assert "3 lines found" in err and "Wrote mine.hand: 44 letters" in err
+    shares, stages = zip(*told, strict=True)
+    assert list(shares) == sorted(shares) and shares[0] == 0 and 0.9 < shares[-1] <= 1 and len(shares) > 6
+    assert {"page 1: the ink", "page 1: learning from the page", "writing the hand"} <= set(stages)
     out, err = call("hand", "check", "mine.hand", "-o", "seen.png", "--for", "zeal even", "--json")
     checked = json.loads(out)
     assert {one["letter"] for one in checked["lacks"] if not one["anywhere"]} == {"z"}
@@ -136,7 +139,7 @@ def test_a_hand_whose_ink_is_damaged_is_not_imported(call, kept):
 def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
     scan, text = small_scan.scan, small_scan.text
     Path("empty.txt").write_text("\n")
-    Path("latin.txt").write_bytes(b"caf\xe9")
+    Path("latin.txt").write_bytes(b"caf\x00\x01")
     Path("no.png").write_text("no picture")
     out = ("-o", "x.hand")
     for arguments, says in (

@@ -116,6 +116,27 @@ def test_strokes_end_in_pools_of_a_fineliner() -> None:
     assert mass.radius[0] > mass.radius[middle]
 
 
+def test_a_fineliner_s_line_lives() -> None:
+    """Its width and ink follow direction, speed and pressure; on a scan of a wet pen widths vary by 19 %."""
+    slow, fast = line(3, None, speed=8.0), line(6, None, speed=60.0)
+    t = np.linspace(0, 1, 60)
+    down, up = (
+        Stroke(t, np.stack([x + 4 * t * slope, y + way * 6 * t], axis=1))
+        for x, slope, y, way in ((4, -0.9, 3, 1), (6, 0.9, 9, -1))
+    )
+    leaving = replace(line(9), pressure=np.r_[np.full(45, 0.55), np.linspace(0.55, 0.05, 15)])
+    given = pens._MODELS["fineliner"].flow
+    made = [flow.pieces(drawn(stroke), 0.36, given, rng()) for stroke in (slow, fast, down, up, leaving)]
+    wide, full = ([float(np.median(getattr(one, name))) for one in made] for name in ("radius", "load"))
+    assert wide[0] > 1.08 * wide[1] and full[0] > 1.15 * full[1]  # slow against fast
+    assert abs(wide[2] / wide[3] - 1) > 0.08  # the tip is worn to a facet
+    assert (
+        made[4].radius[-4:].mean() < 0.9 * wide[4] and made[4].load[-4:].mean() < 0.7 * full[4]
+    )  # it leaves in flight
+    every = np.concatenate([one.radius for one in made])
+    assert 0.08 < every.std() / every.mean() < 0.3
+
+
 @pytest.mark.parametrize("model", REAL)
 def test_crossing_is_darker_than_either_line(model: str) -> None:
     up = replace(line(0), xy=np.stack([np.full(60, 12.0), np.linspace(10, 2, 60)], axis=1))
@@ -209,6 +230,25 @@ def test_a_dot_that_only_rests_is_seen(model):
     stroke = Stroke(np.array([0.0, 0.1]), np.array([[5.0, 5.0], [5.0, 5.0]]))
     page = pens.image(Drawing((stroke,), Page(10.0, 10.0)), 300, usual(model), np.random.default_rng(1))
     assert page.min() < 190
+
+
+@pytest.mark.parametrize("model", ["fountain", "ballpoint", "fineliner", "pencil"])
+def test_a_flat_nib_leaves_the_marks_of_its_edge(model: str) -> None:
+    t = np.linspace(0, 1, 60)
+    angle = -np.pi / 4
+    across = Stroke(t, np.column_stack([10 + 6 * t, 10 + 6 * t]), rotation=np.full(60, angle), nib=4.0)
+    along = Stroke(2 + t, np.column_stack([20 + 6 * t, 16 - 6 * t]), rotation=np.full(60, angle), nib=4.0)
+    drawing = Drawing((across, along), Page(40, 30))
+    cover = pens.ink(drawing, 150, Pen(0.4, "#202020", model), rng()).rgba[..., 3] > 0.2
+    scale = 150 / 25.4
+    yy, xx = np.nonzero(cover)
+    x, y = (xx + 0.5) / scale, (yy + 0.5) / scale
+    down, up = (x + y - 20) / np.sqrt(2), (x - y) / np.sqrt(2)
+    first = x < 18.5
+    # square ends: the mark is as long as the way, and as wide as the edge
+    assert down[first].min() > -0.6 and down[first].max() < 6 * np.sqrt(2) + 0.6
+    assert np.ptp(up[first]) == pytest.approx(4.0, abs=0.6)
+    assert np.ptp(down[~first]) < 1.2
 
 
 @pytest.mark.parametrize(

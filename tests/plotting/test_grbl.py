@@ -17,8 +17,8 @@ BLOCKS = [
 
 
 def commands(blocks, profile):
-    """Without what comes before the first block and after the last."""
-    program = list(words.program(blocks, profile))
+    """As in a file, without what comes before the first block and after the last."""
+    program = list(words.program(blocks, profile, absolute=True))
     before, after = len(words.MODES), len(words.closing())
     assert [command.done for command in program[:before]] == [0] * before
     assert [command.done for command in program[-after:]] == [len(blocks)] * after
@@ -60,6 +60,27 @@ def test_moves_are_read_back_as_they_were_meant(moves):
         state |= {letter: float(number) for letter, number in re.findall(r"([XYF])(-?[\d.]+)", line.decode())}
         assert state["X"] == pytest.approx(block.x, abs=5.1e-4) and state["Y"] == pytest.approx(block.y, abs=5.1e-4)
         assert state["F"] == pytest.approx(block.feed, abs=0.051)
+
+
+def test_on_the_wire_every_place_but_the_first_is_told_from_the_one_before():
+    servo, on_z = ([c.data.decode().strip() for c in words.program(BLOCKS, p)][3:-1] for p in (SERVO, ON_Z))
+    assert servo == [
+        "M3S40", "G4P0.15", "G1X10Y20F6000", "M3S90", "G4P0.2", "G4P0.05", "G91X0.5F900", "Y0.25", "M3S40", "G4P0.15",
+        "G90",
+    ]  # fmt: skip
+    assert on_z == [
+        "G1Z2.5F900", "G1X10Y20F6000", "G1Z0F900", "G4P0.05", "G91X0.5F900", "Y0.25", "G90", "G1Z2.5F900",
+    ]  # fmt: skip
+
+
+@given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), min_size=1, max_size=40))
+def test_relative_places_add_up_to_the_last_digit(points):
+    relative, at = False, {"X": 0, "Y": 0}
+    for line in (c.data.decode() for c in words.program([Move(*point, 600.0) for point in points], SERVO)):
+        relative = (relative or "G91" in line) and "G90" not in line
+        for letter, number in re.findall(r"([XY])(-?[\d.]+)", line):
+            at[letter] = at[letter] * relative + round(1000 * float(number))
+    assert at == {"X": round(1000 * points[-1][0]), "Y": round(1000 * points[-1][1])}
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialects.hpgl import connect, words
+from handout.plotting.dialects.hpgl.meant import Meant
 from handout.profiles import Length, Time
 
 PROFILE = profiles.find("hp-7475a", "plotter")
@@ -72,15 +73,17 @@ def test_the_plan_admits_that_the_timing_is_lost():
 def test_what_is_said_to_be_executed_is_on_the_paper(options):
     port = open_port("sim:?" + options, PROFILE)
     commands = list(words.program(PLAN.blocks, PROFILE))
-    ends = [words.read(command.data)[0].points for command in commands]
+    followed, ends = Meant(), []
+    for command in commands:
+        followed.send(command.data)
+        ends.append(followed.at)
     late = []
 
     def watch(sent, taken, executed, done):
         assert executed <= taken <= sent
-        moves = [points[-1] for points in ends[:executed] if points]
-        if moves:
+        if executed and ends[executed - 1] is not None:
             been = np.array([place[:2] for _, place in port.paper.trace[-400:]])
-            late.append(not (been == np.array(moves[-1])).all(axis=1).any())
+            late.append(not (been == np.array(ends[executed - 1])).all(axis=1).any())
 
     run(PLAN, port, PROFILE, watch=watch)
     assert len(late) > 100 and not any(late)
@@ -89,17 +92,17 @@ def test_what_is_said_to_be_executed_is_on_the_paper(options):
 def test_what_is_not_drawn_yet_is_not_said_to_be():
     """The bound is no more than the instructions read, less those whose moves may be waiting in the plotter."""
     plotter, port, _ = met()
-    for data in (b"IN;", b"VS1;", b"PD400,0;", b"PD800,0;", b"PD1200,0;", b"PD1600,0;"):
+    for data in (b"IN;", b"VS1;", b"PD400,0;", b"PD800,0;", b"PD1200,0;", b"PD1600,0;", b"PU;"):
         plotter.send(data)
     for _ in range(200):
         plotter.wait()
-        drawn = 2 + port.firmware.carriage.at[0] // 400
+        drawn = 2 + port.firmware.carriage.at[0] // 400 + (port.firmware.carriage.at[0] == 1600)
         assert plotter.executed <= drawn
         if drawn >= 5:
             break
     assert plotter.executed >= 2
     plotter.finish()
-    assert plotter.executed == 6 and port.firmware.carriage.at == (1600, 0)
+    assert plotter.executed == plotter.proven == 7 and port.firmware.carriage.at == (1600, 0)
 
 
 def test_halt_drops_the_buffer_lifts_the_pen_and_knows_where():

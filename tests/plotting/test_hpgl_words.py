@@ -17,6 +17,7 @@ from handout.plotting import plan
 from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialect import dialect
 from handout.plotting.dialects.hpgl import words
+from handout.plotting.dialects.hpgl.meant import Meant
 
 PROFILE = profiles.find("hp-7475a", "plotter")
 ONE_PEN = profiles.find("hpgl", "plotter")
@@ -56,7 +57,7 @@ def drawn(instructions):
 @settings(deadline=None, max_examples=40)
 @given(strokes)
 def test_a_path_comes_back_within_half_a_unit(meant):
-    commands = list(words.program(blocks(meant), PROFILE))
+    commands = list(words.program(blocks(meant), PROFILE, absolute=True))
     data = b"".join(command.data for command in commands)
     assert data.isascii() and re.fullmatch(rb"([A-Z]{2}[-0-9.,]*;)+", data)
     assert max(len(command.data) for command in commands) <= 40
@@ -82,15 +83,34 @@ def test_every_block_is_done_by_one_command(meant):
 def test_a_program_word_by_word():
     told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Move(12, 22, 4560)]
     told += [Pause(1.0), Pen(False), Move(0, 0, FAST)]
-    data = [command.data for command in words.program(told, PROFILE)]
+    data = [command.data for command in words.program(told, PROFILE, absolute=True)]
     assert data[:3] == [b"IN;", b"SP1;", b"PU;"]
     assert data[3:8] == [b"PU;", b"PU402,804;", b"PD;", b"VS3.8;", b"PD442,804,442,864;"]
     assert data[8:] == [b"VS7.6;", b"PD482,884;", b"PU;", b"PU0,0;", b"PU;", b"SP0;"]
 
 
+def test_on_the_wire_places_are_told_from_one_to_the_next_and_the_pen_twice():
+    told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Pen(False)]
+    data = [command.data for command in words.program([*told, Move(0, 0, FAST)], PROFILE)]
+    assert data[3:] == [
+        b"PU;PU;", b"PA402,804;", b"PD;PD;", b"VS3.8;", b"PR40,0,0,60;", b"PU;PU;", b"PR-442,-864;", b"PU;", b"SP0;"
+    ]  # fmt: skip
+
+
+@settings(deadline=None, max_examples=40)
+@given(strokes)
+def test_what_is_told_from_one_to_the_next_leads_to_the_same_places(meant):
+    followed = [Meant(), Meant()]
+    for plotter, absolute in zip(followed, (True, False), strict=True):
+        for command in words.program(blocks(meant), PROFILE, absolute=absolute):
+            assert len(command.data) <= 40
+            plotter.send(command.data)
+    assert followed[0].at == followed[1].at and not followed[1].is_missed(*followed[0].at)
+
+
 def test_pens_and_rotation_are_those_of_the_profile():
     turned = msgspec.structs.replace(ONE_PEN, hpgl=msgspec.structs.replace(ONE_PEN.hpgl, rotation=90, pen=3))
-    data = [command.data for command in words.program([Pen(False)], turned)]
+    data = [command.data for command in words.program([Pen(False)], turned, absolute=True)]
     assert data == [b"IN;", b"RO90;", b"IP;", b"IW;", b"SP3;", b"PU;", b"PU;", b"PU;"]
 
 
@@ -106,7 +126,9 @@ def test_a_file_says_what_the_wire_says():
     made = plan(page(words=2), PROFILE)
     data = dialect("hpgl").file(made, PROFILE)
     assert data.isascii() and max(map(len, data.splitlines())) <= 40
-    assert data.replace(b"\n", b"") == b"".join(command.data for command in words.program(made.blocks, PROFILE))
+    assert data.replace(b"\n", b"") == b"".join(
+        command.data for command in words.program(made.blocks, PROFILE, absolute=True)
+    )
 
 
 @settings(deadline=None, max_examples=10)

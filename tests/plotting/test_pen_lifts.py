@@ -109,7 +109,7 @@ def own_commands():
 def test_commands_of_ones_own_are_sent_as_they_are_once():
     profile = own_commands()
     blocks = [Pen(False), Move(10, 10, 6000), Pen(True), Move(11, 10, 600), Pen(True), Move(12, 10, 600), Pen(False)]
-    lines = [command.data for command in words.program(blocks, profile)]
+    lines = [command.data for command in words.program(blocks, profile, absolute=True)]
     assert lines[3:] == [
         b"G4P0\n", b"M9\n", b"G4P0.12\n", b"G1X10Y10F6000\n", b"G4P0\n", b"M8\n", b"G4 P0.05\n", b"G4P0.15\n",
         b"G1X11Y10F600\n", b"X12\n", b"G4P0\n", b"M9\n", b"G4P0.12\n", b"G4P0\n",

@@ -1,5 +1,6 @@
 import csv
 import io
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -17,8 +18,7 @@ def table(tmp_path, text, encoding="utf-8", name="t.csv"):
     return path
 
 
-# letters that no two neighbours of which are valid UTF-8 when written in Windows-1252
-_word = st.text("abcXYZ 0123,;\"'-.éüßñøÅ", min_size=0, max_size=12).map(lambda t: " ".join(t.split()))
+_word = st.text('abcXYZ 0123,;"-.éüßñøÅ', min_size=0, max_size=12).map(lambda t: " ".join(t.split()))
 _cell = st.lists(_word.filter(bool), min_size=0, max_size=3).map("\n".join)
 _row = st.lists(_cell, min_size=5, max_size=5).filter(lambda cells: any(cells))
 
@@ -26,8 +26,8 @@ _row = st.lists(_cell, min_size=5, max_size=5).filter(lambda cells: any(cells))
 @settings(max_examples=60)
 @given(
     rows=st.lists(st.one_of(_row, st.just([])), min_size=1, max_size=6).filter(any),
-    delimiter=st.sampled_from(",;\t"),
-    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]),
+    delimiter=st.sampled_from(",;\t|"),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"]),
     end=st.sampled_from(["\n", "\r\n", "\r"]),
     quoting=st.sampled_from([csv.QUOTE_ALL, csv.QUOTE_MINIMAL]),
 )
@@ -43,7 +43,7 @@ def test_any_table_comes_back_as_it_was(tmp_path_factory, rows, delimiter, encod
         else:
             stream.write(end)
     path = table(tmp_path_factory.mktemp("t"), stream.getvalue(), encoding)
-    found = read_addresses(path)
+    found = read_addresses(path, nameless=True)
     wanted = {n: dict(zip(HEADERS, row, strict=True)) for n, row in enumerate(rows, 2) if row}
     assert {row.number: dict(row.cells) for row in found} == wanted
 
@@ -111,23 +111,25 @@ def test_a_row_longer_than_the_header_fails_alone(tmp_path):
         (b"\xef\xbb\xbf\r\n  \r\n", "is empty"),
         (b";;\n;;\n", "is empty"),
         (b"name,street,city\n\n,,\n", "no addresses below the header in row 1"),
-        (b"PK\x03\x04\x14\x00\x06\x00rest", "spreadsheet"),
+        (b"PK\x03\x04\x14\x00\x06\x00rest", "damaged packed file"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel"),
         (b"\x89PNG\r\n\x1a\n", "PNG"),
         (b"name,street\x00\x00\n", "save the table as CSV"),
         (b"\xff\xfen\x00a\x00m", "UTF-16"),
-        (b"name,street,city\nAda,\x81\x8d,Ely\n", "line 2"),
         (b'name,street,city\nAda,1 Lane,Ely\nBob,"2 Lane,York\nCy,3 Lane,Bath\n', "row 3: a quotation mark is opened"),
         (b"colour;size\nred;3\n", "'colour', 'size'"),
         (b"name;mail\nAda;a@example.org\n", "Straße"),
-        (b"Ada,1 Lane,Ely\n", "names no column for an address"),
+        (b"Ada,1 Lane,Ely\n", 'the table had no header: .* --columns "1=name,2=street,3=place"'),
+        (b"street,city\n1 Lane,Ely\n", "no row has a name: .*--no-name"),
+        (b"table,street,city\n1,1 Lane,Ely\n", "no row has a name; not understood: 'table': .*name=table.*--no-name"),
+        (b"name,city,street,city\nAda,Ely,1 Lane,York\n", r"row 2: the columns 'city' \('Ely'\) and 'city' .* differ"),
     ],
 )
 def test_what_is_no_table_is_refused_in_one_sentence(tmp_path, data, words):
     path = table(tmp_path, data)
     with pytest.raises(TableError) as caught:
         read_addresses(path)
-    assert words in str(caught.value) and str(path) in str(caught.value)
+    assert re.search(words, str(caught.value)) and str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
@@ -161,7 +163,7 @@ def test_any_bytes_are_rows_or_a_table_error(tmp_path_factory, data, before):
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(before + data)
     try:
-        rows = read_addresses(path)
+        rows = read_addresses(path, nameless=True)
     except TableError:
         return
     assert rows and all(bool(row.lines) != bool(row.problem) for row in rows)

@@ -164,3 +164,17 @@ def test_too_many_samples_are_refused(monkeypatch):
     monkeypatch.setattr(recorded, "MOST", 4)
     with pytest.raises(InputError, match="9 samples; at most 4"):
         from_unipen(UNIPEN)
+
+
+def test_drawings_of_one_gml_lie_apart():
+    def tag(left: float, right: float) -> str:
+        points = "".join(f"<pt><x>{x}</x><y>0.5</y><t>{x}</t></pt>" for x in np.linspace(left, right, 5))
+        return f"<drawing><stroke>{points}</stroke></drawing>"
+
+    drawing = from_gml(f"<gml><tag>{tag(0.2, 0.6)}{tag(0.1, 0.7)}{tag(0.3, 0.5)}</tag></gml>".encode())
+    assert drawing.about["drawings"] == 3 and len(drawing.strokes) == 3
+    boxes = [(*s.xy.min(axis=0), *s.xy.max(axis=0)) for s in drawing.strokes]
+    for number, (left, top, right, bottom) in enumerate(boxes):
+        for a, b, c, d in boxes[number + 1 :]:
+            assert right < a or c < left or bottom < b or d < top
+    assert drawing.page.width > 100

@@ -19,7 +19,7 @@ from handout.tagging.making import read_hand
 from handout.tagging.recording import Recording, turns, x_height
 from handout.tagging.recordings import recordings, source
 from handout.tagging.sources import lettered
-from handout.values import Drawing, Page, Stroke
+from handout.values import Drawing, Moments, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
@@ -36,12 +36,21 @@ def wave(waves, height=2.5, x=20.0, y=20.0):
     return Stroke(t, np.column_stack([x + 3 * t, y + height / 2 * np.cos(2 * np.pi * t)]))
 
 
+def held(stroke):
+    """The stroke by a pen whose tilt and turns follow its place on the page."""
+    x, y = stroke.xy.T
+    return replace(stroke, tilt=0.3 + 0.004 * x, azimuth=3.0 + 0.01 * x, rotation=0.02 * y)
+
+
 @pytest.fixture(scope="module")
 def told():
     """A page of a drawn hand, as a recording whose letters are known."""
     hand, rng = load("house-joined"), np.random.default_rng(1)
     (sheet,) = compose(TEXT, hand, Layout(Page(110, 45), (8, 8, 8, 8)), rng, pages=1)
-    return Recording("pen", trace(sheet, hand, rng), TEXT, written(sheet, hand), 2, 2.5)
+    drawing = trace(sheet, hand, rng)
+    return Recording(
+        "pen", replace(drawing, strokes=tuple(map(held, drawing.strokes))), TEXT, written(sheet, hand), 2, 2.5
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +87,10 @@ def test_the_file_keeps_when_the_pen_was_where(read, tmp_path):
     (page,), (kept,) = hand.pages, file.load(tmp_path / "pen.hand").pages
     assert kept.moments.times == pytest.approx(page.moments.times, abs=1e-5)
     assert kept.moments.pressure == pytest.approx(page.moments.pressure, abs=1e-3)
-    timeless = replace(page, moments=replace(page.moments, times=None, pressure=None))
+    for name in ("tilt", "azimuth", "rotation"):
+        assert getattr(kept.moments, name) == pytest.approx(getattr(page.moments, name), abs=1e-4)
+        assert np.ptp(getattr(kept.moments, name)) > 0.1
+    timeless = replace(page, moments=Moments())
     file.save(replace(hand, pages=(timeless,)), tmp_path / "order.hand")
     (kept,) = file.load(tmp_path / "order.hand").pages
     assert kept.moments is not None and kept.moments.times is None and kept.moments.pressure is None
@@ -95,7 +107,9 @@ def test_what_is_written_in_it_is_traced_as_the_pen_went(told, read):
     drawing = trace(sheet, hand, rng)
     pace = [np.median(np.concatenate([s.speed for s in d.strokes if s.length > 2])) for d in (drawing, told.drawing)]
     assert pace[0] == pytest.approx(pace[1], rel=0.35)
-    assert all(stroke.pressure is not None for stroke in drawing.strokes)
+    assert all(set(stroke.pose) == {"pressure", "tilt", "azimuth", "rotation"} for stroke in drawing.strokes)
+    assert all((stroke.tilt > 0.3).all() and (stroke.tilt < 0.75).all() for stroke in drawing.strokes)
+    assert all((stroke.azimuth > 3.0).all() and (stroke.azimuth < 4.2).all() for stroke in drawing.strokes)
 
 
 UNIPEN = """\

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import units
 from handout.colour.chart import MARKS
 from handout.colour.reading.findings import Finding, listed
 from handout.colour.reading.opening import GREY, Scan
@@ -119,7 +120,8 @@ def of_marks(placement: Placement, scan: Scan, sampled: Sampled) -> list[Finding
                 "cropped",
                 "refuse",
                 f"The {edges} of the chart is cut off, and with it {len(missing)} of "
-                f"{len(names)} patches ({listed(missing)}): lay the page so that all of it is scanned.",
+                f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that "
+                f"all of it is scanned.",
                 source,
                 tuple(missing.tolist()),
             )

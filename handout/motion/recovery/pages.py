@@ -16,7 +16,7 @@ from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, pl
 from handout.motion.recovery.scribe import Scribe, scribe_of
 from handout.motion.recovery.stitching import Ink
 from handout.motion.recovery.weaving import unwound, weave
-from handout.values import ActionPlan, Array, Indices, Placed
+from handout.values import POSE, ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # of a small letter that the pen goes back over its ink rather than be lifted
 _WAITING = BARRED | CROSSED | frozenset("AEFHT")  # letters whose last strokes may come after the next letter
@@ -32,7 +32,7 @@ class Path:
     word : index of its word on the page; of : (n,) int, index in the text of the letter it belongs to.
     late : whether it is a dot or bar that is written after the letters it belongs to.
     steps : (n − 1,) float, s: how long a recorded pen took from each place to the next, nan where that is not known.
-    pressure : (n,) float, 0–1: how it pressed, nan where that is not known.
+    pose : (n, 4) float: how it was held (the channels of `POSE`), nan where that is not known.
     """
 
     xy: Array
@@ -42,7 +42,7 @@ class Path:
     of: Indices
     late: bool = False
     steps: Array | None = None
-    pressure: Array | None = None
+    pose: Array | None = None
 
 
 def paths(
@@ -214,15 +214,15 @@ def _path(parts: Sequence[tuple[PlacedGlyph, Indices]], late: bool) -> Path:
 
 
 def _recorded(parts: Sequence[tuple[PlacedGlyph, Indices]]) -> tuple[Array | None, Array | None]:
-    """How long a recorded pen took for the steps of a path, and how it pressed; None where no pen was recorded."""
+    """How long a recorded pen took for the steps of a path, and how it was held; None where no pen was recorded."""
     if all(glyph.clocks is None for glyph, _ in parts):
         return None, None
-    steps, pressure = list[Array](), list[Array]()
+    steps, pose = list[Array](), list[Array]()
     for glyph, own in parts:
-        known, pressed = np.full((2, len(glyph.graph)), np.nan)
+        known, held = np.full(len(glyph.graph), np.nan), np.full((len(glyph.graph), len(POSE)), np.nan)
         if glyph.clocks is not None:
-            known[: len(glyph.clocks[0])], pressed[: len(glyph.clocks[1])] = glyph.clocks
+            known[: len(glyph.clocks[0])], held[: len(glyph.clocks[1])] = glyph.clocks
         following = np.abs(np.diff(own)) == 1
         steps += [np.where(following, np.abs(np.diff(known[own])), np.nan), np.array([np.nan])]
-        pressure.append(pressed[own])
-    return np.concatenate(steps)[:-1], np.concatenate(pressure)
+        pose.append(held[own])
+    return np.concatenate(steps)[:-1], np.concatenate(pose)

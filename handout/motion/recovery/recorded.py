@@ -6,7 +6,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.lines import Line, Written
-from handout.values import Array, Indices, LineGraph
+from handout.values import POSE, Array, Indices, LineGraph
 from handout.writing.scanned.forms import Forms
 
 
@@ -39,15 +39,16 @@ def _forwards(path: Indices, line: Line, count: int) -> Indices:
 
 
 def clocks(hand: ScannedHand, forms: Forms, number: int) -> tuple[Array, Array] | None:
-    """(n,) s and (n,) 0–1: when the pen was at each vertex of a glyph's body and how it pressed, nan where that is not
-    known; None for one that was not recorded.
+    """(n,) s and (n, 4): when the pen was at each vertex of a glyph's body and how it was held (channels as in
+    `POSE`), nan where that is not known; None for one that was not recorded.
     """
     glyph = hand.glyphs[number]
     moments = hand.pages[glyph.page].moments
     if moments is None:
         return None
     own = forms.vertices(number)
-    times, pressure = (
-        np.full(len(own), np.nan) if known is None else known[own] for known in (moments.times, moments.pressure)
+    times, *pose = (
+        np.full(len(own), np.nan) if known is None else known[own]
+        for known in (getattr(moments, name) for name in ("times", *POSE))
     )
-    return times, pressure
+    return times, np.column_stack(pose)

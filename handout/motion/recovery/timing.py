@@ -6,13 +6,14 @@ Source: seed 002, §3.1–3.2; see `pacing` for the speed along a path, `handout
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from handout.motion.air import in_the_air
 from handout.motion.recovery.pacing import course, pace
 from handout.motion.recovery.pages import Path
-from handout.values import Array, Stroke
+from handout.values import POSE, TURNS, Array, Stroke
 from handout.writing.variation import USUAL
 
 RATE = 140.0  # samples a second, as of the drawn hands' strokes
@@ -43,27 +44,27 @@ def strokes(
     hesitation = jitter * rng.standard_normal(len(paths))
     haste = np.exp(USUAL.pace * min(jitter, 2.0) * rng.standard_normal(len(paths)))
     clock, before = 0.0, np.zeros(2)
-    for number, (t, xy, width, pressure) in enumerate(_moved(paths, shapes, x_height)):
+    for number, (t, xy, width, pose) in enumerate(_moved(paths, shapes, x_height)):
         path, t = paths[number], t * haste[number]
         if number:
             way = float(np.hypot(*(xy[0] - before))) / x_height
             line, word = lines[number] != lines[number - 1], path.word != paths[number - 1].word
             clock += in_the_air(way, line=line, word=word, chance=float(hesitation[number]))
-        yield Stroke((clock + t) / speed, xy, pressure, width=width, word=path.word)
+        yield Stroke((clock + t) / speed, xy, **pose, width=width, word=path.word)
         clock, before = clock + float(t[-1]), xy[-1]
 
 
 def _moved(
     paths: Sequence[Path], shapes: Sequence[tuple[Array, Array]], x_height: float
-) -> Iterator[tuple[Array, Array, Array, Array | None]]:
-    """t, from 0, xy, width and pressure of every movement along a shape, evenly sampled in time."""
+) -> Iterator[tuple[Array, Array, Array, dict[str, Any]]]:
+    """t, from 0, xy, width and pose of every movement along a shape, evenly sampled in time."""
     long = [number for number, (xy, _) in enumerate(shapes) if len(xy) > 1]
     timed = pace(course([shapes[number][0] / x_height for number in long])) if long else None
     place = dict(zip(long, range(len(long)), strict=True))
     for number, (path, (xy, width)) in enumerate(zip(paths, shapes, strict=True)):
-        pressed = None if path.pressure is None else _filled(path.pressure)
+        held = _held(path)
         if timed is None or number not in place:
-            dwelt = None if pressed is None else np.repeat(pressed[:1], 2)
+            dwelt = {name: np.repeat(values[:1], 2) for name, values in held.items()}
             yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2), dwelt
             continue
         own = slice(*timed.first[place[number] : place[number] + 2].tolist())
@@ -75,8 +76,8 @@ def _moved(
             t = _measured(t, at, raw, path.steps)
         times = np.linspace(0.0, t[-1], max(3, round(float(t[-1]) * RATE) + 1))
         channels = [np.interp(times, t, values) for values in (*xy.T, width)]
-        pressure = None if pressed is None else np.interp(np.interp(times, t, at), raw, pressed)
-        yield times, np.column_stack(channels[:2]), channels[2], pressure
+        pose = {name: np.interp(np.interp(times, t, at), raw, values) for name, values in held.items()}
+        yield times, np.column_stack(channels[:2]), channels[2], pose
 
 
 def run_of(xy: Array) -> Array:
@@ -93,6 +94,14 @@ def _shape(path: Path) -> tuple[Array, Array]:
     even = np.column_stack([np.interp(at, run, values) for values in (*path.xy.T, path.width)])
     smooth = smoothed(even, _SMOOTH / at[1])
     return smooth[:, :2], smooth[:, 2]
+
+
+def _held(path: Path) -> dict[str, Array]:
+    """How a recorded pen was held along a path, (n,) each; only what is known of some of it, angles without jumps."""
+    if path.pose is None:
+        return {}
+    filled = {name: _filled(values) for name, values in zip(POSE, path.pose.T, strict=True)}
+    return {name: np.unwrap(v) if name in TURNS else v for name, v in filled.items() if v is not None}
 
 
 def _filled(values: Array) -> Array | None:

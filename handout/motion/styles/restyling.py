@@ -6,24 +6,27 @@ Source: seed 003, §4.1 (stylisations of an input trace).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from collections.abc import Sequence as Sequences
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
+from msgspec.structs import replace as replaced
 from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.motion.guides import Guide
-from handout.motion.styles import breaking, brush, ligatures, targets
+from handout.motion.styles import breaking, brush, carrying, ligatures, targets
 from handout.motion.styles.movement import around, move, vector
 from handout.motion.styles.style import Style
-from handout.values import Array, Drawing, Indices, Stroke
+from handout.values import POSE, Array, Drawing, Indices, Stroke
 
 _LIFT = 1.2  # intervals from the end of one stroke to the start of the next, and as many more for each
 _AIR = 0.6  # root of its distance in heights
 _FLICKED = 0.3  # of the distance of its ends that a stroke is lengthened by at most
 _ARM = 5  # samples of a path that are a stroke's tip
+_COLLAPSED = 0.8  # of the lines' length; with less, letters lose their loops and arches
 _EDGE = 1.0  # strength of the guide along the strokes of a broken path
 
 
@@ -35,6 +38,7 @@ class Sequence:
     corner : (m,) bool: at which of them the letter has a corner.
     ring : whether the first follows the last.
     word, layer, colour : as in `Stroke`.
+    channels : what the pen recorded, by the names of `Stroke`'s channels, (m,) each.
     """
 
     points: Array
@@ -43,6 +47,7 @@ class Sequence:
     word: int = -1
     layer: str = ""
     colour: str = ""
+    channels: Mapping[str, Array] = field(default_factory=dict)
 
 
 def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: float | None = None) -> Drawing:
@@ -81,13 +86,16 @@ def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.ra
         motion = around if one.ring else move
         t, xy = motion(one.points, one.corner, style, height, rng, guide)
         width = brush.widths(t, xy, style, height, tapered=not one.ring)
+        carried = carrying.along(one.channels, len(t), free=style.movement.end == "free", ring=one.ring)
         nib = style.brush.kind == "nib"
+        if nib:
+            carried["rotation"] = np.full(len(t), -style.brush.angle)
         strokes.append(
             Stroke(
                 clock + t,
                 xy,
+                **carried,
                 width=width,
-                rotation=np.full(len(t), -style.brush.angle) if nib else None,
                 nib=style.brush.width * height if nib else 0.0,
                 word=one.word,
                 layer=one.layer,
@@ -97,6 +105,36 @@ def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.ra
         clock += float(t[-1])
         before = xy[-1]
     return tuple(strokes)
+
+
+def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
+    """In plain words, what a drawing lost by being restyled: recorded channels, and letters that are too smooth."""
+    said = []
+    nib = any(stroke.nib > 0 for stroke in after.strokes)
+    for name in POSE:
+        had = sum(getattr(stroke, name) is not None for stroke in before.strokes)
+        has = sum(getattr(stroke, name) is not None for stroke in after.strokes)
+        if had and name == "rotation" and nib:
+            said.append("The recorded rotation is left out: the style's flat nib keeps its own angle.")
+        elif (had == len(before.strokes) > 0 and has < len(after.strokes)) or 0 < had < len(before.strokes):
+            said.append(f"Only {has} of {len(after.strokes)} strokes have a {name}: not all that was recorded has it.")
+    kept = _kept(before, after, style)
+    if kept < _COLLAPSED:
+        said.append(
+            f"smooth = {style.movement.smooth:g} rounds the letters away: {kept:.0%} of the length of their lines is "
+            f"left, and they may be hard to read; {style.movement.drawn_at:g} keeps them as they were drawn."
+        )
+    return said
+
+
+def _kept(before: Drawing, after: Drawing, style: Style) -> float:
+    """Share of the lines' length that a movement keeps of that which leads through the letters."""
+    movement = style.movement
+    if movement.smooth <= movement.drawn_at:
+        return 1.0
+    through = replaced(style, movement=replaced(movement, smooth=movement.drawn_at))
+    whole = restyle(before, through, np.random.default_rng(0))
+    return sum(s.length for s in after.strokes) / max(sum(s.length for s in whole.strokes), 1e-9)
 
 
 def _middles(strokes: Sequences[Stroke]) -> Array:
@@ -152,15 +190,19 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Seq
     """A stroke's targets in the form that the style gives it."""
     motif = targets.find(stroke.xy, height)
     form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
+    # of the line as it was recorded: shares of its length hardly change with its form
+    formed = replace(stroke, xy=middle + (stroke.xy - middle) @ form)
+    channels = partial(carrying.at_targets, formed)
     # found upright, since the extremes of a leaning curve are not where its strokes turn
     motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
     one = Sequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
+    one = replace(one, channels=channels(one.points, ring=motif.ring))
     if len(motif.points) == 1:
         return one
     if style.breaking.directions:
         path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
         points, corner = broken(path, bends, style, height, footed=not motif.ring)
-        return replace(one, points=points, corner=corner, ring=False)
+        return replace(one, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
     if motif.ring:
         return one
     arm = min(_ARM, len(motif.path) - 1)
@@ -227,7 +269,9 @@ def _as_one(group: Sequences[Sequence], turn: float) -> Sequence:
         return group[0]
     opened = [_opened(one) for one in group]
     points, kept = ligatures.joined([one.points for one in opened], turn)
-    return replace(opened[0], points=points, corner=np.concatenate([one.corner for one in opened])[kept])
+    channels = carrying.together([one.channels for one in opened], [len(one.points) for one in opened], kept)
+    corner = np.concatenate([one.corner for one in opened])[kept]
+    return replace(opened[0], points=points, corner=corner, channels=channels)
 
 
 def _opened(one: Sequence) -> Sequence:
@@ -235,7 +279,8 @@ def _opened(one: Sequence) -> Sequence:
     if not one.ring:
         return one
     points, corner = np.concatenate([one.points, one.points[:1]]), np.concatenate([one.corner, one.corner[:1]])
-    return replace(one, points=points, corner=corner, ring=False)
+    channels = {name: np.append(values, values[:1]) for name, values in one.channels.items()}
+    return replace(one, points=points, corner=corner, ring=False, channels=channels)
 
 
 def _joins(a: Sequence, b: Sequence, reach: float) -> bool:

@@ -26,6 +26,9 @@ _CORNER = np.radians(60)  # turning within the arms that makes one
 _SOON = 0.09  # heights between targets that are one
 _LONG = 0.62  # heights between targets that have another between them
 _ROUND = 1.6  # times as far apart are the targets of a ring, whose curve needs no others
+_USUAL = 1.5  # x-heights: the usual size of letters that are written apart, as the built-in printed hand has them
+_TURNS = 0.12  # of its height: the least way up or down of a stroke that counts
+_WORD = 6  # ways up and down: more than a letter has
 _FLATTEST = 0.1  # of its longer side: the least height of a letter that a stroke is taken for
 _SMALL = 0.4  # of the height: the smallest letter that is told from a part of one
 _DOT = 0.06  # heights: a path of no more extent is a dot
@@ -52,13 +55,19 @@ class Motif:
 
 
 def letter_height(drawing: Drawing) -> float:
-    """mm: the usual size of a letter, from the sizes of the strokes; of writing in one go, its height.
+    """mm: the usual size of a letter.
+
+    Of a drawing that knows its x-height (`about["x_height"]`, mm) so many times that; else from the sizes of the
+    strokes, of a stroke that goes up and down again and again, as a joined word does, from how far it goes each time.
 
     Raises
     ------
     ValueError
         No strokes.
     """
+    known = drawing.about.get("x_height")
+    if isinstance(known, int | float) and 0 < known <= max(drawing.page.width, drawing.page.height):
+        return _USUAL * float(known)
     sizes = [_size(stroke.xy) for stroke in drawing.strokes]
     weights = [stroke.length for stroke in drawing.strokes]
     if not sizes:
@@ -71,12 +80,28 @@ def letter_height(drawing: Drawing) -> float:
 
 
 def _size(xy: Array) -> float:
-    """mm: the larger side of a stroke; of one that turns to and fro its height, as a word's."""
+    """mm: the larger side of a stroke; of one that turns to and fro its height, and of a word that of its letters."""
     wide, high = (float(side) for side in np.ptp(xy, axis=0))
     size = max(wide, high)
-    if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) > 1.8 * size:
-        return max(min(high, 2 * wide), _FLATTEST * size)
-    return size
+    if float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum()) <= 1.8 * size:
+        return size
+    runs = _runs(xy[:, 1], _TURNS * high)
+    if len(runs) >= _WORD:
+        high = min(high, _USUAL * float(np.median(runs)))
+    return max(min(high, 2 * wide), _FLATTEST * size)
+
+
+def _runs(y: Array, least: float) -> Array:
+    """(k,) mm: how far a path goes up and down, from each turn to the next; turns of less than `least` are none."""
+    turns = [float(y[0])]
+    extreme, way = float(y[0]), 0
+    for value in y.tolist():
+        if way * (value - extreme) >= 0 and way:
+            extreme = value
+        elif abs(value - extreme) >= least > 0:
+            turns.append(extreme)
+            extreme, way = value, 1 if value > extreme else -1
+    return np.asarray(np.abs(np.diff([*turns[1:], extreme])))
 
 
 def find(xy: Array, height: float) -> Motif:

@@ -131,7 +131,7 @@ class Flatbed:
             linear = np.clip(light @ _PURER.T.astype(light.dtype), 0, 1)
             shown = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
         else:
-            shown = light**power
+            shown = light ** np.asarray(power, dtype=light.dtype)
         if self.contrast:
             least, most = (1 / (1 + math.exp(s * _STEEP / 2)) for s in (1, -1))
             curve = (1 / (1 + np.exp(-_STEEP * (shown - 0.5))) - least) / (most - least)

@@ -256,7 +256,7 @@ def _automatic(light: Floats, flatbed: Flatbed) -> _Tone:
 def _shown(light: Floats, tone: _Tone, flatbed: Flatbed) -> Floats:
     """(n, w, 3) numbers of the picture, rounded."""
     black, white, power = tone
-    shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), np.float32(power)))
+    shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), power))
     if flatbed.grey:
         shown = np.repeat(shown.mean(axis=2, keepdims=True), 3, axis=2)
     shown *= np.float32(2**flatbed.bits - 1)

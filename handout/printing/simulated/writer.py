@@ -15,6 +15,7 @@ from handout.values import Array
 
 _ROUNDS = 12
 _INSET = 0.8  # mm from the frame
+_BLUR = 0.06  # mm, standard deviation of what a scan at 300 dpi makes of a point
 _MOST = 2.5  # of the usual amount
 
 
@@ -35,7 +36,7 @@ def ink_of(colour: Array, paper: Array, flatbed: Flatbed) -> Array:
 
 
 def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDArray[Any], dpi: float,
-            density: Array) -> Sheet:  # fmt: skip
+            density: Array, sharpened: float = 0.0) -> Sheet:  # fmt: skip
     """A sheet on which somebody wrote.
 
     Parameters
@@ -43,6 +44,7 @@ def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDAr
     field : left, top, right, bottom, mm, of the frame; what does not fit into it is left out.
     amount : (h, w), how much ink, 1 where it is usual, at `dpi`.
     density : (31,) of the ink, see `Written`.
+    sharpened : how much is put back of what an earlier scan of the writing has blurred.
     """
     import cv2
 
@@ -50,5 +52,7 @@ def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDAr
     left, top, right, bottom = (round(edge * scale) for edge in np.add(field, (_INSET, _INSET, -_INSET, -_INSET)))
     size = (round(amount.shape[1] * sheet.dpi / dpi), round(amount.shape[0] * sheet.dpi / dpi))
     made = cv2.resize(np.asarray(amount, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
-    made = np.clip(made[: bottom - top, : right - left], 0, _MOST)
-    return replace(sheet, written=(*sheet.written, Written((top, left), made, np.asarray(density))))
+    if sharpened:
+        made = made + sharpened * (made - cv2.GaussianBlur(made, (0, 0), max(0.3, _BLUR * scale)))
+    inked = np.clip(made[: bottom - top, : right - left], 0, _MOST).astype(np.float32)
+    return replace(sheet, written=(*sheet.written, Written((top, left), inked, np.asarray(density))))

@@ -123,7 +123,7 @@ def _let_finish(link: Link, status: Status) -> None:
     """It was left in the middle of something: let it come to an end, for a reset would lose its place."""
     waited, said = 0.0, False
     while status.state not in ("Idle", "Alarm"):
-        if status.state in words.HELD:
+        if status.state in (*words.HELD, "Sleep"):
             reset(link, link.timeout)
             return
         if not said:

@@ -48,7 +48,7 @@ SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 MARK = b"F600\n"  # a feed tells one that has been driven from one that has restarted
 SLEEP = b"$SLP\n"  # motors off
 HELD = {
-    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button); Ctrl-C ends the plot.",
+    "Hold": "The plotter is on hold; it goes on when it is told to (~ or its cycle-start button). Ctrl-C ends it.",
     "Door": "The plotter stands because its safety door is open; close it and press its cycle-start button (~).",
     "Tool": "The plotter waits for a change of tool; confirm it on the plotter.",
 }

@@ -25,12 +25,14 @@ class Job:
 
     motion : works out what it moves from the accumulators as they are when it begins; None: it does not move.
     ticks : how long it lasts if it does not move.
-    servo : place and rate of change, if it moves the pen's servo; enable : motors on or off, if it switches them.
+    servo : place and rate of change, if it moves the pen's servo; lifts : whether it was told to go up.
+    enable : motors on or off, if it switches them.
     """
 
     motion: Make | None = None
     ticks: int = 0
     servo: tuple[int, int] | None = None
+    lifts: bool = True
     enable: tuple[int, int] | None = None
 
 
@@ -55,7 +57,7 @@ class Engine:
         self.steps = [0, 0]  # since the counters were cleared
         self.enabled = [False, False]
         self.servo = 0  # where it was told to go
-        self.pen_up = True
+        self.pen_up = self.told_up = True
         self._move: Move | None = None
         self._began = 0.0
         self._from = (0, 0)  # motors, when the move began, in the paper's count
@@ -136,6 +138,7 @@ class Engine:
         if job.enable is not None:
             self.switch(job.enable)
         if job.servo is not None:
+            self.told_up = job.lifts
             self._swing(*job.servo, now)
         ticks = job.ticks
         if job.motion is not None:

@@ -60,7 +60,7 @@ class Firmware:
             "QC": lambda _: f"0394,{'0300' if self.powered else '0150'}",
             "QS": lambda _: "{},{}".format(*self.engine.counted(self.now)),
             "QE": lambda _: "{},{}".format(*(_MODES[self._mode] * on for on in self.engine.enabled)),
-            "QP": lambda _: str(int(self.engine.pen_up)),
+            "QP": lambda _: str(int(self.engine.told_up)),
             "QB": lambda _: str(int(self._was_pressed())),
             "ES": self._es,
         }
@@ -255,7 +255,7 @@ class Firmware:
             raise Refused("!4 Err: Missing parameter(s)")
         up = numbers[0] != 0
         place, rate = self._settings[4 if up else 5], self._settings[11 if up else 12]
-        return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate))
+        return Job(ticks=25 * (numbers[1] if len(numbers) > 1 else 0), servo=(place, rate), lifts=up)
 
     def _sm(self, numbers: list[int]) -> Job:
         if len(numbers) < 2:

@@ -105,7 +105,7 @@ class Firmware:
         """Nothing is left to read."""
 
     def ready(self, wait: str) -> bool:
-        """Whether its "button" was pressed, there is a "slot" for a command, "room" in the planner, or the machine is at "rest"."""
+        """Whether its "button" was pressed, it has a "slot" for a command, "room" in its planner, or is at "rest"."""
         if wait == "button":
             return not self._paused
         if wait == "slot":

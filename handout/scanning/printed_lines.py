@@ -1,0 +1,343 @@
+"""The lines printed on a sheet of paper that is to be written on: rules, squares and margin lines.
+
+The picture may be a scan or a photograph, unevenly lit and a little turned or seen at an angle.  A line is followed
+through narrow strips of the page, so that each has a slope of its own.
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.peaks import peaks
+from handout.values import Array, Indices
+
+_SCALE = 6.0  # pixels a mm that lines are looked for at
+_AROUND = 3.5  # mm whose median is the paper around a place: wider than any printed line
+_ALONG = 5.0  # mm that are averaged along a line
+_BESIDE = 0.7  # mm from the middle of a line to where there is paper again
+_STRIPS = 40
+_NOISE = 4.0  # deviations over which a peak of a strip may be a line
+_FAINTEST = 0.006  # of the paper's light that a line takes at least, averaged over `_ALONG`
+_STEEPEST = 0.12  # slope
+_CROOKED = 1.0  # mm that a line may leave a straight one by: more has been followed from one line to another
+_TURNED = 0.008  # slope by which a line may differ from those beside it
+_SKIPPED = 6  # strips in which a line may be hidden
+_SHARE = 0.5  # of the strips, in which a line must be seen
+_NEAR = 0.6  # mm from where a line is expected in the next strip
+_FAINT = 0.4  # of the contrast of the strongest lines: paler ones are no rules beside these
+_OFF = 0.22  # of the distance of lines: further off an even row a line is none of its lines
+_FEWEST = 3
+_SEEN = 0.75  # share of the strips, median of the rules: lines of writing are seen in 0.5 to 0.7 of them
+_HEAVIER = 1.35  # times the contrast of the fine lines between them
+_PITCHES = (4.5, 20.0)  # mm: what people write on
+_OTHER, _SPREAD = 0.12, 4.0  # rad between the colours of a margin line and of the rest; times what these differ by
+_STRONGER = 1.7  # times the contrast of the other lines: a margin line's
+
+
+@dataclass(frozen=True, eq=False)
+class PrintedLine:
+    """One line, in the direction along which it is looked for.
+
+    at, slope : where it crosses the middle of the page, mm, and how it leaves it (tangent).
+    start, end : mm, from where to where it is seen.
+    colour : (3,) float: share of the light that it takes, averaged along it.
+    bend : mm that it leaves a straight line by, at most.
+    seen : share of the page's strips that it is seen in.
+    """
+
+    at: float
+    slope: float
+    start: float
+    end: float
+    colour: Array
+    bend: float
+    seen: float
+
+    @property
+    def contrast(self) -> float:
+        """How much light it takes."""
+        return float(np.linalg.norm(self.colour))
+
+
+@dataclass(frozen=True, eq=False)
+class PrintedSheet:
+    """What is printed on a sheet, mm from its upper left corner.
+
+    rules : the lines to write on, from the top.
+    pitch : distance of rules.
+    fine : distance of the finest lines that run across: less than `pitch` where only every so many are heavy.
+    columns : distance of lines that run down, of squared paper; None if there are none.
+    left, right : margin lines, where they come furthest in; None without.
+    """
+
+    rules: tuple[PrintedLine, ...]
+    pitch: float
+    fine: float
+    columns: float | None
+    left: float | None
+    right: float | None
+
+
+def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> PrintedSheet | None:
+    """The lines of a sheet of `width` × `height` mm that fills a picture; None if it has no rules that can be told."""
+    across = _lines(_light_taken(rgb, width, height), width)
+    rows = _evenly(_strong(across), _FEWEST)
+    if rows is None:
+        return None
+    rules, fine = _heavy(*rows)
+    pitch = _pitch(rules)
+    if not _PITCHES[0] <= pitch <= _PITCHES[1] or float(np.median([rule.seen for rule in rules])) < _SEEN:
+        return None
+    down = _lines(_light_taken(np.ascontiguousarray(rgb.transpose(1, 0, 2)), height, width), height)
+    columns, margins = _columns(down, rules)
+    left, right = _margins(margins, width, height)
+    return PrintedSheet(rules, pitch, fine, columns, left, right)
+
+
+def _light_taken(rgb: NDArray[np.uint8], width: float, height: float) -> NDArray[np.float32]:
+    """(h, w, 3): the share of light that is missing in what runs across, against the paper above and below."""
+    import cv2
+
+    size = (max(8, round(width * _SCALE)), max(8, round(height * _SCALE)))
+    kind = cv2.INTER_AREA if size[0] < rgb.shape[1] else cv2.INTER_LINEAR
+    small = np.asarray(cv2.resize(rgb, size, interpolation=kind), dtype=np.uint8)
+    paper = np.asarray(cv2.medianBlur(small, 2 * round(_AROUND * _SCALE / 2) + 1), dtype=np.float32)
+    taken = np.clip(1 - small.astype(np.float32) / np.maximum(paper, 16), -0.3, 0.3)
+    along = 2 * round(_ALONG * _SCALE / 2) + 1
+    taken = np.asarray(cv2.blur(taken, (along, 1)), dtype=np.float32)
+    off = round(_BESIDE * _SCALE)
+    beside = (np.roll(taken, off, axis=0) + np.roll(taken, -off, axis=0)) / 2
+    return np.asarray(taken - beside, dtype=np.float32)
+
+
+def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
+    """All lines that run across a page `length` mm wide."""
+    strips = np.array_split(np.arange(taken.shape[1]), _STRIPS)
+    middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SCALE
+    profiles = np.stack([taken[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
+    seen = [_peaks(profile) for profile in profiles]
+    slope = _usual_slope(seen, middles)
+    free = [np.ones(len(peaks), dtype=bool) for peaks in seen]
+    # what is seen in half of the strips is seen in one of these
+    begun = range(_STRIPS // 4, 3 * _STRIPS // 4, 2)
+    seeds = [(s, k) for s in sorted(begun, key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(seen[s]))]
+    found = []
+    for s, k in seeds:
+        if free[s][k]:
+            chain = _followed(s, k, seen, free, middles, slope)
+            for strip, peak in chain:
+                free[strip][peak] = False
+            line = _fitted(chain, seen, middles, profiles, length)
+            if line is not None:
+                found.append(line)
+    return _parallel(sorted(found, key=lambda line: line.at))
+
+
+def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
+    """The lines that are turned as those beside them are: one that runs out of the picture is not known well."""
+    slope = np.array([line.slope for line in lines])
+    if len(lines) < _FEWEST:
+        return lines
+    near = [np.median(np.delete(slope, k)[max(0, k - 3) : k + 3]) for k in range(len(slope))]
+    return [line for line, usual in zip(lines, near, strict=True) if abs(line.slope - usual) < _TURNED]
+
+
+def _peaks(profile: NDArray[np.float32]) -> Array:
+    """Heights, mm, at which a strip's profile (h, 3) has lines."""
+    total = np.linalg.norm(np.maximum(profile, 0), axis=1)
+    # most of a profile is paper, whose noise the middle of its values tells
+    spread = 1.4826 * float(np.median(np.abs(total - np.median(total))))
+    floor = max(float(np.median(total)) + _NOISE * spread, _FAINTEST)
+    at = peaks(total.astype(np.float64), prominence=0.5 * floor, apart=3)
+    at = at[(total[at] > floor) & (at > 1) & (at < len(total) - 2)]
+    before, here, after = total[at - 1], total[at], total[at + 1]
+    curve = np.maximum(2 * here - before - after, 1e-9)
+    return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SCALE)
+
+
+def _usual_slope(seen: list[Array], middles: Array) -> float:
+    """The slope at which most peaks of neighbouring strips follow each other."""
+    slopes = np.linspace(-_STEEPEST, _STEEPEST, 97)
+    votes = np.zeros(len(slopes))
+    for apart in (3, 6):
+        for a, b, step in ((seen[i], seen[i + apart], middles[i + apart] - middles[i]) for i in range(_STRIPS - apart)):
+            off = (b[None, :] - a[:, None]).ravel() / step
+            votes += (np.abs(off[:, None] - slopes) < 0.15 / step).sum(axis=0)
+    best = np.flatnonzero(votes >= 0.98 * votes.max())
+    return float(slopes[best].mean()) if votes.max() > 0 else 0.0
+
+
+def _followed(
+    s: int, k: int, seen: list[Array], free: list[NDArray[np.bool_]], middles: Array, slope: float
+) -> list[tuple[int, int]]:
+    """The peaks that go on in a peak to both sides: (strip, number) of each."""
+    chain = [(s, k)]
+    for way in (1, -1):
+        here, tilt, hidden = [(s, k)], slope, 0
+        for strip in range(s + way, _STRIPS if way > 0 else -1, way):
+            last, number = here[-1]
+            if len(here) > 4:
+                x0, n0 = here[max(0, len(here) - 9)]
+                tilt = float((seen[last][number] - seen[x0][n0]) / (middles[last] - middles[x0]))
+            wanted = seen[last][number] + tilt * (middles[strip] - middles[last])
+            off = np.where(free[strip], np.abs(seen[strip] - wanted), np.inf)
+            if len(off) and off.min() < _NEAR:
+                here.append((strip, int(off.argmin())))
+                hidden = 0
+            else:
+                hidden += 1
+                if hidden > _SKIPPED:
+                    break
+        chain += here[1:]
+    return chain
+
+
+def _fitted(
+    chain: list[tuple[int, int]], seen: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
+) -> PrintedLine | None:
+    """The straight line through the peaks that belong together, if there are enough of them."""
+    if len(chain) < _SHARE * _STRIPS:
+        return None
+    strips = np.array([strip for strip, _ in chain], dtype=np.intp)
+    x, y = middles[strips], np.array([seen[strip][peak] for strip, peak in chain])
+    kept = np.ones(len(x), dtype=bool)
+    for _ in range(3):
+        slope, start = np.polyfit(x[kept], y[kept], 1)
+        rest = np.abs(y - start - slope * x)
+        kept = rest <= max(3 * float(np.median(rest)), 0.1)
+    rows = np.clip((y * _SCALE - 0.5).round().astype(np.intp), 0, profiles.shape[1] - 1)
+    colour = np.median(profiles[strips, rows], axis=0).astype(np.float64)
+    half = 0.5 * (middles[1] - middles[0])
+    at = float(start + slope * 0.5 * length)
+    bend = float(np.percentile(rest, 90))
+    if bend > _CROOKED:
+        return None
+    return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, bend, len(x) / _STRIPS)
+
+
+def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
+    """The lines without those that are far paler than the strongest: noise that happens to be in line."""
+    if not lines:
+        return []
+    most = float(np.percentile([line.contrast for line in lines], 90))
+    return [line for line in lines if line.contrast > _FAINT * most]
+
+
+def _evenly(lines: list[PrintedLine], fewest: int) -> tuple[list[PrintedLine], Indices] | None:
+    """The lines that stand in one row of even, or evenly growing, distances, and the place of each in it."""
+    if len(lines) < fewest:
+        return None
+    at = np.array([line.at for line in lines])
+    best: tuple[float, list[PrintedLine], Indices] | None = None
+    for pitch in np.unique(np.round(np.diff(at), 1)):
+        if pitch < 0.9:
+            continue
+        place, kept = _places(at, float(pitch))
+        if kept.sum() < fewest:
+            continue
+        span = int(np.ptp(place[kept])) + 1
+        worth = kept.sum() * min(1.0, kept.sum() / (0.75 * span))
+        if best is None or worth > best[0] + 0.5:
+            best = (float(worth), [line for line, own in zip(lines, kept, strict=True) if own], place[kept])
+    return None if best is None or best[0] < fewest else best[1:]
+
+
+def _places(at: Array, pitch: float) -> tuple[Indices, NDArray[np.bool_]]:
+    """Place (n,) of each line in a row of about that distance, and whether it stands in it."""
+    most: tuple[int, Indices, NDArray[np.bool_]] = (0, np.zeros(len(at), dtype=np.intp), np.zeros(len(at), dtype=bool))
+    for first in range(len(at)):
+        # from one line to the next, so that distances may grow as they do at an angle
+        place, last, own, step = np.zeros(len(at), dtype=np.intp), at[first], np.zeros(len(at), dtype=bool), pitch
+        own[first], number = True, 0
+        for k in range(first + 1, len(at)):
+            parts = (at[k] - last) / step
+            if parts >= 0.7 and abs(parts - round(parts)) < _OFF:
+                number += round(parts)
+                place[k], own[k] = number, True
+                step = 0.7 * step + 0.3 * (at[k] - last) / round(parts)
+                last = at[k]
+        if own.sum() > most[0]:
+            most = (int(own.sum()), place, own)
+    return most[1], most[2]
+
+
+def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine, ...], float]:
+    """The lines to write on, all or those every few that are heavier, none missing; and the finest distance."""
+    fine = float(np.median(np.diff([line.at for line in lines]) / np.diff(place)))
+    contrast = np.array([line.contrast for line in lines])
+    ratios = {(every, first): _ratio(contrast, place % every == first) for every, first in _classes(fine, place)}
+    best = max(ratios.values(), default=0.0)
+    # every second one of the heavy lines is as heavy as all of them
+    every, first = next((c for c, ratio in ratios.items() if ratio > max(_HEAVIER, 0.8 * best)), (1, 0))
+    own = place % every == first
+    if every > 1:  # without what has the place of a heavy line but is none
+        own &= contrast > np.sqrt(np.median(contrast[own]) * np.median(contrast[~own]))
+    known = {int(p): line for p, line, heavy in zip(place, lines, own, strict=True) if heavy}
+    return _filled(known, every), fine
+
+
+def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
+    """Which lines may be those to write on: every so many, from one on, the closest first."""
+    apart = [every for every in range(2, 11) if _PITCHES[0] <= every * fine <= _PITCHES[1]]
+    return [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
+
+
+def _ratio(contrast: Array, own: NDArray[np.bool_]) -> float:
+    """How much heavier some lines are than the rest; 0 where many of the rest are as heavy."""
+    if own.sum() < _FEWEST - 1 or own.all():
+        return 0.0
+    heavy, rest = float(np.median(contrast[own])), contrast[~own]
+    return heavy / max(float(np.median(rest)), 1e-9) if heavy > 1.1 * np.percentile(rest, 80) else 0.0
+
+
+def _filled(known: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
+    """The lines of a row, with those between two that were not seen."""
+    places = np.array(sorted(known))
+    between = partial(np.interp, xp=places)
+    values = {
+        name: [getattr(known[int(p)], name) for p in places] for name in ("at", "slope", "start", "end", "bend", "seen")
+    }
+    found = []
+    for place in range(int(places[0]), int(places[-1]) + 1, every):
+        if place in known:
+            found.append(known[place])
+            continue
+        at, slope, start, end, bend, seen = (float(between(place, fp=some)) for some in values.values())
+        found.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
+    return tuple(found)
+
+
+def _pitch(rules: tuple[PrintedLine, ...]) -> float:
+    return float(np.median(np.diff([rule.at for rule in rules])))
+
+
+def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[float | None, list[PrintedLine]]:
+    """The distance of lines that run down evenly, if they do, and those that are margin lines."""
+    down = _strong(down)
+    row = _evenly(down, 5)
+    usual = [line.colour for line in row[0]] if row else [rule.colour for rule in rules if rule.contrast > 0]
+    direction = np.median(usual, axis=0)
+    direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
+    strength = float(np.median([np.linalg.norm(colour) for colour in usual]))
+    turned = [float(np.arccos(np.clip(line.colour @ direction / max(line.contrast, 1e-9), -1, 1))) for line in down]
+    least = max(_OTHER, _SPREAD * float(np.median(turned))) if row else 0.0
+    margins = [
+        line
+        for line, angle in zip(down, turned, strict=True)
+        if (angle > least or line.contrast > _STRONGER * strength) and line.seen >= _SEEN
+    ]
+    return (_pitch(tuple(row[0])) if row else None), margins
+
+
+def _margins(lines: list[PrintedLine], width: float, height: float) -> tuple[float | None, float | None]:
+    """Where the margin lines come furthest in, left and right."""
+    ends = [(line.at - abs(line.slope) * height / 2, line.at + abs(line.slope) * height / 2) for line in lines]
+    left = [high for (low, high) in ends if 0.03 * width < high < 0.35 * width]
+    right = [low for (low, high) in ends if 0.65 * width < low < 0.97 * width]
+    return max(left, default=None), min(right, default=None)

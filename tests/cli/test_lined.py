@@ -1,0 +1,135 @@
+"""Text on the lines of paper: ruled, squared, and pictures of sheets."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from handout.sources import read_drawing
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "scanning"))
+from sheets import kinds, photographed, scanned, sheet
+
+TEXT = "nun mum nun mum mun\n" * 5  # nothing below the line
+
+
+def feet(path):
+    """Where the lines of a page stand: for each the (x, y), mm, of the lowest places of its words, pen down."""
+    words = {}
+    for stroke in read_drawing(path).strokes:
+        words.setdefault(stroke.word, []).append(stroke.xy)
+    lows = np.array([max(np.concatenate(some).tolist(), key=lambda p: p[1]) for some in words.values()])
+    return np.split(lows, np.flatnonzero(np.diff(lows[:, 1]) > 3) + 1)
+
+
+def write(call, *options):
+    out, err = call("write", TEXT, "--page", "A5", "--seed", 3, "--json", "-o", "a.json", *options)
+    return json.loads(out), err
+
+
+def test_lines_are_as_far_apart_as_the_rules(call):
+    facts, err = write(call, "--paper", "ruled:8mm", "-o", "a.png", "--dpi", 100)
+    heights = np.array([np.median(line[:, 1]) for line in feet("a.json")])
+    rules = facts["paper"]["first_mm"] + 8 * np.arange(5)
+    assert len(heights) == 5 and facts["paper"]["line_spacing_mm"] == 8
+    # the feet of letters reach a little below their middle line; people stand .15 mm about a rule
+    assert np.abs(heights - rules).max() < 0.7 and np.abs(np.diff(heights) - 8).max() < 0.9
+    assert "Lines 8 mm apart" in err and "small letters 2.7 mm tall" in err
+    # the rules of the picture are there, too
+    red = np.asarray(Image.open("a.png").convert("RGB"))[:, 5:30, 0].mean(axis=1)
+    drawn = (np.flatnonzero((red[1:-1] < 235) & (red[1:-1] <= red[:-2]) & (red[1:-1] < red[2:])) + 1.5) * 0.254
+    assert all(np.abs(drawn - rule).min() < 0.26 for rule in rules)
+
+
+def test_the_first_rule_of_a_real_sheet_can_be_given(call):
+    facts, err = write(call, "--paper", "ruled:7.1mm,31mm")
+    assert facts["paper"]["first_mm"] == 31 and "the upper one 31 mm below the edge" in err
+    assert np.median(feet("a.json")[0][:, 1]) == pytest.approx(31, abs=0.7)
+
+
+def test_sizes_that_are_given_and_do_not_contradict_are_kept(call):
+    facts, err = write(call, "--paper", "ruled:8mm", "--line-spacing", "16mm", "--x-height", "3mm")
+    assert facts["paper"]["line_spacing_mm"] == 16 and "every 2nd rule of 8 mm" in err and "letters 3 mm" in err
+    facts, err = write(call, "--paper", "ruled:8mm", "--line-spacing", "9mm")
+    assert (
+        "--line-spacing 9mm is followed, and lines leave the paper's rules, which are 8 mm apart" in facts["notes"][0]
+    )
+    assert facts["notes"][0] in err
+    heights = np.array([np.median(line[:, 1]) for line in feet("a.json")])
+    assert np.diff(heights).mean() == pytest.approx(9, abs=0.4)
+
+
+def test_every_second_line_of_squares(call):
+    facts, err = write(call, "--paper", "squared:5mm")
+    assert facts["paper"]["line_spacing_mm"] == 10 and facts["paper"]["first_mm"] % 5 == 0
+    assert "every 2nd rule of 5 mm" in err and "small letters 2.8 mm" in err
+    for line, rule in zip(feet("a.json"), facts["paper"]["first_mm"] + 10 * np.arange(5), strict=True):
+        assert np.median(line[:, 1]) == pytest.approx(rule, abs=0.7)
+    assert "only ruled paper" in call("write", "a", "-o", "a.png", "--paper", "squared:5mm,3mm", code=2)[1]
+
+
+@pytest.fixture
+def photo():
+    how, rules, margin, _ = kinds()["college"]
+    made = photographed(sheet(**how, dpi=120), np.random.default_rng(5), turn=2.0)
+    Image.fromarray(made.rgb).save("sheet.jpg", quality=90)
+    return made, rules, margin
+
+
+def test_a_photographed_sheet_is_written_on_its_rules_and_inside_its_margin(call, photo):
+    made, rules, margin = photo
+    facts, err = write(call, "--paper", "sheet.jpg", "-o", "a.png", "--dpi", 100)
+    paper = facts["paper"]
+    assert f"lines {round(paper['pitch_mm'], 1):g} mm apart, margin at {round(paper['margin_mm'], 1):g} mm" in err
+    assert "fall to the right by" in err or "rise to the right by" in err
+    lines = feet("a.json")
+    for line, rule in zip(lines, rules, strict=False):
+        for x, y in line:
+            u = np.array([made.seen(s, rule) for s in np.linspace(0, 148, 300)])
+            assert abs(y - np.interp(x, u[:, 0], u[:, 1])) < 0.9
+    left = min(stroke.xy[:, 0].min() for stroke in read_drawing("a.json").strokes)
+    assert left > max(made.seen(margin, 20)[0], made.seen(margin, 60)[0]) + 0.5
+
+
+def test_a_sheet_without_rules_is_said(call):
+    made = scanned(sheet([], dpi=120), np.random.default_rng(2))
+    Image.fromarray(made.rgb).save("blank.png")
+    facts, err = write(call, "--paper", "blank.png")
+    assert facts["paper"] == {"rules": 0} and "blank.png: no rules were found on it" in err
+    Image.fromarray(made.rgb[:, :400]).save("cut.png")
+    assert "cut.png is stretched to fill the page" in write(call, "--paper", "cut.png")[1]
+
+
+def test_a_scanned_sheet_says_its_own_size(call):
+    how, *_ = kinds()["wide"]
+    made = scanned(sheet(**how, size=(120.0, 180.0), dpi=120), np.random.default_rng(2))
+    Image.fromarray(made.rgb).save("own.png", dpi=(120, 120))
+    call("write", "nun mum", "--paper", "own.png", "-o", "b.svg", "--seed", 1)
+    size = re.search(r'width="([\d.]+)mm" height="([\d.]+)mm"', Path("b.svg").read_text())
+    assert [float(side) for side in size.groups()] == pytest.approx([120, 180], abs=0.3)
+
+
+def test_a_plotter_writes_on_the_rules_now_and_when_it_goes_on(call, photo):
+    out, err = call(
+        "plot", "--dry-run", "b.json", TEXT, "--paper", "ruled:8mm,30mm", "--page", "A5", "--seed", 3, "--json"
+    )
+    assert json.loads(out)["paper"]["first_mm"] == 30 and "30 mm below the edge of the sheet" in err
+    assert np.median(feet("b.json")[0][:, 1]) == pytest.approx(30, abs=0.7)
+
+
+def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
+    from handout.cli import jobs, making
+    from handout.writing.ruling import Ruling
+
+    given = {"hand": "house-joined", "haste": 0.0, "x_height": None, "line_spacing": None, "align": "ragged"}
+    given |= {"jitter": 1.0, "speed": "human", "seed": 4, "kinematics": "optimal-control", "fallback": False}
+    given |= {"page_name": "A5", "margin": None, "pages": None, "paper": "sheet.jpg", "fit": False, "slips": 0.0}
+    setup = jobs.on_paper(jobs.setup(given, "A5"), given)
+    assert isinstance(setup.layout.ruling, Ruling) and setup.layout.ruling.pitch == pytest.approx(7.1, abs=0.3)
+    kept = json.loads(json.dumps(making.inputs(TEXT, given, setup)))
+    Path("sheet.jpg").unlink()
+    assert making._again(kept, 1).layout == setup.layout

@@ -1,0 +1,131 @@
+"""Alphabets of Latin letters: sentences that hold all of a language's, written without borrowed forms."""
+
+import unicodedata
+
+import numpy as np
+import pytest
+
+from handout.errors import MissingCharacters
+from handout.hand.library import load
+from handout.writing.accents import accented
+from handout.writing.compose import compose
+from handout.writing.drawn import repertoire
+from handout.writing.layout import Layout, page
+from handout.writing.marks import DOTLESS, decomposed, recomposed
+from handout.writing.text import LEFT_OUT, Repertoire, borrow, borrowed, normalise, spell
+
+HANDS = ("house-joined", "house-quick", "house-print")
+SENTENCES = {
+    "Catalan": "Jove xef, porti whisky amb quinze glaçons d’hidrogen, coi! Col·leció de l'àvia, al·lot, paraŀlel.",
+    "Croatian": "Gojazni đačić s biciklom drži hmelj i finu vatu u džepu nošnje. ĐURĐA ŽIVI U ČAKOVCU. ǆ ǉ ǌ",
+    "Czech": "Příliš žluťoučký kůň úpěl ďábelské ódy. ŤĎŇ ŘÍŠE ŮŽAS",
+    "Esperanto": "Eĥoŝanĝo ĉiuĵaŭde. ĈĜĤĴŜŬ",
+    "Estonian": "Põdur Zagrebi tšellomängija-följetonist Ciqo külmetas kehvas garaažis.",
+    "Hungarian": "Árvíztűrő tükörfúrógép. ÁRVÍZTŰRŐ TÜKÖRFÚRÓGÉP",
+    "Latvian": "Glāžšķūņa rūķīši dzērumā čiepj Baha koncertflīģeļu vākus. ĀČĒĢĪĶĻŅŠŪŽ Ŗ ŗ",
+    "Lithuanian": "Įlinkdama fechtuotojo špaga sublykčiojusi pragręžė apvalų arbūzą. ĄČĘĖĮŠŲŪŽ",
+    "Maltese": "Għajnuna għall-ħobż taż-żwieġ: il-ġenituri ċempluli. ĊĠĦŻ",
+    "Polish": "Pchnąć w tę łódź jeża lub ośm skrzyń fig. ZAŻÓŁĆ GĘŚLĄ JAŹŃ",
+    "Romanian": "Muzicologă în bej vând whisky și tequila, preț fix. ȘȚĂÂÎ ŞŢ şţ",
+    "Sami": "Vuol Ruoŧa geđggiid leat máŋga luosa ja čuovžža. Ŋ Ŧ Đ",
+    "Slovak": "Kŕdeľ ďatľov učí koňa žrať kôru. Ľubica, vŕba, ĺ Ĺ Ŕ ť",
+    "Turkish": "Pijamalı hasta yağız şoföre çabucak güvendi. İSTANBUL IŞIK ĞÜÖÇ",
+    "Welsh": "Parciais fy jac codi baw hud llawn dŵr ger tŷ Mabon. ŴŶ ŵŷ",
+}
+EXTENDED_A = "".join(map(chr, range(0x100, 0x180)))
+SIGNS = "•–—½¼¾¹²³→←↑↓✓✗★❤☺☎№™©®°±×÷≈≠≤≥"
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_every_sentence_is_written_without_borrowed_forms(name):
+    known = repertoire(load(name))
+    others = {"Extended-A": EXTENDED_A, "signs": SIGNS, "look-alikes": "♥ ✔ ✖ ☺️ ➜"}
+    for language, text in {**SENTENCES, **others}.items():
+        for form in ("NFC", "NFD"):
+            written = normalise(unicodedata.normalize(form, text))
+            assert list(spell(written, known)), language
+            assert borrowed(written, known) == [], language
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_all_of_it_lies_on_the_page(name):
+    text = "\n".join(SENTENCES.values())
+    sheets = compose(text, load(name), Layout(page("A4"), x_height=2.5), np.random.default_rng(2))
+    written = " ".join(line.text for sheet in sheets for line in sheet.lines)
+    assert all(word in written for word in ("łódź", "žluťoučký", "yağız", "máŋga", "Għajnuna", "Árvíztűrő"))
+    ink = np.vstack([s for sheet in sheets for line in sheet.lines for p in line.placed for s in p.strokes])
+    assert np.isfinite(ink).all() and ink.min() > 5 and (ink < (205, 292)).all()
+
+
+def test_what_is_decomposed_is_recomposed():
+    for letter in EXTENDED_A + "șțȘȚéüñç":
+        base, marks = decomposed(letter)
+        # the comma below of Romanian is one letter, however it was typed
+        assert recomposed(base, marks) == letter.translate(str.maketrans("ŢţŅ", "ȚțŅ"))
+    assert decomposed("ł") == ("l", ("\u0338",)) and decomposed("ı") == ("i", (DOTLESS,))
+
+
+def made(hand, letter, seed=0):
+    """Every form of a letter with its marks: (body, marks), each (n, 2)."""
+    base, names = decomposed(letter)
+    rng = np.random.default_rng(seed)
+    for glyph in hand.glyphs[base]:
+        whole = accented(glyph, names, hand, rng)
+        body = [s for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
+        marks = [s for s in whole.strokes if not any(np.array_equal(s, own) for own in glyph.strokes)]
+        yield glyph, body, marks, whole
+
+
+@pytest.mark.parametrize("name", HANDS)
+def test_marks_are_where_a_pen_sets_them(name):
+    hand = load(name)
+    for letter in "ćĉėğőśůžňŔŹİŤĎ":
+        for _, body, marks, _ in made(hand, letter):
+            assert np.vstack(marks)[:, 1].min() > np.vstack(body)[:, 1].max() - 0.25, letter
+    for letter in "ąęįųĄĘ":  # an ogonek hangs from its letter's foot
+        for _, body, marks, _ in made(hand, letter):
+            start = marks[0][0]
+            away = np.hypot(*(np.vstack(body) - start).T).min()
+            assert away < 0.12 and marks[0][:, 1].min() < -0.15, letter
+    for letter in "łŁđħŧŦĦĐ":  # a stroke goes through
+        for _, body, marks, _ in made(hand, letter):
+            xy = np.vstack(marks)
+            near = np.vstack([_evenly(s) for s in body])
+            near = near[np.abs(near[:, 1] - xy[:, 1].mean()) < 0.15]
+            assert ((xy[:, 0].min() < near[:, 0]) & (near[:, 0] < xy[:, 0].max())).any(), letter
+    for letter in "ďľĽť":  # an apostrophe stands beside the top
+        for _, body, marks, _ in made(hand, letter):
+            xy, whole = np.vstack(marks), np.vstack(body)
+            assert xy[:, 0].min() > whole[whole[:, 1] > whole[:, 1].max() - 0.5, 0].max(), letter
+            assert abs(xy[:, 1].max() - whole[:, 1].max()) < 0.2
+    for glyph, _, marks, whole in made(hand, "ı"):
+        assert not marks and len(whole.strokes) == len(glyph.strokes) - sum(glyph.late)
+
+
+def _evenly(stroke):
+    at = np.linspace(0, len(stroke) - 1, 10 * len(stroke))
+    return np.column_stack([np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T])
+
+
+def test_accents_over_accents_do_not_touch():
+    hand = load("house-print")
+    circumflex, acute = next(made(hand, "ấ"))[2]
+    assert acute[:, 1].min() > circumflex[:, 1].max()
+
+
+def test_what_is_borrowed_is_listed():
+    known = repertoire(load("house-quick"))
+    text = normalise("ə and 😀 or ə, 1⃣")
+    assert [(b.letter, b.source, b.at) for b in borrowed(text, known)] == [
+        ("ə", "e in its place", (0, 11)),
+        ("😀", LEFT_OUT, (6,)),
+        ("1⃣", "1 in its place", (14,)),
+    ]
+
+
+def test_a_sign_never_loses_its_stroke():
+    known = repertoire(load("house-quick"))
+    bare = Repertoire(known.name, known.letters - {"≠"}, frozenset())
+    assert borrow("≠", bare, 0) == [] and borrow("½", bare, 0) != []
+    with pytest.raises(MissingCharacters, match="≠"):
+        spell("≠", bare, fallback=True)
