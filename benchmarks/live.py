@@ -113,10 +113,9 @@ def told(run: Live) -> str:
     meant, report = run.report.plan.intended(), run.report
     rms, correlation = ebb.in_time(meant, run.executed)
     paused = [rest for _, _, rest in rests(meant, run.executed)]
-    return (
-        f"{len(paused):>3} {sum(paused):6.2f} s {max(paused, default=0.0):.3f} s | "
-        f"{len(report.observed.rests):>3} {report.observed.rested_s:6.2f} s | {correlation:.4f} {rms:6.2%} | {report.unsecured:5.1f} | {report.min_queue}"
-    )
+    true = f"{len(paused):>3} {sum(paused):6.2f} s {max(paused, default=0.0):.3f} s"
+    noticed = f"{len(report.observed.rests):>3} {report.observed.rested_s:6.2f} s"
+    return f"{true} | {noticed} | {correlation:.4f} {rms:6.2%} | {report.unsecured:5.1f} | {report.min_queue}"
 
 
 def rests(meant: Drawing, executed: Drawing) -> list[tuple[int, float, float]]:
