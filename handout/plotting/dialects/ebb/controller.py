@@ -16,7 +16,7 @@ from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
-from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, Version
+from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
 from handout.plotting.dialects.ebb.words import About
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
@@ -24,7 +24,8 @@ from handout.values import Array
 
 # Commands sent and not answered.  The board reads no further than the one that waits for its queue; the others wait in
 # the USB connection, which holds them back, and are there when this program is late for some hundredths of a second.
-_OPEN = 8
+# Boards before LT go on with what waits there when a limit switch has stopped them: for them it is little.
+_OPEN, _OPEN_OLD = 8, 3
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _TOUCH = 64  # commands between two questions for the button of an old board, about a second of writing
 _FEEL = 512  # commands between two questions whether the motors still have power
@@ -59,6 +60,7 @@ class Ebb:
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
+        self._open = _OPEN if self.version >= TIME else _OPEN_OLD
         self._counted = Counted(self.version)
         self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connecting.QUEUE + 3)  # steps, by command
         self._since_pen = 0  # commands since the pen was told to move
@@ -78,7 +80,7 @@ class Ebb:
             self._prove()
         if data.startswith(_LIFT) and self._since_pen >= self._held:
             self._ask_pen()
-        while len(self.talk.open) >= _OPEN:
+        while len(self.talk.open) >= self._open:
             self.talk.hear()
         self._counted.send(data)
         self._way.append((self._counted.steps[0], self._counted.steps[1]))
@@ -253,7 +255,7 @@ class Ebb:
         for data in words.lifted(self.profile.pen):
             self.talk.ask(data)
         for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
-            while len(self.talk.open) >= _OPEN:
+            while len(self.talk.open) >= self._open:
                 self.talk.hear()
             self.talk.put(data)
         self.talk.drain()
