@@ -33,6 +33,7 @@ from handout.plotting.simulated.faults import Faults
 from handout.plotting.simulated.inked import SLACK, Inked, compare
 from handout.plotting.simulated.options import BYTE_FAULTS
 from handout.plotting.simulated.options import Options as Simulated
+from handout.plotting.simulated.port import Clock
 from handout.profiles import Plotter
 from handout.values import Drawing
 
@@ -97,13 +98,13 @@ class Desk(SimulatedPlotter):
     """A simulated plotter on a desk, with somebody at the keyboard who interrupts.
 
     calls : reads and writes so far; interrupts : at which of them Ctrl-C is pressed; crash : at which the computer
-        dies.
+        dies; crashed : it has, and its disk keeps nothing more.
     """
 
-    def __init__(self, profile: Plotter, options: Simulated) -> None:
-        self.calls, self.interrupts, self.crash = 0, set[int](), -1
+    def __init__(self, profile: Plotter, options: Simulated, clock: Clock | None = None) -> None:
+        self.calls, self.interrupts, self.crash, self.crashed = 0, set[int](), -1, False
         self.until = _ENDLESS
-        super().__init__(profile, options)
+        super().__init__(profile, options, clock)
 
     def write(self, data: bytes) -> None:
         self._count()
@@ -118,6 +119,7 @@ class Desk(SimulatedPlotter):
         if self.now > self.until:
             raise Endless
         if 0 <= self.crash <= self.calls:
+            self.crashed = True
             raise Crash
         if self.calls in self.interrupts:
             raise KeyboardInterrupt
@@ -178,13 +180,14 @@ def drawing(words: str = "it's me") -> Drawing:
 
 
 @contextlib.contextmanager
-def journals() -> Iterator[dict[int, int]]:
+def journals(desk: Desk) -> Iterator[dict[int, int]]:
     """Without waiting for the disk; how much of every journal was on it when it was waited for last."""
     safe: dict[int, int] = {}
     real = os.fsync
 
     def noted(handle: int) -> None:
-        safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
+        if not desk.crashed:
+            safe[os.fstat(handle).st_ino] = os.fstat(handle).st_size
 
     os.fsync = noted
     try:
@@ -246,7 +249,7 @@ def disturbed(machine: Machine, fault: str, seed: int, whole: Drawing, extent: E
 
 def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
     """Plot a job to its end, however often it breaks off."""
-    with tempfile.TemporaryDirectory() as folder, journals() as safe:
+    with tempfile.TemporaryDirectory() as folder, journals(plotter) as safe:
         job = store.create([whole], plotter.profile, store.Options(overlap=OVERLAP), place=Path(folder))
         person = Somebody(plotter)
         for _ in range(_TRIES):
@@ -261,7 +264,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
                 break
             except Crash:
                 run.stops.append("crash")
-                plotter.crash = -1
+                plotter.crash, plotter.crashed = -1, False
                 path = job.folder / "journal"
                 os.truncate(path, safe.get(path.stat().st_ino, 0))
                 plotter.replug(_WAITS)

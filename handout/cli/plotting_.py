@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import units
-from handout.cli import making, progress, results
+from handout.cli import making, progress
+from handout.cli.voice import Voice
 from handout.errors import DeviceError, InputError
 
 if TYPE_CHECKING:
@@ -62,10 +63,11 @@ def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
 class _AtTheTerminal:
     """The person at the plotter, asked at the terminal; a `running.Person`.
 
-    yes : nothing is asked about sheets and pens.
+    yes : nothing is asked about sheets and pens; voice : what is still to be said comes before a question.
     """
 
-    def __init__(self, address: str, yes: bool) -> None:
+    def __init__(self, address: str, yes: bool, voice: Voice) -> None:
+        self.voice = voice
         self.simulated = address.partition(":")[0] == _SIMULATED
         self.yes = yes
 
@@ -76,6 +78,7 @@ class _AtTheTerminal:
         if not sys.stdin.isatty():
             way = "--at-zero when it is done" if "plotter's zero" in request else "--yes to go on unasked"
             raise InputError(f"{request}: nobody can be asked to; use {way}.")
+        self.voice.wait()
         with progress.hidden():
             click.prompt(f"{request} and press Enter", default="", show_default=False, prompt_suffix=" ", err=True)
 
@@ -83,6 +86,7 @@ class _AtTheTerminal:
         """Say what is wrong, and wait for Enter."""
         if self.simulated or not sys.stdin.isatty():
             return False
+        self.voice.wait()
         request = "Put it right and press Enter to go on; Ctrl-C stops, and the job is kept"
         with progress.hidden():
             click.echo(f"handout: {error}", err=True)
@@ -161,24 +165,31 @@ def run(
     patience = _patience(hold_limit, yes)
     from handout.plotting import open_port
     from handout.plotting.jobs import running
+    from handout.plotting.simulated.surroundings import disturbed
 
     def opened() -> Port:
         nonlocal port
         known, port = port, None
         return known or open_port(address, job.profile)
 
-    with _kept(job), making.supply(job) as supply, progress.shown(quiet) as tell:
+    with (
+        _kept(job),
+        making.supply(job) as supply,
+        disturbed(address),
+        progress.shown(quiet) as tell,
+        Voice(quiet) as voice,
+    ):
         return running.run_job(
             job,
             opened,
-            _AtTheTerminal(address, yes),
+            _AtTheTerminal(address, yes, voice),
             supply=supply,
             at_zero=at_zero,
             home_after=home_after,
             patience=patience,
             progress=(lambda share, left: tell(share, "plotting", left)) if progress.wanted(quiet) else None,
             plotted=told.plotted,
-            log=results.talk(quiet),
+            log=voice.say,
         )
 
 

@@ -33,6 +33,19 @@ class Command(NamedTuple):
     done: int
 
 
+class Heard(NamedTuple):
+    """What a machine has just said of itself.
+
+    taken, executed : commands that it has acknowledged; that have certainly been executed.
+    queued : moves it has in hand; place : where it is, machine coordinates, mm; None if it did not say.
+    """
+
+    taken: int
+    executed: int
+    queued: int | None = None
+    place: tuple[float, float] | None = None
+
+
 class Controller(Protocol):
     """A machine that is connected and ready; counts are of the commands given to `send`, in order.
 
@@ -49,6 +62,8 @@ class Controller(Protocol):
         (DeviceHeld); infinite unless it is set.
     spoilt : whether a command has come over wrong behind those; told by `halt`, after a break of any kind.
     queued : moves it has in hand, as last heard; None as long as it has not said.
+    listener : called whenever it has said how far it is.
+    silent : why its answers do not tell when it executed what; "" if they do.
     """
 
     profile: Plotter
@@ -56,6 +71,8 @@ class Controller(Protocol):
     taken: int
     executed: int
     queued: int | None
+    listener: Callable[[Heard], None]
+    silent: str
     spoilt: bool
     patience: float
 
@@ -150,6 +167,10 @@ class Dialect(Protocol):
 
         log : told in plain words what the user should know, such as limits that differ from the profile's.
         """
+
+
+def unheard(heard: Heard) -> None:
+    """Nobody listens."""
 
 
 def dialect(name: str) -> Dialect:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import msgspec
@@ -13,10 +14,12 @@ import numpy as np
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed, fidelity
 from handout.plotting.course import DRAW
-from handout.plotting.dialect import Command, Controller, dialect
+from handout.plotting.dialect import Command, Controller, Heard, dialect
+from handout.plotting.observed import Observed, Observer
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
 from handout.plotting.ports import Port
+from handout.plotting.securing import Secure, Securing
 from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Plotter
 from handout.values import Array
@@ -24,9 +27,7 @@ from handout.values import Array
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
 Proved = Callable[[int], None]
-Secure = Callable[[], None]
 _OFTEN = 0.2  # s of plotting between two calls of `progress`
-_WORTH = 0.25  # share of the overlap that is secured at a time
 OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
 _AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
 
@@ -42,11 +43,14 @@ class Report:
 
     executed_s : s, of the machine's clock if it is simulated, else measured here.
     announced_s : s, as the plan said.
-    stretched : time the strokes took over the time they were meant to take; predicted for a real machine.
+    stretched : time the strokes took over the time they were meant to take; as the machine's answers tell, or else as
+        the plan predicts.
     lines : commands of the program, all executed.
     segments : straight pieces that were drawn.
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
+    unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
+    observed : what was executed, as far as the machine's answers tell.
     plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
         reports are kept for long.
     """
@@ -57,6 +61,8 @@ class Report:
     lines: int
     segments: int
     min_queue: int | None
+    unsecured: float
+    observed: Observed
     plan: Plan | None
 
 
@@ -130,9 +136,10 @@ def draw(
     watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
         how many blocks of the plan have certainly been done.
     proved : called before `watch` whenever more is known to be right, with how many blocks that are.
-    secure : makes sure that what `watch` was told last outlives this program; only what is secured counts as executed.
+    secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
+        what is secured counts as executed.  It is waited for with the pen lifted.
     overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
-        with by drawing no more than that twice.
+        with by drawing no more than that twice; more where `secure` takes too long, which is told.
     log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
 
     Raises
@@ -158,9 +165,13 @@ def draw(
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
     before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    stream = _Stream(plan, commands, controller, progress, watch, secure, proved)
+    clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
+    stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
+    securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
+    stream = _Stream(plan, commands, controller, progress, watch, securing, clock, proved)
     try:
-        stream.run(overlap)
+        with _few_garbage():
+            stream.run()
     except DeviceError as error:
         controller.halt()
         kind = DeviceGarbled if controller.spoilt else type(error)
@@ -171,6 +182,16 @@ def draw(
         stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         raise
     return _report(stream, port, before, fresh)
+
+
+@contextlib.contextmanager
+def _few_garbage() -> Iterator[None]:
+    """Leave what there is out of the search for garbage, which would take a tenth of a second within a stroke."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def _moves_differently(own: Plotter, planned: Plotter) -> bool:
@@ -187,36 +208,32 @@ class _Stream:
         controller: Controller,
         progress: Progress | None,
         watch: Watch | None,
-        secure: Secure | None,
+        securing: Securing,
+        clock: Callable[[], float],
         proved: Proved | None = None,
     ) -> None:
         self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch, self.secure, self.proved = progress, watch, secure, proved
+        self.progress, self.watch, self.securing, self.proved = progress, watch, securing, proved
         self.min_queue: int | None = None
+        self.observer, self._clock = Observer(plan, commands), clock
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
+        controller.listener = self._listen
         self._proven = 0
-        self._queued: int | None = None  # as last heard; it says nothing about any later moment
-        self._secured = 0
         self._told = 0.0
-        done = np.array([command.done for command in commands])
-        self._ink = np.append(0.0, np.cumsum(ink(plan)))[done]  # mm drawn when a command has been executed
-        self._strokes = _strokes(plan)[done]
+        self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
 
-    def run(self, overlap: float) -> None:
+    def run(self) -> None:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
-            while self._under_way(number) > overlap and self._secured < number:
-                if self._is_worth_securing(number, overlap):
-                    self._secure()
-                else:
-                    self.controller.wait()
-                    self.note()
+            while not self.securing.ready(number, max(self._counts[2], 0)):
+                self.controller.wait()
+                self.note()
             self.controller.send(command.data)
             self.note()
         self.controller.finish()
         self.note()
-        self._secure()
+        self.securing.finish(self._counts[2])
         if self.progress is not None:
             self.progress(1.0, 0.0)
 
@@ -227,28 +244,10 @@ class _Stream:
         strokes = len(self.plan.drawing.strokes)
         return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
 
-    def _under_way(self, number: int) -> float:
-        """Ink that is sent and not certainly known to be executed once command `number` is sent, mm."""
-        return float(self._ink[number] - (self._ink[self._secured - 1] if self._secured else 0.0))
-
-    def _is_worth_securing(self, sent: int, overlap: float) -> bool:
-        """Whether enough has been executed since the last time, or all that was sent: securing may take a moment."""
-        executed = self._counts[2]
-        if executed <= self._secured:
-            return False
-        gained = self._ink[executed - 1] - (self._ink[self._secured - 1] if self._secured else 0.0)
-        return executed >= sent or bool(gained >= _WORTH * overlap)
-
-    def _secure(self) -> None:
-        if self.secure is not None:
-            self.secure()
-        self._secured = self._counts[2]
-
     def note(self) -> None:
         """Tell everyone who wants to know what has changed."""
         machine, first = self.controller, self._before
         before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
-        self._watch_queue()
         self._note_proof(machine.proven - first)
         if self._counts == before:
             return
@@ -268,21 +267,20 @@ class _Stream:
             if self.proved is not None:
                 self.proved(self.commands[proven - 1].done)
 
-    def _watch_queue(self) -> None:
+    def _listen(self, heard: Heard) -> None:
+        """Note what it says when it says it: by the time that a command is sent it may be old."""
+        self.observer.note(self._clock(), heard.executed - self._before, heard.place)
+        if heard.queued is not None:
+            self._watch_queue(heard.queued, heard.taken - self._before)
+
+    def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
-        queued, taken = self.controller.queued, self._counts[1]
-        first, heard, self._queued = taken - self.plan.profile.port.queue, queued != self._queued, queued
-        if queued is None or not heard or first < 1 or taken >= len(self.commands):
+        first = taken - self.plan.profile.port.queue
+        if first < 1 or taken >= len(self.commands) or not self.securing.draws(taken):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
             self.min_queue = queued if self.min_queue is None else min(self.min_queue, queued)
-
-
-def ink(plan: Plan) -> Array:
-    """(blocks,) float, mm: what each block of a plan draws."""
-    length = np.linalg.norm(np.diff(plan.course.points, axis=0), axis=1) * plan.course.draws
-    return np.array([length[row] if block is None else 0.0 for block, row in plan.course.told])
 
 
 def _strokes(plan: Plan) -> Array:
@@ -293,12 +291,24 @@ def _strokes(plan: Plan) -> Array:
 
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     plan, stretched = stream.plan, stream.plan.stretched
+    observed = stream.observer.observed(stream.controller.silent)
     if isinstance(port, SimulatedPlotter):
         executed_s = port.executed_s - (0.0 if fresh else before)
         if fresh:
             stretched = fidelity.stretched(plan.intended(), port.executed())
     else:
         executed_s = time.monotonic() - before
+        stretched = stretched if observed.unknown else observed.stretched
     segments = int(np.count_nonzero(plan.course.kind == DRAW))
     lines = len(stream.commands)
-    return Report(executed_s, plan.duration, stretched, lines, segments, stream.min_queue, plan)
+    return Report(
+        executed_s,
+        plan.duration,
+        stretched,
+        lines,
+        segments,
+        stream.min_queue,
+        stream.securing.most,
+        observed,
+        plan,
+    )

@@ -84,6 +84,26 @@ def test_plot_on_the_simulated_plotter(call):
     assert facts.keys() >= KEYS | {"executed_s", "stretched"}
     assert facts["executed_s"] == pytest.approx(facts["planned_s"], rel=0.05)
     assert "Plotted 1 sheet" in err
+    assert (facts["measured"], facts["rests"], facts["rested_s"]) == (True, 0, 0) and facts["unsecured_mm"] <= 20
+    assert "Measured: speeds as meant (r 0.99" in err and "the pen never rested on the paper" in err
+    facts = json.loads(call("plot", "--port", "sim:", "--device", "hp-7475a", "hi", "--json", "-q", "--seed", 1)[0])
+    assert not facts["measured"] and facts["rests"] is None and "HP-GL" in facts["unknown"]
+
+
+def test_a_disk_that_is_too_slow_is_said_once(call, monkeypatch):
+    """On a clock of its own, by which the disk takes a second."""
+    from handout.plotting.jobs import journal
+    from handout.plotting.simulated import port
+    from tests.plotting.clocks import Clock, LateDisk
+
+    clock = Clock()
+    late = LateDisk(clock, 1.0)
+    monkeypatch.setattr(journal, "disk", lambda: late)
+    monkeypatch.setattr(port, "time", clock)
+    out, err = call("plot", "--port", "sim:?realtime=1", "handwriting", "--json", "--seed", 1)
+    facts = json.loads(out)
+    assert facts["unsecured_mm"] > 20 and facts["rests"] == 0 and facts["measured"]
+    assert err.count("mm may be drawn twice") == 1 and "The disk is too slow for an overlap of 20 mm" in err
 
 
 def test_plot_copies_and_dry_run(call):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from concurrent.futures import Future
 
 import msgspec
 import numpy as np
@@ -12,7 +13,7 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import fidelity, open_port, plan, run
 from handout.plotting.dialect import dialect
-from handout.plotting.driver import ink
+from handout.plotting.securing import ink
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=6)
@@ -242,6 +243,9 @@ class Watching:
 
     def secure(self):
         self.secured.append((len(self.noted), self.noted[-1]))
+        done = Future()
+        done.set_result(None)
+        return done
 
 
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)

@@ -24,6 +24,7 @@ def written(tmp_path):
             standings.append(kept.standing)
             for place in PLACES:
                 kept.drawn(place)
+                kept.sync()
                 standings.append(kept.standing)
             if part == 0:
                 kept.complete()

@@ -1,17 +1,23 @@
 """The simulated plotter behaves as GRBL 1.1 does: replies, modes, motion, overflow, hold, reset, alarms."""
 
+import contextlib
 import math
+import os
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from clocks import Clock
+from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import InputError, PortError
-from handout.plotting import open_port
+from handout.plotting import open_port, plan, run
+from handout.plotting.simulated import SimulatedPlotter, surroundings
 from handout.plotting.simulated.options import FAULTS, parse
 from handout.plotting.simulated.stepper import _ramp
 
@@ -240,6 +246,49 @@ def test_real_time_does_not_dawdle(monkeypatch):
     clock[0] += 60.0  # whoever was away that long is not kept waiting
     say(port, "G4P0.3")
     assert clock[0] - 60.0 < port.now
+
+
+@pytest.mark.parametrize("name", ["simulated", "axidraw-v3", "marlin-servo", "hp-7475a"])
+def test_on_a_real_clock_it_draws_as_on_its_own(name):
+    profile = profiles.find(name, "plotter")
+    made = plan(page(words=1), profile)
+    real, virtual = SimulatedPlotter(profile, clock=Clock()), SimulatedPlotter(profile)
+    reports = [run(made, port, profile) for port in (real, virtual)]
+    assert reports[0].executed_s == pytest.approx(reports[1].executed_s, rel=0.02)
+    assert [len(s.t) for s in real.executed().strokes] == pytest.approx(
+        [len(s.t) for s in virtual.executed().strokes], rel=0.02
+    )
+
+
+def test_on_a_real_clock_it_goes_on_while_nobody_speaks_to_it():
+    clock = Clock()
+    port = SimulatedPlotter(SERVO, clock=clock)
+    clock.sleep(3.0)
+    hear(port)
+    port.write(b"G21G90\nM3S%d\nG4P0.3\nG1X10F600\nX20\n" % SERVO.pen.down)
+    clock.sleep(60.0)
+    (stroke,) = port.executed().strokes if port.read(0.0).count(b"ok") == 5 else ()
+    assert stroke.length == pytest.approx(20, abs=0.05) and 3.0 < stroke.t[0] < 4.0 and stroke.t[-1] < 8.0
+    assert port.time == pytest.approx(clock.now) == pytest.approx(port.now)
+    begin = clock.now
+    assert port.read(0.5) == b"" and clock.now == pytest.approx(begin + 0.5)
+
+
+def test_what_goes_wrong_around_it_lasts_as_long_as_it_is_used(monkeypatch):
+    slept = []
+    monkeypatch.setattr(surroundings.time, "sleep", slept.append)
+    usual = os.fsync
+    with surroundings.disturbed("sim:?disk=700ms&busy=1"), Path(os.devnull).open("rb") as nothing:
+        with contextlib.suppress(OSError):
+            os.fsync(nothing.fileno())
+        assert slept == pytest.approx([0.7]) and os.fsync is not usual
+    assert os.fsync is usual
+    with surroundings.disturbed("/dev/ttyUSB0"), surroundings.disturbed("sim:"):
+        assert os.fsync is usual
+    with surroundings.busy_processor(1) as others:
+        (other,) = others
+        assert other.poll() is None
+    assert other.poll() is not None
 
 
 def test_a_closed_port_is_closed():

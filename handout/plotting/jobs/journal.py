@@ -15,14 +15,21 @@ A file of short lines, only ever added to, each with a check sum of its own (CRC
     35cf0a7d finished                           all parts are complete
 
 A place on the drawing stays true whatever becomes of the program and of the way it plans.  A line is written as soon
-as something is certain; `sync` makes sure that all lines survive a power cut too, and only then may the driver rely on
-them.  A power cut leaves a torn end at most: that is cut off.  Damage before the end is not what a power cut does.
+as something is certain; `secure` makes sure that all lines survive a power cut too, and only then may the driver rely
+on them.  A power cut leaves a torn end at most: that is cut off.  Damage before the end is not what a power cut does.
+
+A disk may take a second for one line (a memory card, a disk that is busy).  So a thread of its own writes, and whoever
+draws goes on: `drawn` and `doubt` never wait.  Of places that wait to be written only the last of
+either kind is kept.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
+import threading
 import zlib
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -31,6 +38,8 @@ from types import TracebackType
 from handout import atomic
 from handout.errors import InputError
 from handout.plotting.places import START, Place
+
+_DRAWN, _UNPROVEN = "drawn", "unproven"
 
 
 @dataclass(frozen=True)
@@ -90,7 +99,7 @@ def _after(standing: Standing, line: bytes) -> Standing | None:
         return replace(standing, runs=(*standing.runs, rest), stopped="")
     if word == "part":
         return replace(standing, part=int(rest), begun=True, place=START, proven=START, doubtful=False)
-    if word == "drawn":
+    if word == _DRAWN:
         part, stroke, time, *unproven = rest.split()
         place = Place(int(stroke), float(time))
         proven, place = (standing.proven, place) if unproven else (place, max(place, standing.place))
@@ -112,19 +121,25 @@ def _sum(text: bytes) -> bytes:
     return b"%08x" % zlib.crc32(text)
 
 
+def disk() -> Executor:
+    """The thread that writes a journal: one after the other, in order."""
+    return ThreadPoolExecutor(1, "journal")
+
+
 class Journal:
     """The journal of a job, held against other programs as long as it is open.
 
     Attributes
     ----------
-    standing : how far the job has come, as far as it is written.
+    standing : how far the job has come, as far as it is known.
     certain : the same, as far as it would survive a power cut.
-    syncs : how often the disk was waited for.
+    syncs : how often the disk was told to keep what it has.
 
     Raises
     ------
     InputError
-        It cannot be read or written, is damaged, or another program has it open.
+        It cannot be read or written, is damaged, or another program has it open.  What cannot be written in the thread
+        is raised by whatever is called next.
     """
 
     def __init__(self, path: Path) -> None:
@@ -144,8 +159,16 @@ class Journal:
             self._file.close()
             raise
         self.certain = self.standing
-        self._write(f"run {datetime.now().isoformat(timespec='seconds')}")
-        self.sync()
+        self._disk, self._lock = disk(), threading.Lock()
+        self._waiting: list[bytes] = []  # lines that are not written; of places at most two
+        self._asked: Future[None] | None = None  # the thread will write these lines
+        self._failed: OSError | None = None
+        try:
+            self._write(f"run {datetime.now().isoformat(timespec='seconds')}")
+            self.sync()
+        except BaseException:
+            self.close()
+            raise
 
     def begin(self, part: int) -> None:
         """A part begins; what was asked of the person before it is done."""
@@ -155,8 +178,8 @@ class Journal:
     def drawn(self, place: Place, proven: bool = True) -> None:
         """What of the part under way is certainly drawn by now, and whether it is known to be right."""
         if place != (self.standing.proven if proven else self.standing.place):
-            more = "" if proven else " unproven"
-            self._write(f"drawn {self.standing.part} {place.stroke} {place.time!r}{more}")
+            more = "" if proven else f" {_UNPROVEN}"
+            self._write(f"{_DRAWN} {self.standing.part} {place.stroke} {place.time!r}{more}")
 
     def doubt(self) -> None:
         """What was drawn behind the last proven place may be wrong, wherever the machine stands: it is drawn again."""
@@ -172,27 +195,47 @@ class Journal:
         self._write("finished")
         self.sync()
 
+    def secure(self) -> Future[None]:
+        """Begin to put all lines on the disk; done when they would survive a power cut, or with the disk's error."""
+        return self._disk.submit(self._put, True)
+
     def sync(self) -> None:
-        """Wait until everything written is on the disk."""
+        """Wait until all lines are on the disk."""
         if self.certain is self.standing:
             return
-        try:
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            raise _cannot("write", self.path, error) from error
-        self.certain = self.standing
-        self.syncs += 1
+        self.secure().result()
 
     def _write(self, text: str) -> None:
+        self._check()
         line = " ".join(text.split()).encode("utf-8", "replace")
         whole = _sum(line) + b" " + line + b"\n"
+        with self._lock:
+            self._waiting = [*_behind(self._waiting, whole), whole]
+            after = _after(self.standing, whole)
+            assert after is not None
+            self.standing = after
+        if self._asked is None or self._asked.done():
+            self._asked = self._disk.submit(self._put, False)
+
+    def _check(self) -> None:
+        if self._failed is not None:
+            raise _cannot("write", self.path, self._failed) from self._failed
+
+    def _put(self, sync: bool) -> None:
+        """Write the lines that wait, and let the disk keep them; in the thread."""
+        self._check()
+        with self._lock:
+            lines, self._waiting, standing = b"".join(self._waiting), [], self.standing
         try:
-            self._file.write(whole)
+            while lines:  # a disk that fills up takes a part
+                lines = lines[self._file.write(lines) or 0 :]
+            if sync and self.certain is not standing:
+                os.fsync(self._file.fileno())
+                self.certain = standing
+                self.syncs += 1
         except OSError as error:
-            raise _cannot("write", self.path, error) from error
-        after = _after(self.standing, whole)
-        assert after is not None
-        self.standing = after
+            self._failed = error
+            self._check()
 
     def __enter__(self) -> Journal:
         return self
@@ -205,8 +248,26 @@ class Journal:
                 self._write(f"stopped {str(error) or type(error).__name__}")
                 self.sync()
         finally:
-            self._file.close()
+            self.close()
 
     def close(self) -> None:
-        """Let it go without a word."""
-        self._file.close()
+        """Let it go without a word, when what waits is written; the thread has ended then."""
+        with contextlib.suppress(RuntimeError):  # closed before
+            self._disk.submit(self._file.close)
+        self._disk.shutdown()
+
+
+def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
+    """The lines that still have to be written before another: of places at the end, the other kind's."""
+    if not (kind := _kind(line)):
+        return waiting
+    many = len(waiting)
+    while many and _kind(waiting[many - 1]):
+        many -= 1
+    return waiting[:many] + [one for one in waiting[many:] if _kind(one) != kind]  # a later place says it all
+
+
+def _kind(line: bytes) -> str:
+    """Which kind of place a line tells; "" if none."""
+    words = line[9:].decode("utf-8", "replace").split()
+    return "" if words[0] != _DRAWN else words[-1] if words[-1] == _UNPROVEN else _DRAWN

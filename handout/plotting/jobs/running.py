@@ -12,6 +12,7 @@ import contextlib
 import dataclasses
 import math
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Protocol
 
 import msgspec
@@ -81,7 +82,7 @@ def run_job(
     Returns
     -------
     list of Report
-        One for every part that was plotted, without its plan: a job may have many.
+        One for every part that was plotted, without its plan and its strokes: a job may have many.
 
     Raises
     ------
@@ -280,7 +281,8 @@ class _Run:
             raise
         if self.plotted is not None:
             self.plotted(report, port)
-        self.reports.append(dataclasses.replace(report, plan=None))
+        observed = dataclasses.replace(report.observed, executed=None)
+        self.reports.append(dataclasses.replace(report, observed=observed, plan=None))
 
     def _progress(self, number: int, made: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""
@@ -349,7 +351,7 @@ class _Keeper:
     def _place(self, done: int) -> Place:
         return onward(self.start, self.left, self.whole, self.reached.place(done))
 
-    def secure(self) -> None:
-        """What was noted last survives a power cut."""
+    def secure(self) -> Future[None]:
+        """What was noted last is to survive a power cut; done when it would."""
         self.write()
-        self.kept.sync()
+        return self.kept.secure()

@@ -41,11 +41,10 @@ FAULTS = {
 BYTE_FAULTS = ("lost-byte", "flipped-byte", "doubled-byte", "changed-byte", "unplugged", "power-cut", "reset")
 ANSWER_FAULTS = ("lost-answer", "flipped-answer", "changed-answer")
 _NUMBERS = {
-    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536),
-    "queue": (2, 2000), "realtime": (0, 1),
-    "blank": (0, 1), "motors": (0, 1),
+    "after": (0, 10**9), "at": (0, 10**9), "bit": (0, 7), "as": (0, 255), "buffer": (16, 65536), "queue": (2, 2000),
+    "realtime": (0, 1), "blank": (0, 1), "motors": (0, 1), "busy": (0, 64),
 }  # fmt: skip
-_QUANTITIES = {"late": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
+_QUANTITIES = {"late": "time", "disk": "time", "latency": "time", "acceleration": "acceleration", "speed": "speed"}
 
 
 class Options(msgspec.Struct, frozen=True, kw_only=True):
@@ -60,7 +59,9 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     settings : numbers and values of its own settings, as ``$20=1`` in the address (GRBL).
     variant : a relative of the controller that it is instead: "grblhal" or "fluidnc" (GRBL).
     blank : its memory is blank (GRBL).
-    realtime : pass time as a real machine would, instead of as fast as possible.
+    realtime : live by the computer's clock, as a real machine does, whether it is spoken to or not.
+    disk, busy : s that the computer's disk takes longer to keep anything; how many other programs keep its processor
+        busy (see `surroundings`).
     firmware : its version, such as 2.6.5, of a dialect in which that makes a difference (EBB); "": a usual one.
     motors : whether its motors have power.
     """
@@ -77,6 +78,8 @@ class Options(msgspec.Struct, frozen=True, kw_only=True):
     acceleration: float = 0.0
     speed: float = 0.0
     realtime: bool = False
+    disk: float = 0.0
+    busy: int = 0
     settings: tuple[tuple[int, float], ...] = ()
     variant: str = ""
     blank: bool = False

@@ -1,6 +1,8 @@
 """The simulated plotter as a port: a wire, a controller, a clock, a sheet of paper, and faults on demand.
 
-Time is virtual: it passes only while someone reads, as fast as the computer allows, unless `realtime` is set.
+Time is virtual: it passes only while someone reads, as fast as the computer allows.  With `realtime` it is the clock of
+the computer: the controller goes on with what it has received whether or not anybody writes or reads.  What it did in
+the meantime is worked out when it is written to or read from, at the moments at which it happened.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Protocol
 
 from handout.errors import PortError
 from handout.plotting.bed import Placement, place
@@ -26,6 +28,16 @@ _Z_STEPS = 250.0
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
+class Clock(Protocol):
+    """Time that passes by itself."""
+
+    def monotonic(self) -> float:
+        """Seconds since some moment."""
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+
+
 class SimulatedPlotter:
     """A pen plotter behind a wire, whose controller speaks the profile's dialect; a Port.
 
@@ -33,6 +45,7 @@ class SimulatedPlotter:
     ----------
     profile : the machine it is.
     options : what is different, what goes wrong, and when.
+    clock : the real clock, if it is to live by one; the computer's with `Options.realtime`.
 
     Attributes
     ----------
@@ -43,7 +56,7 @@ class SimulatedPlotter:
     now : s, its clock.
     """
 
-    def __init__(self, profile: Plotter, options: Options | None = None) -> None:
+    def __init__(self, profile: Plotter, options: Options | None = None, clock: Clock | None = None) -> None:
         self.profile, self.options = profile, options or Options()
         self.page = Page(profile.bed.width, profile.bed.height)
         self.placement: Placement = place(self.page, profile)
@@ -53,7 +66,8 @@ class SimulatedPlotter:
         self._began: float | None = None
         self._ended = 0.0
         self._dies = self._begins = math.inf  # when its power is cut, when it starts anew
-        self._wall = time.monotonic()
+        self._clock: Clock | None = clock or (time if self.options.realtime else None)
+        self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
         self.faults = Faults(self.options)
         framing = firmware.framing(profile)
         self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, framing)
@@ -64,6 +78,21 @@ class SimulatedPlotter:
         self._waits: Wait = "line"
         self._wakes = 0.0
         self.firmware.start()
+
+    @property
+    def keeps_real_time(self) -> bool:
+        """Whether its time passes while nobody reads."""
+        return self._clock is not None
+
+    @property
+    def time(self) -> float:
+        """What its clock would show now, s."""
+        return self.now if self._clock is None else self._clock.monotonic() - self._epoch
+
+    def _catch_up(self) -> None:
+        """What has happened since it was looked at last, by the real clock."""
+        if self._clock is not None:
+            self._advance(self._clock.monotonic() - self._epoch, heard=False)
 
     @property
     def lost(self) -> int:
@@ -78,6 +107,7 @@ class SimulatedPlotter:
 
     def write(self, data: bytes) -> None:
         """Put bytes on the wire."""
+        self._catch_up()
         self._check_open()
         comes, cut = self.faults.damaged(data, self._wire.framing.ends)
         arrives = self._wire.put(comes, self.now + self.options.latency)
@@ -91,11 +121,12 @@ class SimulatedPlotter:
 
     def read(self, timeout: float) -> bytes:
         """What has been answered by now; if nothing has, what is answered next, within `timeout` seconds."""
+        self._catch_up()
         self._check_open()
         self._advance(self.now + timeout)
         self._check_open()
-        if self.options.realtime:
-            time.sleep(max(0.0, self.now - (time.monotonic() - self._wall)))
+        if self._clock is not None:
+            self._clock.sleep(max(0.0, self.now - (self._clock.monotonic() - self._epoch)))
         answered = []
         while self._out and self._out[0][0] <= self.now:
             answered.append(self._out.popleft()[1])
@@ -114,12 +145,11 @@ class SimulatedPlotter:
         self._closed = self._gone = False
 
     def _pass(self, seconds: float) -> None:
-        """Let time pass with nobody listening."""
-        until = self.now + seconds
-        while self.now < until:
-            self._out.clear()
-            self._advance(until)
+        """Let time pass with nobody listening; on a real clock, as if it had passed."""
+        self._catch_up()
+        self._advance(self.now + seconds, heard=False)
         self._out.clear()
+        self._epoch -= seconds
 
     def power_on(self) -> None:
         """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
@@ -158,10 +188,10 @@ class SimulatedPlotter:
         """Whether it stands still, ready for more, with nothing left to do."""
         return bool(self.firmware.resting)
 
-    def _advance(self, until: float) -> None:
-        """Let time pass until something has been answered, at most until `until`."""
+    def _advance(self, until: float, heard: bool = True) -> None:
+        """Let time pass until `until`, or only until something has been answered if that is `heard`."""
         while True:
-            answer = self._out[0][0] if self._out else math.inf
+            answer = self._out[0][0] if self._out and heard else math.inf
             event = min(answer, self._next_event())
             if answer <= self.now or event > until:
                 break
@@ -179,7 +209,7 @@ class SimulatedPlotter:
                 self.firmware.step()
                 self._ended = self.now
             self._run_program()
-        if not self._out or self._out[0][0] > self.now:
+        if not heard or not self._out or self._out[0][0] > self.now:
             self._at(max(until, self.now))
 
     def _next_event(self) -> float:

@@ -5,23 +5,27 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
 from handout.plotting import literal
-from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Heard, Log, unheard
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
-from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, Version
+from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
 from handout.plotting.dialects.ebb.words import About
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Array
 
-_OPEN = 3  # commands sent and not answered; the board reads no further than the one that waits for the queue
+# Commands sent and not answered.  The board reads no further than the one that waits for its queue; the others wait in
+# the USB connection, which holds them back, and are there when this program is late for some hundredths of a second.
+# Boards before LT go on with what waits there when a limit switch has stopped them: for them it is little.
+_OPEN, _OPEN_OLD = 8, 3
 _LOOK = 16  # commands between two questions whether the queue ran empty
 _TOUCH = 64  # commands between two questions for the button of an old board, about a second of writing
 _FEEL = 512  # commands between two questions whether the motors still have power
@@ -44,6 +48,8 @@ class Ebb:
         self.talk = Talk(port, profile.port.timeout, self._answered)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = ""
         self.spoilt, self.patience = False, math.inf  # it cannot be held
         self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
@@ -53,6 +59,7 @@ class Ebb:
         self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
         self.profile = connecting.meet(self.talk, profile)
         self.version = Version.of(self.profile.firmware)
+        self._open = _OPEN if self.version >= TIME else _OPEN_OLD
         self._counted = Counted(self.version)
         self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connecting.QUEUE + 3)  # steps, by command
         self._since_pen = 0  # commands since the pen was told to move
@@ -72,7 +79,7 @@ class Ebb:
             self._prove()
         if data.startswith(_LIFT) and self._since_pen >= self._held:
             self._ask_pen()
-        while len(self.talk.open) >= _OPEN:
+        while len(self.talk.open) >= self._open:
             self.talk.hear()
         self._counted.send(data)
         self._way.append((self._counted.steps[0], self._counted.steps[1]))
@@ -188,6 +195,7 @@ class Ebb:
                 self._moves.append(asked.number if asked.number >= 0 else self.taken)
                 if len(self._moves) >= self._held:
                     self.executed = max(self.executed, self._moves[-self._held])
+                    self.listener(Heard(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
@@ -198,6 +206,7 @@ class Ebb:
             self.executed = self.taken
         elif not waiting and self._moves:
             self.executed = max(self.executed, self._moves[-1])
+        self.listener(Heard(self.taken, self.executed, self.queued))
 
     def _wake(self) -> None:
         """Switch the motors on, with steps of a sixteenth, before the first motion after they have been off."""
@@ -245,7 +254,7 @@ class Ebb:
         for data in words.lifted(self.profile.pen):
             self.talk.ask(data)
         for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
-            while len(self.talk.open) >= _OPEN:
+            while len(self.talk.open) >= self._open:
                 self.talk.hear()
             self.talk.put(data)
         self.talk.drain()

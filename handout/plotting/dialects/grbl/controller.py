@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Buttonless, Log
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.grbl import connecting, words
 from handout.plotting.dialects.grbl.connecting import reset, status
 from handout.plotting.dialects.grbl.link import Sent
@@ -34,6 +34,8 @@ class Grbl(Buttonless):
         self.sent = self.taken = self.executed = 0
         self._proven = 0
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = ""
         self.spoilt = False
         self._ahead = _AHEAD if self.known.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.known.kept and not self.known.locked  # its place, as far as it can tell
@@ -108,6 +110,7 @@ class Grbl(Buttonless):
         place, track = self._place(said), self._track
         if track is None or place is None:
             self._count_blindly(said)
+            self.listener(Heard(self.taken, self.executed, self.queued))
             return
         power = said.field("FS")
         in_hand = (self.queued if self.queued is not None else size) + self._ahead
@@ -120,6 +123,7 @@ class Grbl(Buttonless):
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
         self._proven = self.taken if resting else max(self._proven, min(track.proven, self.executed))
         track.forget(self.executed)
+        self.listener(Heard(self.taken, self.executed, self.queued, place[:2]))
 
     def _count_blindly(self, said: Status) -> None:
         """It does not say where it is: all that its queue could hold may still be there."""

@@ -16,12 +16,13 @@ import contextlib
 import math
 import re
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import Buttonless, Log
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.dialects.hpgl.meant import Meant
 from handout.plotting.ports import Port
@@ -61,6 +62,8 @@ class HpglController(Buttonless):
         self._stood = 0.0  # s that it has been on hold
         self._meant = Meant()
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
         self._ends: deque[tuple[int, int]] = deque()  # of what may be in its buffer: all bytes up to its end, its moves

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from handout.errors import DeviceError, DeviceSilent
 from handout.plotting.blocks import Move, Pen
-from handout.plotting.dialect import Buttonless, Log
+from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.marlin import connecting, words
 from handout.plotting.dialects.marlin.held import Held
 from handout.plotting.dialects.marlin.link import Line, Link
@@ -26,6 +28,8 @@ class Marlin(Buttonless):
         self.log, self.profile = log, profile
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
+        self.listener: Callable[[Heard], None] = unheard
+        self.silent = ""
         self.spoilt = False
         self._moves = False  # the last command was a move over the paper
         self._held = Held(profile.port.queue, profile.limits.steps_per_mm)
@@ -57,6 +61,7 @@ class Marlin(Buttonless):
         if not (self._dead or self.link.struck):
             self.executed = max(self.executed, min(self._held.executed, self.taken))
         self.link.grace = self._held.seconds
+        self.listener(Heard(self.taken, self.executed, self.queued))
 
     @property
     def patience(self) -> float:

@@ -1,0 +1,62 @@
+"""What is said while a machine draws: in order, complete, and nobody waits for the terminal."""
+
+import threading
+
+import click
+import pytest
+
+from handout.cli.voice import Voice
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """A terminal that shows nothing before it is freed; what it has shown."""
+    free, shown = threading.Event(), []
+
+    def echo(text, err, nl=True):
+        assert free.wait(30.0), "who speaks waited for the terminal"
+        shown.append((text, nl))
+
+    monkeypatch.setattr(click, "echo", echo)
+    return free, shown
+
+
+def test_nobody_waits_for_a_slow_terminal(terminal):
+    free, shown = terminal
+    with Voice(quiet=False) as voice:
+        voice.say("one")
+        voice.say("two")
+        assert shown == []
+        free.set()
+        voice.wait()
+        assert [text for text, _ in shown] == ["one", "two"]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("voice")]
+
+
+def test_what_waits_is_bounded_and_counted(terminal):
+    free, shown = terminal
+    with Voice(quiet=False) as voice:
+        for number in range(5000):
+            voice.say(f"{number}")
+        free.set()
+    lines = [text for text, _ in shown]
+    assert len(lines) < 450 and sum(int(text[1:].split()[0]) for text in lines if text.startswith("(")) > 4500
+
+
+def test_quiet_is_quiet(terminal):
+    free, shown = terminal
+    free.set()
+    with Voice(quiet=True) as voice:
+        voice.say("one")
+        voice.wait()
+    assert shown == []
+
+
+def test_a_terminal_that_is_gone_stops_nothing(monkeypatch):
+    def echo(text, err, nl=True):
+        raise BrokenPipeError
+
+    monkeypatch.setattr(click, "echo", echo)
+    with Voice(quiet=False) as voice:
+        voice.say("one")
+        voice.say("two")
