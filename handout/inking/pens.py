@@ -54,8 +54,8 @@ def _ballpoint(mass: _Pixels, height: _Pixels) -> _Pixels:
 
 def _fineliner(mass: _Pixels, height: _Pixels) -> _Pixels:
     """A thin ink that a tip of fibres lets through: full where it rests, dry on the paper's tooth where it flies."""
-    held = _step(mass - np.float32(0.4) + height * np.float32(0.16), 0.06)
-    shade = np.float32(0.22) + np.float32(0.68) * np.minimum(mass, np.float32(1.9))
+    held = _step(mass - np.float32(0.36) + height * np.float32(0.15), 0.06)
+    shade = np.float32(0.15) + np.float32(0.75) * np.minimum(mass, np.float32(1.9))
     return np.asarray(held * shade * (1 + height * np.float32(0.05)))
 
 
@@ -85,7 +85,7 @@ _MODELS = {
         Flow(
             # the tip gives way, wears to a facet as it is held and runs dry: measured on a wet pen's scanned page;
             # tone along the line and at its ends: set to approach scanned pages of 11 writers
-            width_pressure=0.75, width_speed=0.2, load_pressure=0.85, load_speed=0.45, pool=1.3, bleed=0.34,
+            width_pressure=0.75, width_speed=0.2, load_pressure=0.8, load_speed=0.42, pool=1.3, bleed=0.34,
             patience=0.045, nib=0.16, drift=0.16, patch=0.16, streak=0.2, ragged=0.009,
             touch=0.24, stays=0.35, skip=0.6, level=0.15,
         ),
