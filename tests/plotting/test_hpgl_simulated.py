@@ -39,6 +39,7 @@ def test_questions_are_answered():
 def test_answers_end_as_they_are_told_until_it_is_switched_off():
     port = plotter()
     assert ask(port, b"\x1b.M;;;10:OA;") == b"0,0,0\n"
+    assert ask(port, b"\x1b.M;;;1\x1b:\x1b.E") == b"12\n"  # what came over wrong changes nothing
     port.power_on()
     assert ask(port, b"OA;") == b"0,0,0\r"
 

@@ -152,8 +152,11 @@ class Firmware:
         elif letter == b"K":
             return True
         elif letter == b"M":
-            given = parameters.rstrip(b":").split(b";")[3:4]
-            self._ending = bytes([int(given[0])]) if given and given[0] else b"\r"
+            given = b"".join(parameters.rstrip(b":").split(b";")[3:4]) or b"13"
+            if given.isdigit() and int(given) < 256:
+                self._ending = bytes([int(given)])
+            else:
+                self.line_error = 12
         elif letter == b"R":
             self._ending = b"\r"
         elif letter not in b"@HIJN()YZ":
