@@ -111,8 +111,9 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
         coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
         return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
     found = match(
-        at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common
-    )
+        at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
+        scribble.contrast,
+    )  # fmt: skip
     return _judged(found, hand.name)
 
 

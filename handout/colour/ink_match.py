@@ -9,10 +9,11 @@ light that each channel gains or loses; a contrast curve an S in all channels al
     l = s^2.2 + b (1 − s^2.2)            light, and what is gained (b) of it
     w = l^(a / 2.2)                      power a
 
-They are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines are
-compared by rank (`strokes`).  An S moves the edges, so that those of the hand are looked for again in the tones of
-the chart's scan; it is looked for only where nothing simpler explains what is seen, because a line that is thinner in
-one of the scans looks like a weak S.
+Power and gain are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines
+are compared by rank (`strokes`).  A power leaves the edges where they are; an S moves them, so that those of the hand
+are looked for in the tones that it makes.  The lines tell badly how strong it is, because a line that is thinner looks
+much like one with more contrast: the patches of the chart say that (`contrast`).  Where they see none it is looked for
+in the lines, and taken if nothing simpler explains them nearly as well.
 
 Source: own method; robust to the pen's pressure as far as lines of some words are.
 """
@@ -26,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.colour import convert
+from handout.colour.contrast import curved
 from handout.colour.strokes import LEAST, Density, Strokes, strokes_in
 from handout.values import Array, Raster, readonly
 
@@ -33,9 +35,10 @@ SAME = 1.5  # ΔE00 on the mean up to which two scans were made alike: lines of 
 _GAMMA = 2.2  # what light is counted in; that of most scanners
 _RANKS = np.linspace(0.04, 0.96, 24)
 _TIGHT = 0.02  # how much each part is held back, of 1
-_HELD = (0.1, 0.5, 0.1)  # the power's differences between channels, what is gained, contrast
-_ROUNDS = 3  # in which an S is looked for
-_BETTER = 0.75  # of the error without an S: one is taken from there
+_HELD = (0.1, 0.5)  # the power's differences between channels, what is gained
+_CONTRASTS = (-0.28, -0.21, -0.14, 0.14, 0.21, 0.28)  # that are looked for in lines
+_BETTER = 0.75  # of the error without an S: one that is only in the lines is taken from there
+_GAINSAID = 1.3  # of that error: one that the chart shows is not taken, because the hand's scan has it too
 _POWERS = (0.35, 3.0)  # that settings have; anything else is another ink
 _APART = 2.5  # how much they may differ between channels
 _WEAK = 0.15  # density of the core under which a channel tells nothing about that
@@ -55,8 +58,7 @@ class Tone:
     def __call__(self, share: Any) -> NDArray[np.float64]:
         """(n, 3) colours as shares of the paper's, of such (n, 3)."""
         v = np.asarray(share, dtype=np.float64)
-        curved = v + 2 * self.contrast * v * (1 - v) * (2 * v - 1)
-        light = np.maximum(curved, 1e-3) ** _GAMMA
+        light = np.maximum(curved(v, self.contrast), 1e-3) ** _GAMMA
         light = light + self.gains * (1 - light)
         return np.asarray(np.maximum(light, 1e-5) ** (self.powers / _GAMMA))
 
@@ -121,32 +123,40 @@ class InkMatch:
         return np.hstack([np.clip(ink, 0, 1), np.minimum(covers, 1)]).astype(np.float32)
 
 
-def match(hand: Density, from_paper: Array, chart: Density, to_paper: Array, dpi: float) -> InkMatch | None:
+def match(
+    hand: Density, from_paper: Array, chart: Density, to_paper: Array, dpi: float, contrast: float = 0.0
+) -> InkMatch | None:
     """Compare lines of one pen in two scans; None where one of them has no lines.
 
     Parameters
     ----------
     hand, chart : (h, w, 3) densities of writing in the hand's scan and in the chart's, both at `dpi`.
     from_paper, to_paper : (3,) scanned RGB of the bare papers, 0–1.
+    contrast : strength of the S that the chart's patches show in its scan; 0: none.
     """
     first, other = strokes_in(hand, dpi), strokes_in(chart, dpi)
     if first is None or other is None:
         return None
-    tone, error = _fitted(first, other, False)
-    curved, lines = tone, first
-    for _ in range(_ROUNDS):
-        curved, left = _fitted(lines, other, True)
-        again = strokes_in(hand, dpi, curved.density)
-        if again is None:
-            break
-        lines = again
-    else:
-        tone = curved if left < _BETTER * error else tone
-    return _judged(tone, first, from_paper, to_paper)
+    tone, error = _fitted(first, other)
+    plain = _judged(tone, first, from_paper, to_paper)
+    if plain.alike:
+        return plain
+    for strengths, most in (((contrast,) if contrast else (), _GAINSAID), (_CONTRASTS, _BETTER)):
+        tones = [_curved(hand, other, dpi, strength) for strength in strengths]
+        best, left = min(tones, key=lambda one: one[1], default=(tone, np.inf))
+        if left < most * error:
+            return _judged(best, first, from_paper, to_paper)
+    return plain
 
 
-def _fitted(hand: Strokes, chart: Strokes, curved: bool) -> tuple[Tone, float]:
-    """The tone that explains the one by the other best, with an S or without; and the error that it leaves."""
+def _curved(hand: Density, chart: Strokes, dpi: float, contrast: float) -> tuple[Tone, float]:
+    """The tone with an S of some strength that explains lines of the chart best, and the error that it leaves."""
+    lines = strokes_in(hand, dpi, Tone(_NONE.powers, _NONE.gains, contrast).density)
+    return (_NONE, np.inf) if lines is None else _fitted(lines, chart, contrast)
+
+
+def _fitted(hand: Strokes, chart: Strokes, contrast: float = 0.0) -> tuple[Tone, float]:
+    """The tone of some contrast that explains the one by the other best; and the error that it leaves."""
     from scipy.optimize import least_squares
 
     pairs = [
@@ -157,17 +167,15 @@ def _fitted(hand: Strokes, chart: Strokes, curved: bool) -> tuple[Tone, float]:
     given, wanted = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
     held = _TIGHT * np.sqrt(len(given))
 
+    def tone(x: Array) -> Tone:
+        return Tone(np.exp(x[:3]), x[3:], contrast)
+
     def off(x: Array) -> Array:
-        apart = _HELD[0] * (x[:3] - x[:3].mean())
-        pull = held * np.concatenate([apart, _HELD[1] * x[3:6], _HELD[2] * x[6:]])
-        return np.concatenate([(_tone(x)(given) - wanted).ravel(), pull])
+        pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
+        return np.concatenate([(tone(x)(given) - wanted).ravel(), pull])
 
-    answer = least_squares(off, np.zeros(7 if curved else 6)).x
-    return _tone(answer), float(np.sqrt(np.mean((_tone(answer)(given) - wanted) ** 2)))
-
-
-def _tone(x: Array) -> Tone:
-    return Tone(np.exp(x[:3]), x[3:6], float(x[6]) if len(x) > 6 else 0.0)
+    found = tone(least_squares(off, np.zeros(6)).x)
+    return found, float(np.sqrt(np.mean((found(given) - wanted) ** 2)))
 
 
 def _judged(tone: Tone, hand: Strokes, from_paper: Array, to_paper: Array) -> InkMatch:
