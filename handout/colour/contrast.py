@@ -23,7 +23,8 @@ _POWERS = np.geomspace(0.3, 60.0, 48)  # of gamma × Yule and Nielsen's factor; 
 _LEAST_TONES = 5  # of a ramp
 _LEAST_RAMPS = 4
 _SEEN = 1.1  # of the error without an S: printers whose drivers mix all inks into a ramp have 1.05 at most
-_LEAST = 1e-3
+_WEAKEST = 0.08  # of what makes a difference; sRGB's own curve looks like .06 at most
+_DARKEST = 1e-3
 _SHARES = np.linspace(0, 1, 1001)
 _FULL = 255
 
@@ -32,6 +33,13 @@ def curved(share: Any, strength: float) -> NDArray[np.float64]:
     """What an S of some strength, −.5 to .5, makes of colours as shares of the paper's, 0–1."""
     v = np.asarray(share, dtype=np.float64)
     return np.asarray(v + 2 * strength * v * (1 - v) * (2 * v - 1))
+
+
+def straightened(shown: Any, strength: float) -> NDArray[np.float64]:
+    """The colours, 0–1, of which `curved` makes `shown`."""
+    if not strength:
+        return np.asarray(shown, dtype=np.float64)
+    return np.asarray(np.interp(shown, curved(_SHARES, strength), _SHARES))
 
 
 def of_chart(device: ArrayLike, scanned: ArrayLike) -> float:
@@ -47,13 +55,14 @@ def of_chart(device: ArrayLike, scanned: ArrayLike) -> float:
     if not white.any():
         return 0.0
     seen = np.asarray(scanned, dtype=np.float64)
-    ramps = list(_ramps(levels, np.clip(seen / seen[white].mean(axis=0), _LEAST, 1)))
+    ramps = list(_ramps(levels, np.clip(seen / seen[white].mean(axis=0), _DARKEST, 1)))
     if len(ramps) < _LEAST_RAMPS:
         return 0.0
     errors = np.sqrt([sum(_bent(ramp, leading, c) for ramp, leading in ramps) for c in _STRENGTHS])
     if np.interp(0, _STRENGTHS, errors) < _SEEN * errors.min():
         return 0.0
-    return float(_STRENGTHS[errors.argmin()])
+    strength = float(_STRENGTHS[errors.argmin()])
+    return strength if abs(strength) >= _WEAKEST else 0.0
 
 
 def _ramps(levels: NDArray[np.int_], shares: Array) -> Iterable[tuple[Array, int]]:
@@ -69,8 +78,7 @@ def _ramps(levels: NDArray[np.int_], shares: Array) -> Iterable[tuple[Array, int
 
 def _bent(ramp: Array, leading: int, strength: float) -> float:
     """Sum of squares by which a ramp is off a straight line without an S, in the power that makes it straightest."""
-    plain = np.maximum(np.interp(ramp, curved(_SHARES, strength), _SHARES), _LEAST)
-    straight = plain ** (1 / _POWERS[:, None, None])
+    straight = np.maximum(straightened(ramp, strength), _DARKEST) ** (1 / _POWERS[:, None, None])
     paper, full = straight[:, :1], straight[:, -1:]
     ink = (straight - paper)[..., leading] / (full - paper)[..., leading]
     line = paper + ink[..., None] * (full - paper)
