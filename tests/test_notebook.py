@@ -46,7 +46,8 @@ def test_every_value_is_one_line(written, small_hand):
             assert "\n" not in said and len(said) < 500 and said.startswith(type(value).__name__)
     assert seen["Hand"].startswith("Hand(name='house-joined', title='Everyday joined-up hand', glyphs=<")
     assert (
-        seen["Drawing"] == f"Drawing(strokes=<{len(drawing.strokes)}>, {seen['Page'].join(['page=', ''])}, about=<4>)"
+        seen["Drawing"]
+        == f"Drawing(strokes=<{len(drawing.strokes)}>, {seen['Page'].join(['page=', ''])}, about=<{len(drawing.about)}>)"
     )
     assert "nodes=<9 × 9 × 9 × 3>" in seen["ColourTable"] and "late=" in seen["Glyph"]
     assert {"Manuscript", "Line", "Stroke", "LineGraph", "Raster", "ScannedHand", "ScannedPage", "Plan"} <= set(seen)

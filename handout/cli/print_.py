@@ -89,6 +89,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     prints = dry_run is None or (profile.simulated and dry_run.suffix == "")
     job = jobs.setup(given, page_name, "0mm", 1)
     profile = _fed(media.printer_for(job.layout.page, profile), given)
+    notes = results.noted(jobs.unheeded(job, given, True), job, given["quiet"])
     if prints:
         told = given | {"page_name": page_name, "columns": ",".join(given["columns"])}
         journal = _journal(table, addresses, told, job.seed)
@@ -138,7 +139,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
         _say_problems(stopped.report, given["quiet"])
         raise
     _say_problems(done, given["quiet"])
-    result = tally.facts(job, done.files) | _facts(done) | {"columns": addresses.facts()}
+    result = tally.facts(job, done.files) | _facts(done) | {"columns": addresses.facts()} | notes
     if through is not None and through.pages:
         result["calibration"] = through.facts()
         say(through.said())

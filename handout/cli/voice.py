@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from types import TracebackType
 
 import click
@@ -30,32 +30,32 @@ class Voice:
         self._thread, self._lock = thread(), threading.Lock()
         self._lines: list[str] = []
         self._lost = 0
-        self._asked: Future[None] | None = None
+        self._speaks = False  # the thread will look for more lines
 
     def say(self, line: str) -> None:
         """Say a line."""
+        if self.quiet:
+            return
         with self._lock:
             self._lost += len(self._lines) >= _MANY
             if len(self._lines) < _MANY:
                 self._lines.append(line)
-        self._speak()
+            if not self._speaks:
+                self._speaks = True
+                self._thread.submit(self._out)
 
     def wait(self) -> None:
         """Until all is said."""
-        if self._asked is not None:
-            self._thread.submit(lambda: None).result()
-
-    def _speak(self) -> None:
-        if not self.quiet and (self._asked is None or self._asked.done()):
-            self._asked = self._thread.submit(self._out)
+        self._thread.submit(lambda: None).result()
 
     def _out(self) -> None:
         while True:
             with self._lock:
                 lines, self._lines, lost, self._lost = self._lines, [], self._lost, 0
+                self._speaks = bool(lines)
             if not lines:
                 return
-            with contextlib.suppress(OSError), progress.hidden():  # nobody hears it: no reason to stop the plot
+            with contextlib.suppress(OSError, ValueError), progress.hidden():  # nobody hears it: no reason to stop
                 for line in [*lines, *([f"({lost} more lines)"] if lost else [])]:
                     click.echo(line, err=True)
 

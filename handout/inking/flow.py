@@ -26,6 +26,11 @@ _REPEAT = 8192  # pieces after which the streaks of a line repeat: most of a met
 _SPECK = 0.05  # mm; a stroke that gets no further is a dot
 _DOT = 4.0  # times the ink of a line, at most
 _THINNEST = 0.02  # mm
+_DOT_REACH, _DOT_INK = 0.16, 3.0  # mm along the line; ink for what the dot adds to the width
+_UNLIKE, _MARKED = 0.5, 0.8  # spread of the sizes of dots, log; share of the landings that leave one
+_AT_REST = 0.015  # s in the last piece of a stroke that ends slowly
+_STAYING, _SLOWING = 0.5, 2.5  # pressure until it is lifted, and over which way, mm
+_RARE = 3.6  # deviations of the flow from its mean at which a slow line would skip
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,10 @@ class Flow:
     streak : standard deviation of the amount from lane to lane across the line, over millimetres.
     ragged : standard deviation of each edge, mm.
     goop : blobs for each sharp turn.
+    touch : what a usual dot adds to the width where the tip lands and where it stays; three times that to the amount.
+    stays : share of the strokes that come to rest before the pen is lifted; the others are flicked off.
+    skip : how much of the ink is missing where a fast pen runs dry for a moment.
+    level : standard deviation of the amount over words.
     """
 
     width_pressure: float = 0.0
@@ -57,6 +66,10 @@ class Flow:
     streak: float = 0.0
     ragged: float = 0.0
     goop: float = 0.0
+    touch: float = 0.0
+    stays: float = 0.0
+    skip: float = 0.0
+    level: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +103,8 @@ class _Way:
     length: Array  # mm, of the whole stroke
     own: Array  # mm, NaN where the stroke has no width of its own
     nib: NDArray[np.complex128]  # mm, half the edge of a flat nib
+    since: Array  # mm, from where the stroke began
+    left: Array  # mm, to where it ends
 
 
 def lean(speed: Array) -> Array:
@@ -104,15 +119,40 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
     rest = 1 - np.exp(-way.dwell / flow.patience)
     press = np.clip(way.pressure, 0.0, 1.0)
+    dots, staying, ample = _resting(way, flow, [len(one[0]) for one in ways], rng.spawn(1)[0])
+    press = np.where(staying, np.maximum(press, _STAYING), press)
     slow = lean(way.speed)
-    wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest
+    wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest + dots
     wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
     # a pen about to leave the paper rests on it so lightly that nothing gathers
     load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
+    load = (load + _DOT_INK * dots) * ample
     # a dot is pressed on, not passed over
     load = load * np.clip(width / way.length, 1.0, _DOT)
     return _uneven(way, np.maximum(wide, _THINNEST) / 2, load, flow, rng)
+
+
+def _resting(
+    way: _Way, flow: Flow, sizes: list[int], rng: np.random.Generator
+) -> tuple[Array, NDArray[np.bool_], Array]:
+    """(m,) each: what dots of ink at both ends add to the width, where a stroke ends at rest, and how ample the ink is.
+
+    Ink goes on flowing while the tip rests, so that a dot marks where it landed, and where it stayed before it was
+    lifted; where it flies the ink may come too late, and the line skips.
+    """
+    m = len(way.speed)
+    if not (flow.touch or flow.skip or flow.level):
+        return np.zeros(m), np.zeros(m, dtype=bool), np.ones(m)
+    ends = np.cumsum(sizes) - 1
+    size = np.exp(rng.normal(0.0, _UNLIKE, (2, len(sizes)))) * (rng.random((2, len(sizes))) < [[_MARKED], [1.0]])
+    stays = (rng.random(len(sizes)) < flow.stays) & (way.dwell[ends] > _AT_REST)
+    landed, stayed = np.repeat(size[0], sizes), np.repeat(size[1] * stays, sizes)
+    dots = landed * np.exp(-((way.since / _DOT_REACH) ** 2)) + stayed * np.exp(-((way.left / _DOT_REACH) ** 2))
+    fast = np.clip((way.speed - 0.8 * PACE) / PACE, 0.0, 1.0)
+    dry = 1 / (1 + np.exp(np.clip((_RARE - 1.6 * fast - _along(rng, m, 0.22)) / 0.12, -30, 30)))
+    ample = np.exp(flow.level * _along(rng, m, 18.0)) * (1 - flow.skip * dry)
+    return flow.touch * dots, np.repeat(stays, sizes) & (way.left < _SLOWING), ample
 
 
 def _nib(way: _Way, flow: Flow) -> Array:
@@ -145,7 +185,8 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
         own = across(nib, np.diff(place))
-    return place[:-1], place[1:], speed, dwell, press, length, own, nib
+    since = (s[:-1] + s[1:]) / 2
+    return place[:-1], place[1:], speed, dwell, press, length, own, nib, since, s[-1] - since
 
 
 def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:

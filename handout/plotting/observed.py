@@ -31,7 +31,7 @@ REST = 0.02  # s; a pen that stands for less leaves no more ink than in a sharp 
 _USUAL = 25.0  # percentile of the time that is lost between two answers: so much is lost by slow going
 _UNUSUAL = 6.0  # times as much as usual is a rest
 _FINE = 17  # times within a move at which its place is known
-_NEAR = 0.03  # mm from a move at which the pen is on it: steps, and digits of what is told
+_NEAR = 0.03  # mm by which a place may be off: steps, and digits of what is told
 _GAIN = 0.005  # s by which a machine may be ahead of its plan between two answers
 _MANY = 3  # answers within strokes without which nothing can be said
 
@@ -108,6 +108,8 @@ class Observer:
         if unknown:
             return Observed(unknown)
         time = np.array(self._times)
+        if not (len(time) and self.plan.course.draws.any()):
+            return Observed("The strokes are too short for the plotter's answers.")
         stroke, reached = self._reached()
         drawn = stroke >= 0
         if np.count_nonzero(drawn) < _MANY:
@@ -162,15 +164,35 @@ class Observer:
         stroke = np.where((row >= 0) & way.draws[row], way.stroke[row], -1)
         reached = np.where(inside, plan.begins[block], plan.duration)
         reached[row >= 0] = plan.starts[row[row >= 0]]
-        ahead = _ahead(way)
+        behind, ahead = _along(way)
         for at in np.flatnonzero(stroke >= 0).tolist():
             if not np.isnan(self._places[at][0]):
                 same = at > 0 and stroke[at - 1] == stroke[at]
-                most = self._times[at] - (self._times[at - 1] - reached[at - 1]) + _GAIN if same else -np.inf
-                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), most)
+                meant = self._times[at] - (self._times[at - 1] - reached[at - 1]) if same else -np.inf
+                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), meant + _GAIN)
                 if ahead[move] - gone <= _NEAR:  # it stands there to lift the pen
                     stroke[at] = -1
+                elif same:
+                    reached[at] = self._soonest(behind, move, gone, meant)
         return stroke, np.maximum.accumulate(reached)
+
+    def _soonest(self, behind: Array, row: int, gone: float, meant: float) -> float:
+        """The one of the plan's times that is nearest to `meant`, of those at which the pen is near a place, s.
+
+        Where the pen is slow, a hundredth of a millimetre is a long time, and no answer is finer than that.
+
+        behind : (n + 1,) mm: how long the way is up to the beginning of each move; row, gone : the place.
+        """
+        way = self.plan.course
+        same = np.flatnonzero(way.stroke == way.stroke[row])
+        first, last = behind[same[0]], behind[same[-1] + 1]
+        near = np.clip(behind[row] + gone + np.array([-_NEAR, _NEAR]), first, last)
+        rows = np.clip(np.searchsorted(behind, near, side="right") - 1, same[0], same[-1])
+        low, high = (
+            float(self.plan.starts[at]) + self._since(int(at), float(come - behind[at]))
+            for at, come in zip(rows, near, strict=True)
+        )
+        return min(max(meant, low), high)
 
     def _furthest(self, row: int, place: Array, most: float) -> tuple[int, float, float]:
         """The latest of the plan's times, no later than `most`, at which the pen is at a place.
@@ -212,12 +234,12 @@ class Observer:
         return replace(predicted, strokes=tuple(strokes))
 
 
-def _ahead(way: Course) -> Array:
-    """(n,) float, mm: from the beginning of each move to the end of its stroke."""
+def _along(way: Course) -> tuple[Array, Array]:
+    """(n + 1,) mm: the way up to the beginning of each move, and all of it; (n,) mm: from there to the stroke's end."""
     length = np.hypot(*np.diff(way.points[:, :2], axis=0).T)
     behind = np.append(0.0, np.cumsum(length))
     last = np.append(np.flatnonzero(np.diff(way.stroke) != 0), len(way.kind) - 1)
-    return np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(way.kind)))] - behind[:-1])
+    return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(way.kind)))] - behind[:-1])
 
 
 def _next(stroke: NDArray[np.intp], last: int) -> int:

@@ -153,7 +153,7 @@ def sentence(reports: Sequence[Report]) -> str:
     times = "once" if told["rests"] == 1 else f"{told['rests']} times"
     named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
     where = f", in: {', '.join(named)}" if words else ""
-    return f"{measured} the pen rested {times}, {told['rested_s']:.1f} s in all{where}."
+    return f"{measured} the pen rested {times}, {told['rested_s']:.2f} s in all{where}."
 
 
 def stretches(meant: Drawing, done: Drawing) -> list[Row]:

@@ -1,4 +1,4 @@
-"""The room between letters: how near they stand, where a dot makes way, and how far a bar may fly.
+"""The room between letters: how near they stand, where dots and accents make way, and how far a bar may fly.
 
 Lengths are x-heights, in the space of letters, upright.
 """
@@ -18,7 +18,11 @@ _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must n
 _MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
 _MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
 _HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # where distances are taken, and over what reach
-_WIDEST_DOT, _FURTHEST_BACK = 0.45, 0.4  # of a dot, and how far it is moved out of a tall letter's way
+_WIDEST_DOT = 0.45
+_DOT_ROOM = 0.29  # from a dot or an accent to another letter's line: two half lines, and paper that is seen between
+_SIDEWAYS, _UPWARDS = np.arange(-0.45, 0.28, 0.03), np.arange(-0.12, 0.4, 0.03)  # where it still is its letter's
+_MOVES = np.array([(x, y) for x in _SIDEWAYS for y in _UPWARDS])
+_MOVES = _MOVES[np.argsort(np.hypot(_MOVES[:, 0], 1.3 * _MOVES[:, 1]), kind="stable")]  # the least first
 _CROSSED = "tf"  # letters whose bars are bounded; others' arms are parts of them
 _OVER = 0.2  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
@@ -45,15 +49,6 @@ def _needed(left: str, right: str) -> float:
     if left.isalnum() and right.isalnum():
         return LEAST_ROOM
     return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
-
-
-def in_the_way(dot: Array, after: Glyph, width: float) -> float:
-    """How far a dot must move left to stay clear of the next letter, which stands `width` off; bars may run into it."""
-    if np.ptp(dot[:, 0]) > _WIDEST_DOT:
-        return 0.0
-    beside = np.abs(_HEIGHTS - dot[:, 1].mean()) < _SEEN
-    wall = width + float(_edges(after)[0][beside].min(initial=np.inf))
-    return min(max(0.0, float(dot[:, 0].max()) + LEAST_ROOM - wall), _FURTHEST_BACK)
 
 
 def _barred(glyph: Glyph) -> bool:
@@ -154,3 +149,40 @@ def _stem(own: Array, y: float) -> float:
     away = np.abs(own[:, 1] - y)
     near = own[away <= max(0.1, float(away.min()))]
     return float(np.median(near[:, 0]))
+
+
+def dotted(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+    """Move the dots and accents that would touch other letters of their word to the nearest place that is clear.
+
+    Parameters
+    ----------
+    strokes : of each glyph, (n, 2) in the word's space; dots and accents are replaced where they move.
+    """
+    for i, glyph in enumerate(glyphs):
+        if own := _dots(glyph, strokes[i]):
+            beside = [stroke for near in (*strokes[max(i - 2, 0) : i], *strokes[i + 1 : i + 3]) for stroke in near]
+            move = _move(np.vstack([_evenly(strokes[i][k]) for k in own]), beside)
+            for k in own if move.any() else ():
+                strokes[i][k] = strokes[i][k] + move
+
+
+def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
+    """Which strokes of a letter are its dots or accent: those that are written late and lie wholly above the rest."""
+    if not any(glyph.late) or all(glyph.late):
+        return []
+    top = max(float(s[:, 1].max()) for s, late in zip(strokes, glyph.late, strict=True) if not late)
+    return [k for k, late in enumerate(glyph.late) if late and float(strokes[k][:, 1].min()) > top]
+
+
+def _move(mark: Array, others: Sequence[Array]) -> Array:
+    """(2,): the least way to a place where a mark has room; where none has enough, to the one that has most."""
+    from scipy.spatial import KDTree
+
+    if not others:
+        return np.zeros(2)
+    tree = KDTree(np.vstack([_evenly(stroke) for stroke in others]))
+    if float(tree.query(mark)[0].min()) >= _DOT_ROOM:
+        return np.zeros(2)
+    room = tree.query(mark + _MOVES[:, None])[0].min(axis=1)
+    wanted = min(_DOT_ROOM, float(room.max()))
+    return np.asarray(_MOVES[int(np.argmax(room >= wanted))])

@@ -15,7 +15,7 @@ from handout.values import Array, Glyph, Hand
 from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.choice import Chooser, joined
-from handout.writing.clearance import bounded, in_the_way, too_near
+from handout.writing.clearance import bounded, dotted, too_near
 from handout.writing.text import Letter, spelt
 from handout.writing.variation import Drift, Variation, walk, warp
 
@@ -110,16 +110,15 @@ class Writer:
         widths[:-1] += [too_near(a, b, width, breadth) for (a, b), width, breadth in pairs]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = list[list[Array]]()
-        following = [*zip(glyphs[1:], widths, strict=False), None]
-        for glyph, shape, start, share, after in zip(glyphs, shapes, starts, self._slurs(n), following, strict=True):
+        for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
             points.append([])
             for stroke, late in zip(glyph.strokes, glyph.late, strict=True):
                 placed = slurred(stroke, share) @ shape
                 if late:
                     placed = placed + self._flight()
-                    placed = placed - (in_the_way(placed, *after) if after else 0.0, 0.0)
                 points[-1].append(placed + start)
         bounded(glyphs, points)
+        dotted(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
 
     def _flight(self) -> Array:

@@ -24,6 +24,9 @@ def half(path, data):
         print("half", flush=True)
         signal.pause()
 atomic.write = half
+# as at a terminal, whoever runs the tests: nohup and a shell's & have children ignore them
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+signal.signal(signal.SIGINT, signal.default_int_handler)
 main(sys.argv[1:])
 """
 

@@ -116,6 +116,11 @@ def test_what_scanned_ink_does_not_follow_is_said(grey_hand, tmp_path):
     assert [note.split(":")[0] for note in notes] == ["--pen-width", "--ink"] and all(n in done.stderr for n in notes)
     done = CliRunner().invoke(cli, [*args, "-o", str(tmp_path / "a.svg")])
     assert len(json.loads(done.stdout)["notes"]) == 1, "strokes have the colour"
+    table = tmp_path / "even.csv"
+    table.write_text("name,street,place\neven,even,even\n", encoding="utf-8")
+    out = ["--dry-run", str(tmp_path / "a.pdf"), "--ink", "navy", "--json"]
+    done = CliRunner().invoke(cli, ["print", "--printer", "epson", "--hand", grey_hand, str(table), *out])
+    assert [note.split(":")[0] for note in json.loads(done.stdout)["notes"]] == ["--ink"]
 
 
 def content(pdf):

@@ -137,6 +137,36 @@ def test_a_fineliner_s_line_lives() -> None:
     assert 0.08 < every.std() / every.mean() < 0.3
 
 
+def resting(length: float = 12.0, y: float = 6.0) -> Stroke:
+    """Sets out from rest and comes to rest, its pressure dwindling as that of a pen that is lifted."""
+    u = (1 - np.cos(np.linspace(0, np.pi, 90))) / 2
+    xy = np.stack([4 + length * u, np.full(90, y)], axis=1)
+    return Stroke(np.linspace(0, 0.9, 90), xy, pressure=np.minimum(0.55, 0.1 + 4 * np.linspace(0.9, 0, 90)))
+
+
+def test_a_fineliner_marks_where_it_lands_and_where_it_stays() -> None:
+    mass = flow.pieces(drawn(*[resting(y=y) for y in np.linspace(1, 11, 40)]), 0.4, Flow(touch=0.3, stays=0.5), rng())
+    wide, full = mass.radius.reshape(40, -1), mass.load.reshape(40, -1)
+    middle = wide[:, wide.shape[1] // 2]
+    landed, stayed = wide[:, 0] > 1.08 * middle, wide[:, -1] > 1.08 * middle
+    assert 0.6 < landed.mean() < 0.95  # not every time
+    assert 0.3 < stayed.mean() < 0.7 and full[stayed, -1].min() > full[:, full.shape[1] // 2].mean()
+    flown = replace(line(6), pressure=np.r_[np.full(45, 0.55), np.linspace(0.55, 0.05, 15)])
+    made = flow.pieces(drawn(*[flown] * 30), 0.4, Flow(touch=0.3, stays=1.0), rng()).radius.reshape(30, -1)
+    assert (made[:, -1] == pytest.approx(0.2)) and made[:, 0].max() > 0.22  # it was not at rest when it was lifted
+
+
+def test_a_fast_fineliner_skips_and_its_ink_is_not_even_from_word_to_word() -> None:
+    calm, swift = (
+        flow.pieces(drawn(*[line(y, 0.55, v) for y in np.linspace(1, 11, 60)]), 0.4, Flow(skip=0.7), rng()).load
+        for v in (10.0, 60.0)
+    )
+    assert (calm < 0.6).mean() < 0.002 < (swift < 0.6).mean() < 0.08
+    words = flow.pieces(drawn(*[line(6)] * 200), 0.4, Flow(level=0.15), rng()).load
+    assert np.log(words).std() == pytest.approx(0.15, rel=0.25)
+    assert np.abs(np.diff(np.log(words))).max() < 0.01
+
+
 @pytest.mark.parametrize("model", REAL)
 def test_crossing_is_darker_than_either_line(model: str) -> None:
     up = replace(line(0), xy=np.stack([np.full(60, 12.0), np.linspace(10, 2, 60)], axis=1))

@@ -76,7 +76,7 @@ def held(tmp_path, machine, patience, seconds=math.inf, after=None):
     desk, said = Button(profile_of(machine), Options(fault="hold", after=after)), []
     desk.seconds = seconds
     job = store.create([short()], desk.profile, store.Options(overlap=10.0), place=tmp_path)
-    with faults.journals():
+    with faults.journals(desk):
         try:
             running.run_job(job, lambda: desk, Passer(desk, seconds), patience=patience, log=said.append)
         except DeviceHeld as error:
@@ -89,7 +89,7 @@ def test_a_hold_that_nobody_ends_is_the_end_and_the_pen_is_lifted(tmp_path):
     assert "on hold" in error and not desk.pen_is_down and not job.standing().finished
     assert sum("on hold" in line for line in said) == 1 and desk.now < 90
     desk.replug()
-    with faults.journals():
+    with faults.journals(desk):
         running.run_job(job, lambda: desk, Passer(desk, 0.0))
     ink = compare(short(), desk.executed().strokes)
     assert job.standing().finished and not ink.missing and not ink.stray and ink.doubled < 0.5

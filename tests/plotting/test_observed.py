@@ -100,7 +100,7 @@ def test_where_it_rested_is_told_in_words_and_figures():
     assert row["rested_s"] == pytest.approx(sum(rest["seconds"] for rest in row["rests"]), abs=0.01)
     facts, said = reporting.facts([report]), reporting.sentence([report])
     assert facts["measured"] and facts["rests"] == len(row["rests"]) and facts["rested_s"] > 0.2
-    assert f"the pen rested {facts['rests']} times, {facts['rested_s']:.1f} s in all, in: " in said
+    assert f"the pen rested {facts['rests']} times, {facts['rested_s']:.2f} s in all, in: " in said
     assert all(word in said for word in words)
     twice = reporting.facts([report, report])
     assert twice["rests"] == 2 * facts["rests"]

@@ -97,7 +97,7 @@ def test_very_long_sentences_are_left_out():
     assert corpus.sentences("word " * 41 + ". Short one.") == ["Short one."]
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe\x00a", b"1 2 3", b""])
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00\xd8", b"1 2 3", b""])
 def test_files_that_are_no_text(tmp_path, content):
     (tmp_path / "a.txt").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.txt"):
