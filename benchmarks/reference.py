@@ -132,7 +132,7 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     white = np.median(picture.reshape(-1, 3), axis=0)
     dpi = min(DPI, scribble.dpi)
     found = match(at_dpi(density_of(picture, white), DPI, dpi), white, at_dpi(scribble.density, scribble.dpi, dpi),
-                  scribble.paper, dpi)  # fmt: skip
+                  scribble.paper, dpi, scribble.contrast)  # fmt: skip
     # what is judged: parts of the pen's own lines, free of noise, whose spectra are known
     levels = np.random.default_rng(2).choice(large[large > 0.15], 400)
     one, other = (stock.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)

@@ -111,8 +111,9 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
         coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
         return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
     found = match(
-        at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common
-    )
+        at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
+        scribble.contrast,
+    )  # fmt: skip
     return _judged(found, hand.name)
 
 
@@ -155,13 +156,18 @@ def _judged(found: InkMatch | None, hand: str) -> Reference:
     if found.alike:
         return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=found.difference), found)
     how = "lighter" if found.lighter > 1 else "darker" if found.lighter < -1 else "in other colours"
-    why = (
-        "the scanner's settings differ"
-        if found.difference > _SURE
-        else "the scanner's settings or the pen's pressure differ"
-    )
-    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter, why=why)
+    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter, why=_why(found))
     return Reference(Kind.CORRECTED, said, found)
+
+
+def _why(found: InkMatch) -> str:
+    if found.contrast_differs:
+        return (
+            "the chart's scan has an S-shaped contrast curve that the hand's has not, as its patches and the pen show"
+        )
+    if found.difference > _SURE:
+        return "the scanner's settings differ"
+    return "the scanner's settings or the pen's pressure differ"
 
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:

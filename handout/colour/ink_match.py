@@ -5,14 +5,16 @@ filter, so that what counts is the colour as a share of the bare paper's, v.  Wh
 exposure, gamma and white balance a power of each channel; a black point, flare or a conversion of colours a share of
 light that each channel gains or loses; a contrast curve an S in all channels alike.
 
-    s = v + 2 c v (1 − v) (2 v − 1)      contrast c
+    s = v + 2 c v (1 − v) (2 v − 1)      contrast c, of v as scanned
     l = s^2.2 + b (1 − s^2.2)            light, and what is gained (b) of it
     w = l^(a / 2.2)                      power a
 
-They are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines are
-compared by rank (`strokes`).  An S moves the edges, so that those of the hand are looked for again in the tones of
-the chart's scan; it is looked for only where nothing simpler explains what is seen, because a line that is thinner in
-one of the scans looks like a weak S.
+Power and gain are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines
+are compared by rank (`strokes`).  A power leaves the edges where they are; an S moves them, so that those of the hand
+are looked for in the tones that it makes.  How strong it is the lines tell badly, because a line that is thinner looks
+much like one with more contrast: the patches of the chart tell it (`contrast`), for the chart's scan; the hand's may
+have the same one.  Of these explanations the one is taken that needs neither power nor gain; where both do, the one
+that explains the lines better.
 
 Source: own method; robust to the pen's pressure as far as lines of some words are.
 """
@@ -26,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.colour import convert
+from handout.colour.contrast import curved, straightened
 from handout.colour.strokes import LEAST, Density, Strokes, strokes_in
 from handout.values import Array, Raster, readonly
 
@@ -33,9 +36,7 @@ SAME = 1.5  # ΔE00 on the mean up to which two scans were made alike: lines of 
 _GAMMA = 2.2  # what light is counted in; that of most scanners
 _RANKS = np.linspace(0.04, 0.96, 24)
 _TIGHT = 0.02  # how much each part is held back, of 1
-_HELD = (0.1, 0.5, 0.1)  # the power's differences between channels, what is gained, contrast
-_ROUNDS = 3  # in which an S is looked for
-_BETTER = 0.75  # of the error without an S: one is taken from there
+_HELD = (0.1, 0.5)  # the power's differences between channels, what is gained
 _POWERS = (0.35, 3.0)  # that settings have; anything else is another ink
 _APART = 2.5  # how much they may differ between channels
 _WEAK = 0.15  # density of the core under which a channel tells nothing about that
@@ -45,27 +46,42 @@ _WEAK = 0.15  # density of the core under which a channel tells nothing about th
 class Tone:
     """What settings make of a pen's lines.
 
-    powers, gains : (3,) of each channel; contrast : of all.
+    powers, gains : (3,) of each channel.
+    papers : (2, 3) scanned RGB of the bare paper in the hand's scan and in the chart's.
+    contrasts : strength of the S in the hand's scan and in the chart's.
     """
 
     powers: Array
     gains: Array
-    contrast: float = 0.0
+    papers: Array
+    contrasts: tuple[float, float] = (0.0, 0.0)
 
     def __call__(self, share: Any) -> NDArray[np.float64]:
         """(n, 3) colours as shares of the paper's, of such (n, 3)."""
-        v = np.asarray(share, dtype=np.float64)
-        curved = v + 2 * self.contrast * v * (1 - v) * (2 * v - 1)
-        light = np.maximum(curved, 1e-3) ** _GAMMA
+        (hand, chart), (before, after) = self.papers, self.contrasts
+        v = straightened(hand * np.asarray(share, dtype=np.float64), before) / straightened(hand, before)
+        light = np.maximum(v, 1e-3) ** _GAMMA
         light = light + self.gains * (1 - light)
-        return np.asarray(np.maximum(light, 1e-5) ** (self.powers / _GAMMA))
+        shown = np.maximum(light, 1e-5) ** (self.powers / _GAMMA)
+        return np.asarray(curved(straightened(chart, after) * shown, after) / chart)
 
     def density(self, density: Density) -> Density:
         """(n, 3) densities that densities (n, 3) become."""
         return np.asarray(-np.log(self(np.exp(-density))))
 
 
-_NONE = Tone(np.ones(3), np.zeros(3))
+def _of_contrasts(papers: Array, contrasts: tuple[float, float]) -> Tone:
+    """The tone of scans that differ in nothing but contrast."""
+    return Tone(np.ones(3), np.zeros(3), papers, contrasts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Explanation:
+    """tone : the best one with some contrasts; error : of shares, that it leaves; left : ΔE00 of power and gain."""
+
+    tone: Tone
+    error: float
+    left: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +109,18 @@ class InkMatch:
     @property
     def alike(self) -> bool:
         """Whether both scans were made with the same settings, as far as can be seen."""
-        return self.difference <= SAME
+        return self.difference <= SAME and not self.contrast_differs
+
+    @property
+    def contrast_differs(self) -> bool:
+        """Whether an S-shaped curve lies on one of both scans only."""
+        before, after = self.tone.contrasts
+        return before != after
 
     def colours(self, rgb: Array) -> Array:
         """(n, 3) RGB in the chart's scan, of ink on paper that shows as (n, 3) RGB in the hand's."""
         share = np.clip(rgb / self.from_paper, 0, 1)
-        return np.asarray(np.clip(self.to_paper * (share if self.alike else self.tone(share)), 0, 1))
+        return np.asarray(np.clip(self.to_paper * self.tone(share), 0, 1))
 
     def raster(self, raster: Raster) -> Raster:
         """A page in the hand's ink, as the chart's scan would show it on the chart's paper.
@@ -121,32 +143,46 @@ class InkMatch:
         return np.hstack([np.clip(ink, 0, 1), np.minimum(covers, 1)]).astype(np.float32)
 
 
-def match(hand: Density, from_paper: Array, chart: Density, to_paper: Array, dpi: float) -> InkMatch | None:
+def match(
+    hand: Density, from_paper: Array, chart: Density, to_paper: Array, dpi: float, contrast: float = 0.0
+) -> InkMatch | None:
     """Compare lines of one pen in two scans; None where one of them has no lines.
 
     Parameters
     ----------
     hand, chart : (h, w, 3) densities of writing in the hand's scan and in the chart's, both at `dpi`.
     from_paper, to_paper : (3,) scanned RGB of the bare papers, 0–1.
+    contrast : strength of the S that the chart's patches show in its scan; 0: none.
     """
     first, other = strokes_in(hand, dpi), strokes_in(chart, dpi)
     if first is None or other is None:
         return None
-    tone, error = _fitted(first, other, False)
-    curved, lines = tone, first
-    for _ in range(_ROUNDS):
-        curved, left = _fitted(lines, other, True)
-        again = strokes_in(hand, dpi, curved.density)
-        if again is None:
-            break
-        lines = again
-    else:
-        tone = curved if left < _BETTER * error else tone
-    return _judged(tone, first, from_paper, to_paper)
+    shares = np.clip(np.exp(-np.concatenate(first.rings[:3])), 0, 1)
+    papers = np.stack([from_paper, to_paper])
+
+    def explained(contrasts: tuple[float, float]) -> _Explanation:
+        plain = _of_contrasts(papers, contrasts)
+        lines = strokes_in(hand, dpi, plain.density) if any(contrasts) else first
+        if lines is None:
+            return _Explanation(plain, np.inf, np.inf)
+        tone, error = _fitted(lines, other, plain)
+        return _Explanation(tone, error, _apart(plain, tone, shares, to_paper))
+
+    # a contrast that only the hand's scan has cannot be told from another power
+    pairs = [(0.0, contrast), (contrast, contrast)] if contrast else [(0.0, 0.0)]
+    return _judged(_simplest([explained(pair) for pair in pairs]), first, shares)
 
 
-def _fitted(hand: Strokes, chart: Strokes, curved: bool) -> tuple[Tone, float]:
-    """The tone that explains the one by the other best, with an S or without; and the error that it leaves."""
+def _simplest(explanations: list[_Explanation]) -> Tone:
+    """The tone that needs neither power nor gain, if there is one, else the one that explains both scans best."""
+    plainest = min(explanations, key=lambda one: one.left)
+    if plainest.left <= SAME:
+        return _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
+    return min(explanations, key=lambda one: one.error).tone
+
+
+def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
+    """The tone with the contrasts of `plain` that explains the one by the other best; and the error that it leaves."""
     from scipy.optimize import least_squares
 
     pairs = [
@@ -157,26 +193,31 @@ def _fitted(hand: Strokes, chart: Strokes, curved: bool) -> tuple[Tone, float]:
     given, wanted = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
     held = _TIGHT * np.sqrt(len(given))
 
+    def tone(x: Array) -> Tone:
+        return Tone(np.exp(x[:3]), x[3:], plain.papers, plain.contrasts)
+
     def off(x: Array) -> Array:
-        apart = _HELD[0] * (x[:3] - x[:3].mean())
-        pull = held * np.concatenate([apart, _HELD[1] * x[3:6], _HELD[2] * x[6:]])
-        return np.concatenate([(_tone(x)(given) - wanted).ravel(), pull])
+        pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
+        return np.concatenate([(tone(x)(given) - wanted).ravel(), pull])
 
-    answer = least_squares(off, np.zeros(7 if curved else 6)).x
-    return _tone(answer), float(np.sqrt(np.mean((_tone(answer)(given) - wanted) ** 2)))
-
-
-def _tone(x: Array) -> Tone:
-    return Tone(np.exp(x[:3]), x[3:6], float(x[6]) if len(x) > 6 else 0.0)
+    found = tone(least_squares(off, np.zeros(6)).x)
+    return found, float(np.sqrt(np.mean((found(given) - wanted) ** 2)))
 
 
-def _judged(tone: Tone, hand: Strokes, from_paper: Array, to_paper: Array) -> InkMatch:
-    shares = np.clip(np.exp(-np.concatenate(hand.rings[:3])), 0, 1)
-    plain, curved = (convert.lab(np.clip(to_paper * part, 0, 1)) for part in (shares, tone(shares)))
-    lighter = float((curved - plain)[:, 0].mean())
+def _apart(one: Tone, other: Tone, shares: Array, paper: Array) -> float:
+    """ΔE00, mean, between what two tones make of colours (n, 3) as shares of the paper's."""
+    views = (convert.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (one, other))
+    return float(convert.delta_e(*views).mean())
+
+
+def _judged(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
+    from_paper, to_paper = tone.papers
+    same = _of_contrasts(tone.papers, (tone.contrasts[0], tone.contrasts[0]))
+    plain, seen = (convert.lab(np.clip(to_paper * one(shares), 0, 1)) for one in (same, tone))
+    lighter = float((seen - plain)[:, 0].mean())
     strong = hand.densest >= _WEAK
     powers = (tone.density(hand.densest[None])[0] / np.maximum(hand.densest, 1e-3))[strong]
-    same = not len(powers) or bool(
+    within = not len(powers) or bool(
         powers.min() >= _POWERS[0] and powers.max() <= _POWERS[1] and powers.max() <= _APART * powers.min()
     )
-    return InkMatch(tone, from_paper, to_paper, float(convert.delta_e(plain, curved).mean()), lighter, same)
+    return InkMatch(tone, from_paper, to_paper, _apart(same, tone, shares, to_paper), lighter, within)

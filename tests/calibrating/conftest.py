@@ -1,6 +1,7 @@
 """One chart printed and scanned by the simulated devices, and one calibration of it, for all tests of the room."""
 
 import shutil
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -10,6 +11,7 @@ from handout import profiles
 from handout.calibrating import loop, store
 from handout.calibrating.session import Step
 from handout.calibrating.wizard import Wizard, chart_pages
+from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
 from handout.colour.reading import read
@@ -67,8 +69,10 @@ def patches(scan):
 
 @pytest.fixture(scope="session")
 def built(patches, tmp_path_factory):
-    """A calibration that is not stored."""
-    return store.build(tmp_path_factory.mktemp("built") / "one", patches, "simulated", "white", "flatbed")
+    """A calibration that is not stored, whose table is coarser than usual, and sooner built."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(table, "build", partial(table.build, size=33))
+        return store.build(tmp_path_factory.mktemp("built") / "one", patches, "simulated", "white", "flatbed")
 
 
 @pytest.fixture

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from handout.calibrating import loop
 from handout.cli import main
-from handout.printing.simulated import rip
+from handout.printing.simulated import Flatbed, rip
 
 TABLE = "name,street,city\nAda Lovelace,12 St James's Square,London\n"
 
@@ -50,6 +51,15 @@ def test_read_build_show_export(call, scan, tmp_path):
     for kind, signature in (("icc", b"prtrRGB Lab "), ("icc-link", b"linkRGB RGB ")):
         call("calibrate", "export", "--printer", "epson", "--format", kind, "-o", f"{kind}.icc", "-q")
         assert (tmp_path / f"{kind}.icc").read_bytes()[12:24] == signature
+
+
+@pytest.mark.parametrize("dpi", [50, 55, 60])
+def test_too_few_dpi_are_the_cause_that_is_named(call, sheet, tmp_path, dpi):
+    loop.write(Flatbed().scan(sheet, dpi, np.random.default_rng(2)), dpi, tmp_path / "coarse.tif")
+    out, err = call("calibrate", "read", "coarse.tif", "-o", "patches.ti3", "--json")
+    # nothing else is made of it: no dust, no hidden marks, no banding
+    assert [one["code"] for one in json.loads(out)["findings"]] == ["low-dpi"]
+    assert f"The scan has only {dpi} dpi" in err and "scan at 300 dpi" in err
 
 
 def test_a_bad_scan_writes_no_patches(call, tmp_path):

@@ -15,12 +15,12 @@ RNG = np.random.default_rng(9)
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:
-    return build(fit(scanned(dull)))
+    return build(fit(scanned(dull)), size=33)
 
 
 @pytest.fixture(scope="module")
 def same() -> ColourTable:
-    return build(fit(scanned(identical)))
+    return build(fit(scanned(identical)), size=33)
 
 
 def ink(share: float = 0.3) -> Raster:

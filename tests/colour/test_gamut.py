@@ -13,7 +13,7 @@ from handout.errors import InputError
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:
-    return build(fit(scanned(dull)))
+    return build(fit(scanned(dull)), size=33)
 
 
 def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:

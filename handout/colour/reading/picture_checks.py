@@ -19,7 +19,8 @@ _TRUE = 0.01  # share by which scanners and printers may be off
 _PLAUSIBLE = (0.75, 1.35)  # of the printed size against the true one; outside, the file's dpi is of something else
 _WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 3.5  # mm
 _GREY = 1.5 / 255
-COARSE = 70.0  # dpi under which marks are hard to read, and the edge of a patch looks like dust on it
+_COARSE = 78.0  # dpi under which single marks are hard to read, and the edge of a patch looks like dust on it
+_TOO_COARSE = 62.0  # under which that may happen to any of them
 _LOOKED = 2400  # pixels a side, in which blocks are looked for
 _BLOCKY = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
 _HOLES = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
@@ -68,14 +69,14 @@ def of_place(placement: Placement, source: str) -> list[Finding]:
 
 
 def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
-    """The findings about a scan; what too few pixels look like is put down to them."""
+    """The findings about a scan; what too few pixels look like is put down to them, and far too few are named."""
     effects = [one for one in findings if one.code in ("marks-hidden", "blemish", "uneven", "banding")]
-    if placement.dpi >= COARSE or not effects:
+    if placement.dpi >= _TOO_COARSE and (placement.dpi >= _COARSE or not effects):
         return findings
     severity: Any = "refuse" if any(one.severity == "refuse" for one in effects) else "warn"
     sentence = (
-        f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks and to tell dust from the edges of "
-        "patches: scan at 300 dpi."
+        f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks safely and to tell dust from the edges "
+        "of patches: scan at 300 dpi."
     )
     return [*(one for one in findings if one not in effects), Finding("low-dpi", severity, sentence, source)]
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.colour.chart import Chart, ChartPage, whole
+from handout.colour.contrast import of_chart
 from handout.colour.reading import picture_checks, print_checks, printer_checks
 from handout.colour.reading.findings import Finding, Refused
 from handout.colour.reading.flatness import Field, field_of
@@ -98,7 +99,8 @@ class Reading:
     @property
     def scribble(self) -> Scribble | None:
         """What was written in the chart's field with a pen, on the first page that has something."""
-        return next((sheet.scribble for sheet in self.sheets if sheet.scribble is not None), None)
+        written = next((sheet.scribble for sheet in self.sheets if sheet.scribble is not None), None)
+        return written and replace(written, contrast=of_chart(self.device, self.scanned))
 
 
 def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequence[float] | None = None) -> Reading:

@@ -34,11 +34,13 @@ class Scribble:
     picture : (h, w, 3) float32, 0–1 as scanned, free of shading; upright.
     paper : (3,) the bare paper in the same scan.
     dpi : pixels an inch.
+    contrast : strength of the S-shaped curve that the chart's patches show in this scan (`contrast.of_chart`); 0: none.
     """
 
     picture: NDArray[np.float32]
     paper: Array
     dpi: float
+    contrast: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "paper", readonly(self.paper, 3))
@@ -133,7 +135,8 @@ def save(scribble: Scribble, path: Path) -> None:
     """
     out = io.BytesIO()
     pixels = np.rint(np.clip(scribble.picture, 0, 1) * _FULL).astype(np.uint16)
-    np.savez_compressed(out, picture=pixels, paper=scribble.paper, dpi=np.float64(scribble.dpi))
+    np.savez_compressed(out, picture=pixels, paper=scribble.paper, dpi=np.float64(scribble.dpi),
+                        contrast=np.float64(scribble.contrast))  # fmt: skip
     atomic.write(path, out.getvalue())
 
 
@@ -148,6 +151,7 @@ def load(path: Path) -> Scribble:
     try:
         with np.load(path, allow_pickle=False) as kept:
             picture: Any = kept["picture"]
-            return Scribble(picture.astype(np.float32) / _FULL, kept["paper"], float(kept["dpi"]))
+            contrast = float(kept["contrast"]) if "contrast" in kept else 0.0
+            return Scribble(picture.astype(np.float32) / _FULL, kept["paper"], float(kept["dpi"]), contrast)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} cannot be read as the field of a chart: scan the chart again.") from error

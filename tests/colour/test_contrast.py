@@ -1,0 +1,51 @@
+"""An S-shaped contrast curve on the scan of a chart: seen where one is, and nothing else is taken for one."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from handout.colour.contrast import curved, of_chart, straightened
+from handout.printing.simulated import PAPERS, Flatbed, Inkjet, Measured
+
+LEVELS = np.rint(np.linspace(0, 255, 8)) / 255
+CUBE = np.array(list(itertools.product(LEVELS, repeat=3)))
+# a measured press was not used to make the method, nor were other factors of Yule and Nielsen
+PRINTERS = {name: Inkjet(name) for name in PAPERS} | {
+    "measured": Measured(), "no spreading": Inkjet(n=1.0), "much": Inkjet(n=8.0, gain=0.05),
+}  # fmt: skip
+OTHER_SETTINGS = [{}, {"gamma": 2.2 / 0.75}, {"gamma": 1.6}, {"srgb": True}, {"black": -0.02, "white": 1.05}]
+
+
+def seen(printer, **settings):
+    noise = np.random.default_rng(1).normal(0, 0.001, CUBE.shape)
+    return Flatbed(**settings).see(printer.reflectance(CUBE)) + noise
+
+
+@pytest.mark.parametrize("name", PRINTERS)
+def test_a_contrast_is_seen_and_how_strong_it_is(name):
+    weak, strong, dark = (
+        of_chart(CUBE, seen(PRINTERS[name], **settings))
+        for settings in ({"contrast": 0.35}, {"contrast": 0.6}, {"contrast": 0.6, "gamma": 2.2 / 0.75})
+    )
+    assert 0.1 <= weak <= strong + 0.03 and weak <= 0.22 and 0.17 <= strong <= 0.28 and 0.17 <= dark <= 0.28
+
+
+@pytest.mark.parametrize("name", PRINTERS)
+def test_nothing_else_is_taken_for_one(name):
+    assert [of_chart(CUBE, seen(PRINTERS[name], **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5
+
+
+def test_a_driver_that_mixes_inks_into_ramps_tells_nothing():
+    mixing = np.array([[0.8, 0.15, 0.05], [0.1, 0.75, 0.15], [0.05, 0.2, 0.75]])
+    managed = (0.05 + 0.9 * CUBE @ mixing.T) ** np.array([1.1, 1.6, 0.7])
+    assert of_chart(CUBE, managed) == 0.0
+    assert of_chart(CUBE[:40], managed[:40]) == of_chart(CUBE[:0], managed[:0]) == 0.0
+
+
+@given(st.floats(-0.45, 0.45), st.floats(0, 1))
+def test_a_curve_is_undone(strength, value):
+    assert straightened(curved(value, strength), strength) == pytest.approx(value, abs=2e-3)
+    assert 0 <= curved(value, strength) <= 1
