@@ -1,10 +1,11 @@
 """Fault campaign: plots that break off anywhere, on all dialects, and what is on the paper in the end.
 
 720 random runs (15 machines, 16 faults, overlap 10 mm).  Of the 603 in which no damaged byte can pass for a command,
-602 are right and one is 0.102 mm off (an EBB of firmware 2.4.5 that hits a limit switch); none misses ink, none has
-more than 7.7 mm twice.  Of 117 runs with damaged commands and no check sums: EBB 28 right, 8 spoilt and noticed; GRBL
-43 right, 2 spoilt and noticed; HP-GL 18 right, 7 spoilt and noticed, 11 spoilt and not noticed.  Power cut at every
-byte of a job of one letter: GRBL 893, Marlin 1533, EBB 3237, HP-GL 629 runs, all right.
+none misses ink; 599 are right to 0.1 mm, four have ink that is up to 0.11 mm off (an instruction that an EBB or a GRBL
+refuses, an EBB that hits a limit switch); at most 9.4 mm are drawn twice, but 29 mm where an EBB refused an
+instruction.  Of 117 runs with damaged commands: EBB 26 right, 10 spoilt and noticed; GRBL 42 right, 3 spoilt and
+noticed; HP-GL 25 right, 11 spoilt and noticed; none unnoticed.  Power cut at every byte of a job of one letter: GRBL
+893, Marlin 1529, EBB 3219, HP-GL 624 runs, all right.
 """
 
 from __future__ import annotations
