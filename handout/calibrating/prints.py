@@ -50,10 +50,12 @@ def _cause(solids: Solids, known: Reference | None, before: Calibration | None) 
 
 
 def _earlier(before: Calibration) -> Solids | None:
+    """What an earlier chart's inks were like; None if that is no measure, as after a weak ink that was accepted."""
     if before.patches_file is None or not before.patches_file.is_file():
         return None
     patches = store.read_patches(before.patches_file)
-    return solids_of(patches.device, patches.scanned)
+    solids = solids_of(patches.device, patches.scanned)
+    return None if solids is None or of_strength(solids) is not None else solids
 
 
 def last(printer: str, paper: str, scanner: str) -> Calibration | None:

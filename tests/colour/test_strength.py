@@ -1,8 +1,13 @@
 """Weak and wrong prints: the cause that is named, and healthy printers that are not accused."""
 
+from datetime import datetime
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from handout.calibrating import store
+from handout.calibrating.calibration import PATCHES, Calibration
 from handout.calibrating.prints import judged
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
@@ -82,3 +87,13 @@ def test_the_cause_takes_the_place_of_its_effects_and_may_be_accepted():
     cropped = Finding("cropped", "refuse", "The upper edge is cut off.")
     other = Reading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (cropped,))
     assert judged(other) is other
+
+
+@pytest.mark.parametrize(("earlier", "fault", "usable"), [("weak-magenta", "", True), ("", "wrong-media", False)])
+def test_a_chart_whose_weak_ink_was_accepted_is_no_measure_for_the_next(earlier, fault, usable, tmp_path, monkeypatch):
+    (tmp_path / PATCHES).touch()
+    before = Calibration(tmp_path, tmp_path / "table.npz", "sim", "white", datetime(2026, 11, 2))
+    then, now = (seen(Inkjet("white", faults=[name] if name else [])) for name in (earlier, fault))
+    monkeypatch.setattr(store, "read_patches", lambda _: SimpleNamespace(device=DEVICE, scanned=then))
+    reading = Reading(chart("A4"), DEVICE, now, np.full(len(DEVICE), 0.001), ())
+    assert judged(reading, before=before).usable == usable
