@@ -49,6 +49,7 @@ def test_no_half_file_is_left(tmp_path, number, code):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code):
     sent, later, whole = bytearray(), bytearray(), SimulatedPlotter.write
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored behind a shell's &
 
     def write(port, data):
         if len(sent) > 4000 and not later:
@@ -58,7 +59,10 @@ def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code)
         whole(port, data)
 
     monkeypatch.setattr(SimulatedPlotter, "write", write)
-    _, err = call("plot", "--port", "sim:", "all is well", "--seed", 1, code=code)
+    try:
+        _, err = call("plot", "--port", "sim:", "all is well", "--seed", 1, code=code)
+    finally:
+        signal.signal(signal.SIGINT, before)
     name = re.search(r"The job is kept; go on with: handout plot --resume (\S+)", err).group(1)
     assert ("Stopped by SIGTERM." if number == signal.SIGTERM else "Interrupted.") in err
     told = json.loads(call("plot", "show", name, "--json")[0])

@@ -73,12 +73,15 @@ def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> lis
     effects = [one for one in findings if one.code in ("marks-hidden", "blemish", "uneven", "banding")]
     if placement.dpi >= _TOO_COARSE and (placement.dpi >= _COARSE or not effects):
         return findings
+    others = [one for one in findings if one not in effects]
+    if any(one.code == "low-dpi" for one in others):
+        return others
     severity: Any = "refuse" if any(one.severity == "refuse" for one in effects) else "warn"
     sentence = (
         f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks safely and to tell dust from the edges "
         "of patches: scan at 300 dpi."
     )
-    return [*(one for one in findings if one not in effects), Finding("low-dpi", severity, sentence, source)]
+    return [*others, Finding("low-dpi", severity, sentence, source)]
 
 
 def _of_size(placement: Placement, say: Any) -> None:
