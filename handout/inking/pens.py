@@ -84,10 +84,11 @@ _MODELS = {
     "fineliner": _Model(
         Flow(
             # the tip gives way, wears to a facet as it is held and runs dry: measured on a wet pen's scanned page;
-            # tone along the line and at its ends: set to approach scanned pages of 11 writers
-            width_pressure=0.75, width_speed=0.2, load_pressure=0.8, load_speed=0.42, pool=1.3, bleed=0.34,
+            # tone along the line and at its ends: set to approach scanned pages of 11 writers, with dots of rest so
+            # small that none reads as a full stop
+            width_pressure=0.75, width_speed=0.2, load_pressure=0.7, load_speed=0.34, pool=0.9, bleed=0.2,
             patience=0.045, nib=0.16, drift=0.16, patch=0.16, streak=0.2, ragged=0.009,
-            touch=0.24, stays=0.35, skip=0.6, level=0.15,
+            touch=0.1, stays=0.25, skip=0.5, level=0.15,
         ),
         _fineliner,
     ),

@@ -18,8 +18,6 @@ import numpy as np
 from handout.colour.reading.findings import Finding
 from handout.values import Array
 
-# the codes of what may be accepted though no calibration should be made of it
-ACCEPTABLE = ("weak-ink", "weak-inks", "ink-limit", "no-black", "managed", "weaker", "other-tones")
 INKS = ("cyan", "magenta", "yellow")
 _GAMMA = 2.2
 _DARKEST = 0.004

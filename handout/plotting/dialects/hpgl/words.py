@@ -25,7 +25,7 @@ START, PEN_UP, PEN_DOWN = b"IN;", b"PU;", b"PD;"
 ABSOLUTE = b"PA;"  # from now on numbers are places, and not ways
 
 VIEWING, LEVER = 16, 32  # bits of ESC.O
-DOWN, STARTED, WRONG = 1, 8, 32  # bits of OS; STARTED: switched on, or told IN, since it was last asked
+STARTED, WRONG = 8, 32  # bits of OS; STARTED: switched on, or told IN, since it was last asked
 
 _LONGEST = 40  # bytes of an instruction; long lists overflow parsers
 _INK = 3.0  # mm that an instruction draws, or one vector: it is known to be drawn only as a whole
