@@ -2,7 +2,7 @@
 
 How dark ink is tells little: a line is paler where it is thin.
 
-Source: handwriting specification §2 (several inks).
+Source: own method.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The colours of the inks that a hand's pages are written in, to draw its strokes with.
 
-Source: own method; the colour of an ink is that of the middle of strokes (handwriting specification §2).
+Source: own method; the colour of an ink is that of the middle of strokes.
 """
 
 from __future__ import annotations
