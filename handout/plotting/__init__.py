@@ -7,9 +7,9 @@ go through a `Controller` with the flow control of its dialect to a `port`, of w
 
 from handout.plotting.bed import fit_to_bed
 from handout.plotting.dialects.grbl.file import to_gcode
-from handout.plotting.driver import Report, run
-from handout.plotting.planned import Plan
-from handout.plotting.planning import plan
+from handout.plotting.driving.driver import Report, run
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port, open_port, serial_ports
 
 __all__ = ["Plan", "Port", "Report", "fit_to_bed", "open_port", "plan", "run", "serial_ports", "to_gcode"]

@@ -1,4 +1,8 @@
-"""The test sheet of a machine: everything on one page that a person has to see to set it up."""
+"""The test sheet of a machine: everything on one page that a person has to see to set it up.
+
+The words of the test sheet, written by the hands of the house.
+
+What the test sheet says, in words: which line to look at, and which key of the profile it sets."""
 
 from __future__ import annotations
 
@@ -9,13 +13,15 @@ import numpy as np
 
 from handout import __version__
 from handout.errors import DoesNotFit
+from handout.hand.library import find
+from handout.motion.trace import trace
 from handout.plotting import bed
-from handout.plotting.trying import patterns
-from handout.plotting.trying.lettering import written
-from handout.plotting.trying.panel import Caption, Panel
+from handout.plotting.setup import panels
+from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
-from handout.values import Drawing, Page, Stroke
-from handout.writing.layout import PAGES
+from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
+from handout.writing.compose import compose
+from handout.writing.layout import PAGES, Layout
 
 _SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
@@ -49,8 +55,8 @@ def test_sheet(profile: Plotter, page: Page, rng: np.random.Generator) -> Drawin
     left, top, right, bottom = _room(profile, page)
     names = ("Y", "X") if bed.place(page, profile).turned else ("X", "Y")
     for scale in _SCALES:
-        head = Caption(_title(profile), 0.0, 2.0 * patterns.letters(scale), patterns.letters(scale))
-        above = 3.6 * patterns.letters(scale)
+        head = Caption(_title(profile), 0.0, 2.0 * panels.letters(scale), panels.letters(scale))
+        above = 3.6 * panels.letters(scale)
         for side in (side for side in _SIDES if side >= _LEAST_SIDE * min(scale, 1.0)):
             parts = _panels(profile, names, side, scale)
             spots = _packed(parts, right - left, bottom - top - above, _GAP * scale)
@@ -83,17 +89,17 @@ def _room(profile: Plotter, page: Page) -> tuple[float, float, float, float]:
 
 def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float) -> list[Panel]:
     own = profile.pen.lift == "own"
-    timing = [] if own else [patterns.starts(profile, scale), patterns.ends(profile, scale)]
+    timing = [] if own else [panels.starts(profile, scale), panels.ends(profile, scale)]
     return [
-        patterns.square(side, names, profile, scale),
-        patterns.vernier(1, names[1], profile, scale),
-        patterns.straight(profile, scale),
-        patterns.loops(profile, scale),
-        patterns.vernier(0, names[0], profile, scale),
+        panels.square(side, names, profile, scale),
+        panels.vernier(1, names[1], profile, scale),
+        panels.straight(profile, scale),
+        panels.loops(profile, scale),
+        panels.vernier(0, names[0], profile, scale),
         *timing,
-        patterns.circles(profile, scale),
-        patterns.sample(scale),
-        patterns.dots(profile, scale),
+        panels.circles(profile, scale),
+        panels.sample(scale),
+        panels.dots(profile, scale),
     ]
 
 
@@ -149,3 +155,70 @@ def _in_turn(strokes: Sequence[Stroke]) -> Iterator[Stroke]:
         t = stroke.t - stroke.t[0] + clock
         yield dataclasses.replace(stroke, t=t, word=-1)
         clock = float(t[-1]) + _LIFT
+
+
+_WIDE = 400.0  # mm, more than any caption needs
+_FURTHER = 30.0  # mm from one line to the next: they are moved to their places afterwards
+_CALM = 0.5  # of a person's variation: captions have to be read
+
+
+def written(captions: Sequence[Caption], hand: str, page: Page, rng: np.random.Generator, speed: float) -> Drawing:
+    """All captions as timed strokes on a page, in their order.
+
+    Raises
+    ------
+    MissingCharacters
+        The hand cannot write one of them.
+    """
+    if not captions:
+        return Drawing((), page)
+    known = find(hand)
+    assert isinstance(known, Hand)
+    size = captions[0].x_height
+    sheet = Page(_WIDE, _FURTHER * (len(captions) + 2))
+    layout = Layout(sheet, (10.0,) * 4, x_height=size, line_spacing=_FURTHER, align="left", jitter=_CALM)
+    (composed,) = compose("\n".join(one.text for one in captions), known, layout, rng, pages=1)
+    lines = [_moved(line, one, one.x_height / size) for line, one in zip(composed.lines, captions, strict=True)]
+    return trace(Manuscript(tuple(lines), page, size), known, rng, jitter=_CALM, speed=speed)
+
+
+def _moved(line: Line, caption: Caption, scale: float) -> Line:
+    """A line where its caption is to stand."""
+    left = min(float(stroke[:, 0].min()) for placed in line.placed for stroke in placed.strokes)
+    base = np.array([left, line.baseline])
+
+    def there(placed: Placed) -> Placed:
+        strokes = tuple((stroke - base) * scale + [caption.x, caption.y] for stroke in placed.strokes)
+        return dataclasses.replace(placed, strokes=strokes)
+
+    return dataclasses.replace(line, placed=tuple(there(placed) for placed in line.placed), baseline=caption.y)
+
+
+_OWN_STEPS = {
+    "grbl": "$100 (x), $101 (y)",
+    "marlin": "M92 X, Y",
+    "ebb": "limits.steps_per_mm",
+}
+
+
+def how_to_read(profile: Plotter) -> list[str]:
+    """One line for every part of the sheet."""
+    said = ["Square: measure its sides with a ruler; if they are off,"]
+    if profile.dialect in _OWN_STEPS:
+        said[0] += f" steps per mm ({_OWN_STEPS[profile.dialect]}) = now x printed length / measured length."
+    else:
+        said[0] += " the plotter's scale is set on itself (P1, P2)."
+    said[0] += " Unequal diagonals: the axes are not square."
+    said += [
+        "Play: the number beside the pair of marks that makes one straight line is the backlash, mm; none is best. "
+        "Tighten belts or screws.",
+        "mm/s, zigzags: the last row that is not shaken is limits.draw_speed.",
+        "mm/s, loops: if the last rows are shaken, lower limits.acceleration.",
+        "Circles: flats at the quarters are play; ends that do not meet are a pen that is loose in its holder.",
+    ]
+    if profile.pen.lift != "own":
+        said += [
+            "start: the first line that begins on the rule says how many ms to add to pen.down_time.",
+            "end: a tail beyond the rule reaches about to the number of ms to add to pen.up_time.",
+        ]
+    return [*said, "dots: all should be there, none should blot; pen.ramp lowers the pen more slowly."]

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import knots
+from handout.plotting.planning import segments
 from handout.profiles import Pen, Time
 from handout.values import Array, Drawing
 
@@ -64,7 +64,7 @@ def along(drawing: Drawing, clock: Array, pen: Pen) -> Array | None:
     """
     if pen.pressed is None or all(stroke.pressure is None for stroke in drawing.strokes):
         return None
-    times = knots.track([stroke.t for stroke in drawing.strokes], [stroke.xy for stroke in drawing.strokes]).t
+    times = segments.track([stroke.t for stroke in drawing.strokes], [stroke.xy for stroke in drawing.strokes]).t
     pressure = [np.full(len(s.t), 0.5) if s.pressure is None else s.pressure for s in drawing.strokes]
     heights = pen.down + (pen.pressed - pen.down) * np.interp(clock, times, np.concatenate(pressure))
     return np.asarray(np.round(heights, 3))

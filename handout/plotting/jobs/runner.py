@@ -21,17 +21,15 @@ import numpy as np
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
-from handout.plotting.driver import Progress, Report, draw, meet, park
-from handout.plotting.jobs.finding import found
+from handout.plotting.driving.driver import Progress, Report, draw, meet, park
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
+from handout.plotting.jobs.page_producer import Supply
 from handout.plotting.jobs.parts import Part, asked
-from handout.plotting.jobs.supply import Supply
-from handout.plotting.places import Milestones, Place
-from handout.plotting.planned import Plan
-from handout.plotting.planning import plan
+from handout.plotting.jobs.places import Milestones, Place, found, onward, remaining
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
-from handout.plotting.remaining import onward, remaining
 from handout.values import Drawing
 
 _ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on

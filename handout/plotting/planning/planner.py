@@ -7,13 +7,14 @@ import dataclasses
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, course, execution, feeds, knots, literal, lookahead, pens, vectors
-from handout.plotting.blocks import Block, Move
-from handout.plotting.course import Course
-from handout.plotting.knots import Track
-from handout.plotting.lookahead import Motion
-from handout.plotting.order import shortened
-from handout.plotting.planned import Order, Plan, Speed
+from handout.plotting import bed, pen_lift
+from handout.plotting.planning import feed_segments, feeds, lookahead, segments, time_slices, toolpath, vectors
+from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.lookahead import Motion
+from handout.plotting.planning.order import shortened
+from handout.plotting.planning.plan import Order, Plan, Speed
+from handout.plotting.planning.segments import Track
+from handout.plotting.planning.toolpath import Course
 from handout.profiles import Plotter
 from handout.values import Array, Drawing, Stroke, readonly
 
@@ -50,19 +51,19 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)
-    path = knots.track([stroke.t for stroke in drawing.strokes], paths)
+    path = segments.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
     real = meant if drawing.timed else path.t
-    if profile.dialect in literal.DIALECTS:
-        timing = literal.Timing(path, real, _dots(drawing, speed))
-        return literal.plan(drawing, profile, timing, placement, speed, order)
-    cuts = execution.cut(path, profile)
+    if profile.dialect in time_slices.DIALECTS:
+        timing = time_slices.Timing(path, real, _dots(drawing, speed))
+        return time_slices.plan(drawing, profile, timing, placement, speed, order)
+    cuts = feed_segments.cut(path, profile)
     clock = np.interp(cuts.t, path.t, meant) * (1.0 if speed == "fast" else float(speed))
-    way = course.lay_out(cuts, _dots(drawing, speed), profile, pens.along(drawing, clock, profile.pen))
-    feed, motion = execution.run(way, profile)
+    way = toolpath.lay_out(cuts, _dots(drawing, speed), profile, pen_lift.along(drawing, clock, profile.pen))
+    feed, motion = feed_segments.run(way, profile)
     intended = way.intended.copy()
     intended[way.draws] = np.diff(np.interp(cuts.t, path.t, real))[cuts.stroke[1:] == cuts.stroke[:-1]]
-    starts = course.starts(way, motion, profile)
+    starts = toolpath.starts(way, motion, profile)
     blocks, begins = _blocks(way, feed, starts, motion)
     return Plan(
         drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, readonly(intended, None)
@@ -100,8 +101,8 @@ def _fastest(path: Track, profile: Plotter) -> tuple[Track, Array]:
     step = np.hypot(*np.diff(path.xy, axis=0, prepend=path.xy[:1]).T)
     step[np.diff(path.stroke, prepend=0) > 0] = 1.0
     distance = Track(np.cumsum(np.maximum(step, 1e-6)), path.xy, path.stroke)
-    dense = knots.cut(distance, 1.0 / _DENSE, execution.shortest(profile), execution.DEVIATION / 2)
-    lines, within = execution.lines(dense, profile)
+    dense = segments.cut(distance, 1.0 / _DENSE, feed_segments.shortest(profile), feed_segments.DEVIATION / 2)
+    lines, within = feed_segments.lines(dense, profile)
     fastest = float(profile.limits.draw_speed)
     most = np.minimum(feeds.greatest(lines, profile.limits.acceleration, fastest), lines.rate)
     limit = np.zeros(len(most) + 1)

@@ -15,12 +15,12 @@ import msgspec
 import numpy as np
 
 from handout.errors import InputError
-from handout.plotting import bed, pens
+from handout.plotting import bed, pen_lift
 from handout.plotting.dialect import Controller, Log, dialect
-from handout.plotting.driver import draw
-from handout.plotting.planning import plan
+from handout.plotting.driving.driver import draw
+from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
-from handout.plotting.trying.panel import line
+from handout.plotting.setup.panels import line
 from handout.profiles import Pen, Plotter
 from handout.values import Array, Drawing, Page, Stroke
 
@@ -58,7 +58,7 @@ class Heights(NamedTuple):
 
 def check(profile: Plotter) -> None:
     """Raise InputError unless the pen has heights that can be set."""
-    pens.at(profile.pen, profile.pen.down)
+    pen_lift.at(profile.pen, profile.pen.down)
 
 
 def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:

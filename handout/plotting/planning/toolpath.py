@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting import pens
-from handout.plotting.blocks import Pause, Pen
-from handout.plotting.knots import Track
-from handout.plotting.lookahead import Flags, Machine, Motion, to_steps
+from handout.plotting import pen_lift
+from handout.plotting.planning.blocks import Pause, Pen
+from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
+from handout.plotting.planning.segments import Track
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, readonly
@@ -114,7 +114,7 @@ class _Builder:
 
     def move_pen(self, down: bool) -> None:
         """Lift or lower the pen and wait for it."""
-        wait = pens.wait(self.pen, down, float(self.profile.port.line_time))
+        wait = pen_lift.wait(self.pen, down, float(self.profile.port.line_time))
         if down and self.profile.dialect == "hpgl":
             wait += _QUESTIONS * 10.0 / self.profile.port.baud
         self.told.append((Pen(down), self.count))
@@ -159,7 +159,7 @@ def pen_up_speeds(course: Course, profile: Plotter) -> Array:
     """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
     pen = profile.pen
     speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
-    speeds[LOWER] = pens.lowering_speed(pen)
+    speeds[LOWER] = pen_lift.lowering_speed(pen)
     return np.array([speeds[kind] for kind in range(4)])[course.kind]
 
 

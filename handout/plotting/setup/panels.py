@@ -1,4 +1,6 @@
-"""The parts of the test sheet; each shows one thing that a person can set.
+"""A part of the test sheet: lines of its own, and words beside them.
+
+The parts of the test sheet; each shows one thing that a person can set.
 
 All take the scale at which the sheet is drawn (1 on a page of A5), which changes room and letters but never what is
 measured: a side of 80 is 80 mm long, a step of a vernier 0.05 mm.
@@ -7,12 +9,52 @@ measured: a side of 80 is 80 mm long, a step of a vernier 0.05 mm.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
-from handout.plotting.trying.panel import Caption, Panel, dot, line
 from handout.profiles import Plotter
-from handout.values import Array
+from handout.values import Array, Stroke
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Words on the sheet: x where they begin, y the line they stand on, mm; x_height: of the letters, mm."""
+
+    text: str
+    x: float
+    y: float
+    x_height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Lines in the order in which they have to be drawn, with words beside them; all in mm from its upper left corner.
+
+    lines : each with a clock of its own.
+    """
+
+    name: str
+    width: float
+    height: float
+    lines: tuple[Stroke, ...]
+    captions: tuple[Caption, ...]
+
+
+def line(points: Iterable[tuple[float, float]] | Array, speed: float, rest: float = 0.0) -> Stroke:
+    """A line at a steady speed, mm/s; the pen rests so long on the paper, s, before it goes."""
+    xy = np.asarray(list(points) if not isinstance(points, np.ndarray) else points, dtype=float)
+    t = np.append(0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))) / speed
+    if rest > 0:
+        t, xy = np.append(0.0, t + rest), np.concatenate([xy[:1], xy])
+    return Stroke(t, xy)
+
+
+def dot(x: float, y: float, rest: float) -> Stroke:
+    """The pen comes down, stays so long, s, and goes up."""
+    return Stroke(np.array([0.0, max(rest, 1e-3)]), np.array([[x, y], [x, y]]))
+
 
 STEP = 0.05  # mm that a mark of the vernier stands for
 _LOOSE = (-4, 12)  # marks of the vernier: play from -0.2 to 0.6 mm

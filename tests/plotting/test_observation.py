@@ -11,9 +11,10 @@ from cursive import page
 from benchmarks import ebb
 from benchmarks.live import rests
 from handout import profiles
-from handout.plotting import plan, reporting, run
+from handout.plotting import plan, run
 from handout.plotting.dialect import dialect
-from handout.plotting.observed import Observer
+from handout.plotting.driving import plot_report
+from handout.plotting.driving.observation import Observer
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.options import Options
 from handout.profiles import Acceleration
@@ -56,7 +57,7 @@ def test_a_plot_without_rests_has_none(name, clock):
     _, true = ebb.in_time(report.plan.intended(), plotter.executed())
     assert measured == pytest.approx(true, abs=0.01)
     assert told.stretched == pytest.approx(report.plan.stretched, abs=0.01)
-    assert "never rested on the paper for longer than 0.0" in reporting.sentence([report])
+    assert "never rested on the paper for longer than 0.0" in plot_report.sentence([report])
 
 
 @pytest.mark.parametrize("name", TELLING)
@@ -94,15 +95,15 @@ def test_slow_going_is_no_rest(share):
 
 def test_where_it_rested_is_told_in_words_and_figures():
     plotter, report = plotted("simulated", 190, 0.6)
-    row = reporting.plotted(report, plotter, 1)
+    row = plot_report.plotted(report, plotter, 1)
     words = {rest["text"] for rest in row["rests"]}
     assert row["measured"] and words and words <= set(DRAWING.about["words"])
     assert row["rested_s"] == pytest.approx(sum(rest["seconds"] for rest in row["rests"]), abs=0.01)
-    facts, said = reporting.facts([report]), reporting.sentence([report])
+    facts, said = plot_report.facts([report]), plot_report.sentence([report])
     assert facts["measured"] and facts["rests"] == len(row["rests"]) and facts["rested_s"] > 0.2
     assert f"the pen rested {facts['rests']} times, {facts['rested_s']:.2f} s in all, in: " in said
     assert all(word in said for word in words)
-    twice = reporting.facts([report, report])
+    twice = plot_report.facts([report, report])
     assert twice["rests"] == 2 * facts["rests"]
 
 
@@ -121,19 +122,19 @@ def test_a_real_machine_is_measured_too():
             plotter.close()
 
     report = run(plan(DRAWING, plotter.profile), Cable(), plotter.profile)
-    row = reporting.plotted(report, Cable(), 1)
+    row = plot_report.plotted(report, Cable(), 1)
     assert row["measured"] and row["rests"] is not None and row["least_rest_s"] >= 0.02
 
 
 def test_what_a_machine_does_not_say_is_not_known():
     _, report = plotted("hp-7475a")
     assert "not what it has drawn" in report.observed.unknown and report.observed.executed is None
-    facts = reporting.facts([report])
+    facts = plot_report.facts([report])
     assert not facts["measured"] and facts["rests"] is None and facts["rested_s"] is None and facts["unknown"]
-    assert reporting.sentence([report]).startswith("Whether the pen rested is not known: An HP-GL plotter")
-    row = reporting.plotted(report, object(), 1)
+    assert plot_report.sentence([report]).startswith("Whether the pen rested is not known: An HP-GL plotter")
+    row = plot_report.plotted(report, object(), 1)
     assert not row["measured"] and row["unknown"] and row["rests"] is None
-    whole = reporting.whole([row])
+    whole = plot_report.whole([row])
     assert whole["rests"] is None and whole["rested_s"] is None
 
 
@@ -143,7 +144,7 @@ def test_nothing_is_known_of_dots():
     ))  # fmt: skip
     profile = profile_of("simulated")
     report = run(plan(dots, profile), SimulatedPlotter(profile), profile)
-    assert "too short" in report.observed.unknown and not reporting.facts([report])["measured"]
+    assert "too short" in report.observed.unknown and not plot_report.facts([report])["measured"]
 
 
 def test_a_machine_of_other_limits_is_measured_by_the_plan_that_was_drawn():

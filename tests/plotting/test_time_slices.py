@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 from test_planning import awkward, hausdorff
 
 from handout import profiles
-from handout.plotting import fidelity, limits, literal, plan
-from handout.plotting.blocks import Pause, Pen, Timed
-from handout.plotting.knots import Track, track
+from handout.plotting import plan
+from handout.plotting.driving import fidelity
+from handout.plotting.planning import time_scaling, time_slices
+from handout.plotting.planning.blocks import Pause, Pen, Timed
+from handout.plotting.planning.segments import Track, track
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -70,8 +72,8 @@ def test_time_is_given_where_it_is_missing_and_nowhere_else():
     t = np.arange(0, 3, 0.005)
     x = 20 + 10 * t + 15 * np.tanh((t - 1.5) / 0.06)
     drawing = Drawing((Stroke(t, np.stack([x, np.full_like(x, 40)], axis=1)),), Page(148, 210))
-    path = limits.path_of(track([drawing.strokes[0].t], [drawing.strokes[0].xy]))
-    slow = limits.within(path, literal.reach(machine(acceleration=Acceleration(1000))))
+    path = time_scaling.path_of(track([drawing.strokes[0].t], [drawing.strokes[0].xy]))
+    slow = time_scaling.within(path, time_slices.reach(machine(acceleration=Acceleration(1000))))
     longer = np.diff(slow.track.t) / np.diff(path.track.t)
     at = path.track.t[1:]
     assert longer.max() > 1.3 and (longer >= 1 - 1e-9).all()
@@ -115,7 +117,7 @@ def test_travels_speed_up_and_brake():
 
 def test_motors_turn_round_between_slices():
     made = plan(page(words=4), machine(acceleration=Acceleration(5000)))
-    path = limits.path_of(
+    path = time_scaling.path_of(
         track([s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes])
     )
     mix = np.array([[1.0, 1.0], [1.0, -1.0]])
@@ -161,7 +163,7 @@ def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):
 def test_a_path_is_followed_between_its_samples():
     t = np.linspace(0, 2, 401)
     circle = np.stack([50 + 5 * np.cos(5 * t), 50 + 5 * np.sin(5 * t)], axis=1)
-    path = limits.path_of(Track(t[::2], circle[::2], np.zeros(201, dtype=int)))
+    path = time_scaling.path_of(Track(t[::2], circle[::2], np.zeros(201, dtype=int)))
     assert np.hypot(*(path.at(t) - circle).T)[4:-4].max() < 1e-3
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from handout.plotting.lookahead import Blocks, Flags, run
+from handout.plotting.planning.lookahead import Blocks, Flags, run
 from handout.values import Array
 
 _ROUNDS = 30

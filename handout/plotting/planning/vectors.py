@@ -16,12 +16,13 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting import bed, course, knots, lookahead
-from handout.plotting.blocks import Block, Move
-from handout.plotting.course import Course
-from handout.plotting.knots import Track
-from handout.plotting.lookahead import Blocks
-from handout.plotting.planned import Order, Plan, Speed
+from handout.plotting import bed
+from handout.plotting.planning import lookahead, segments, toolpath
+from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.lookahead import Blocks
+from handout.plotting.planning.plan import Order, Plan, Speed
+from handout.plotting.planning.segments import Track
+from handout.plotting.planning.toolpath import Course
 from handout.profiles import Plotter
 from handout.values import Array, Drawing, readonly
 
@@ -44,19 +45,19 @@ def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)
-    path = knots.track([stroke.t for stroke in drawing.strokes], paths)
+    path = segments.track([stroke.t for stroke in drawing.strokes], paths)
     per_mm = profile.limits.steps_per_mm
-    cuts = knots.cut(path, _RATE, _SHORTEST / per_mm, _DEVIATION)
+    cuts = segments.cut(path, _RATE, _SHORTEST / per_mm, _DEVIATION)
     cuts = _shorter(cuts)
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
-    way = course.lay_out(cuts, np.zeros(len(paths)), profile)
+    way = toolpath.lay_out(cuts, np.zeros(len(paths)), profile)
     lines = _lines(way, profile)
     wanted = np.zeros(len(way.kind)) if speed == "fast" else way.intended / float(speed)
     feed = _feeds(way, lines, wanted, profile)
     motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
     intended = way.intended / (1.0 if speed == "fast" else float(speed)) if drawing.timed else motion.duration
     blocks, rows, moves = _blocks(way, feed)
-    starts = course.starts(way, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
+    starts = toolpath.starts(way, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
     starts = starts + _starved(blocks, rows, starts, profile)
     starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
     begins = np.where(moves, starts[rows], np.append(0.0, starts[:-1] + motion.duration)[rows])
@@ -86,7 +87,7 @@ def _fetching(profile: Plotter) -> float:
 
 def _lines(way: Course, profile: Plotter) -> Blocks:
     """The vectors of the course; without a junction deviation, the pen stands at every end of one."""
-    lines = lookahead.blocks(way.points, way.stands, course.machine(profile))
+    lines = lookahead.blocks(way.points, way.stands, toolpath.machine(profile))
     if profile.limits.junction_deviation > 0:
         return lines
     return dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))

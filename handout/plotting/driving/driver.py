@@ -12,14 +12,15 @@ import msgspec
 import numpy as np
 
 from handout.errors import DeviceError, DeviceGarbled
-from handout.plotting import bed, fidelity
-from handout.plotting.course import DRAW
+from handout.plotting import bed
 from handout.plotting.dialect import Command, Controller, Heard, dialect
-from handout.plotting.observed import Observed, Observer
-from handout.plotting.planned import Plan
-from handout.plotting.planning import plan as replan
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.observation import Observed, Observer
+from handout.plotting.driving.overlap import Secure, Securing
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import plan as replan
+from handout.plotting.planning.toolpath import DRAW
 from handout.plotting.ports import Port
-from handout.plotting.securing import Secure, Securing
 from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Plotter
 from handout.values import Array

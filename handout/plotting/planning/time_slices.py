@@ -15,14 +15,14 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from handout.plotting import course, limits
 from handout.plotting.bed import Placement
-from handout.plotting.blocks import Block, Pause, Pen, Timed
-from handout.plotting.course import TRAVEL, Course
-from handout.plotting.knots import Track
-from handout.plotting.limits import Path, Reach
-from handout.plotting.lookahead import Motion
-from handout.plotting.planned import Order, Plan, Speed
+from handout.plotting.planning import time_scaling, toolpath
+from handout.plotting.planning.blocks import Block, Pause, Pen, Timed
+from handout.plotting.planning.lookahead import Motion
+from handout.plotting.planning.plan import Order, Plan, Speed
+from handout.plotting.planning.segments import Track
+from handout.plotting.planning.time_scaling import Path, Reach
+from handout.plotting.planning.toolpath import TRAVEL, Course
 from handout.profiles import Plotter, Time
 from handout.values import Array, Drawing, readonly
 
@@ -48,13 +48,13 @@ class Timing:
 
 def plan(drawing: Drawing, profile: Plotter, timing: Timing, placement: Placement, speed: Speed, order: Order) -> Plan:
     """A plan of timed moves; see `planning.plan`."""
-    path = limits.path_of(timing.path)
+    path = time_scaling.path_of(timing.path)
     meant = np.interp(path.track.t, timing.path.t, timing.meant)
-    slow = limits.within(path, reach(profile))
+    slow = time_scaling.within(path, reach(profile))
     cuts, when = slices(slow, profile)
-    way = course.lay_out(cuts, timing.dots, _attentive(profile))
+    way = toolpath.lay_out(cuts, timing.dots, _attentive(profile))
     way, motion = _motion(way, profile)
-    starts = course.starts(way, motion, _attentive(profile))
+    starts = toolpath.starts(way, motion, _attentive(profile))
     intended = way.intended.copy()
     intended[way.draws] = np.diff(np.interp(when, slow.track.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
     blocks, begins = _blocks(way, motion, starts)

@@ -11,7 +11,7 @@ import dataclasses
 
 import numpy as np
 
-from handout.plotting.tour import shortest
+from handout.plotting.planning.tour import shortest
 from handout.values import Array, Drawing, Indices, Stroke
 
 _ROUNDS = 30

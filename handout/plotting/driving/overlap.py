@@ -17,10 +17,10 @@ from concurrent.futures import Future
 
 import numpy as np
 
-from handout.plotting.blocks import Pen
 from handout.plotting.dialect import Command
-from handout.plotting.lookahead import Flags
-from handout.plotting.planned import Plan
+from handout.plotting.planning.blocks import Pen
+from handout.plotting.planning.lookahead import Flags
+from handout.plotting.planning.plan import Plan
 from handout.values import Array
 
 Secure = Callable[[], "Future[None]"]

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 
 from handout.plotting.bed import Placement
-from handout.plotting.blocks import Block
-from handout.plotting.course import TRAVEL, Course
-from handout.plotting.lookahead import Motion
+from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.lookahead import Motion
+from handout.plotting.planning.toolpath import TRAVEL, Course
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, Drawing, Stroke

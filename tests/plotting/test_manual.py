@@ -5,13 +5,12 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DoesNotFit, InputError
-from handout.plotting import moving
-from handout.plotting.driver import meet, park
-from handout.plotting.jobs import running, store
+from handout.plotting.driving.driver import meet, park
+from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
+from handout.plotting.setup import manual, pen_heights
 from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.simulated.options import Options as Simulated
-from handout.plotting.trying import heights
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "hp-7475a", "midtbot"]
 
@@ -34,35 +33,35 @@ def at(plotter):
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_pen_goes_down_and_up(machine):
-    moving.moved(again(machine), lambda controller: controller.pen(True))
+    manual.moved(again(machine), lambda controller: controller.pen(True))
     assert machine.pen_is_down
-    moving.moved(again(machine), lambda controller: controller.pen(False))
+    manual.moved(again(machine), lambda controller: controller.pen(False))
     assert not machine.pen_is_down and at(machine) == (0, 0)
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_the_carriage_goes_a_way_and_home_with_the_pen_lifted(machine):
-    moving.moved(again(machine), lambda controller: controller.pen(True))
+    manual.moved(again(machine), lambda controller: controller.pen(True))
     controller = again(machine)
     before = at(machine)
-    place = moving.moved(controller, lambda machine: moving.jog(machine, 12.0, 7.5))
+    place = manual.moved(controller, lambda machine: manual.jog(machine, 12.0, 7.5))
     assert not machine.pen_is_down and all(stroke.length == 0 for stroke in machine.executed().strokes)
     if machine.profile.dialect not in ("ebb",):  # whose motors are mixed
         assert [a - b for a, b in zip(at(machine), before, strict=True)] == pytest.approx([12.0, 7.5], abs=0.05)
     if place is not None:
         assert place == pytest.approx((12.0, 7.5), abs=0.05)
     if machine.profile.homing or controller.position() is not None:
-        assert moving.moved(controller, moving.home) == pytest.approx((0.0, 0.0), abs=0.02)
+        assert manual.moved(controller, manual.home) == pytest.approx((0.0, 0.0), abs=0.02)
         assert at(machine) == pytest.approx((0.0, 0.0), abs=0.05)
     else:
         with pytest.raises(DeviceAlarm, match="push its pen above its zero by hand"):
-            moving.home(controller)
+            manual.home(controller)
 
 
 @pytest.mark.parametrize("machine", MACHINES, indirect=True)
 def test_motors_off_means_that_the_place_is_forgotten(machine):
     controller = again(machine)
-    moving.jog(controller, 10.0, 10.0)
+    manual.jog(controller, 10.0, 10.0)
     if machine.profile.dialect == "hpgl":
         with pytest.raises(InputError, match="no command that switches its motors off"):
             controller.release()
@@ -70,7 +69,7 @@ def test_motors_off_means_that_the_place_is_forgotten(machine):
     controller.release()
     later = again(machine).position()
     assert later is None or max(map(abs, later)) < 0.02  # which is not believed either
-    moving.moved(again(machine), lambda controller: controller.pen(True))  # it wakes up
+    manual.moved(again(machine), lambda controller: controller.pen(True))  # it wakes up
     assert machine.pen_is_down
 
 
@@ -78,11 +77,11 @@ def test_motors_off_means_that_the_place_is_forgotten(machine):
 def test_a_way_out_of_the_bed_is_refused(machine):
     controller = again(machine)
     with pytest.raises(DoesNotFit, match="more than the bed"):
-        moving.jog(controller, 1000.0, 0.0)
-    moving.jog(controller, 20.0, 20.0)
+        manual.jog(controller, 1000.0, 0.0)
+    manual.jog(controller, 20.0, 20.0)
     if controller.position() is not None:
         with pytest.raises(DoesNotFit, match="outside the bed"):
-            moving.jog(controller, -30.0, 0.0)
+            manual.jog(controller, -30.0, 0.0)
     assert at(machine)[0] > 19
 
 
@@ -120,17 +119,17 @@ def test_home_after_an_interrupt(tmp_path, monkeypatch, name, home_after):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        running.run_job(job, lambda: plotter, Nobody(), home_after=home_after, progress=stop)
+        runner.run_job(job, lambda: plotter, Nobody(), home_after=home_after, progress=stop)
     assert not plotter.pen_is_down and not job.standing().finished
     assert (max(map(abs, at(plotter))) < 0.05) == home_after
 
 
 def test_other_heights_of_the_pen():
     servo, z, own = (profiles.find(name, "plotter") for name in ("axidraw-v3", "grbl-z", "hp-7475a"))
-    pen = heights.replaced(servo, 14000.0, None).pen
+    pen = pen_heights.replaced(servo, 14000.0, None).pen
     assert (pen.up, pen.down) == (14000.0, servo.pen.down)
     follows = msgspec.structs.replace(z, pen=msgspec.structs.replace(z.pen, pressed=z.pen.down - 0.5))
-    pen = heights.replaced(follows, None, z.pen.down - 0.2).pen
+    pen = pen_heights.replaced(follows, None, z.pen.down - 0.2).pen
     assert pen.pressed == pytest.approx(z.pen.down - 0.7)
     for profile, up, down, says in (
         (servo, 50.0, None, "outside 7500"),
@@ -141,7 +140,7 @@ def test_other_heights_of_the_pen():
         (own, 1.0, None, "no heights to set"),
     ):
         with pytest.raises(InputError, match=says):
-            heights.replaced(profile, up, down)
+            pen_heights.replaced(profile, up, down)
 
 
 def test_a_plotter_that_was_stopped_within_relative_vectors_goes_where_it_is_told():

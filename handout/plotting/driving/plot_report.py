@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from handout import atomic
-from handout.plotting import execution, fidelity
-from handout.plotting.driver import Report
-from handout.plotting.observed import Observed
-from handout.plotting.planned import Plan
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.driver import Report
+from handout.plotting.driving.observation import Observed
+from handout.plotting.planning import feed_segments
+from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.simulated import SimulatedPlotter
 from handout.values import Array, Drawing, Stroke
@@ -57,7 +58,7 @@ def row(
     segments = int(np.count_nonzero(plan.course.draws))
     took = float(plan.motion.duration[plan.course.draws].sum())
     if min_queue is None:
-        min_queue = execution.least_queue(plan.course, plan.motion, plan.profile)
+        min_queue = feed_segments.least_queue(plan.course, plan.motion, plan.profile)
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from handout import atomic, profiles, shipped
 from handout.errors import InputError
-from handout.plotting.trying.heights import Heights
+from handout.plotting.setup.pen_heights import Heights
 from handout.profiles import Plotter
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")

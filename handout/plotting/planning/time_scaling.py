@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from handout.plotting import lookahead
-from handout.plotting.knots import Index, Track
-from handout.plotting.lookahead import Flags
+from handout.plotting.planning import lookahead
+from handout.plotting.planning.lookahead import Flags
+from handout.plotting.planning.segments import Index, Track
 from handout.values import Array
 
 _SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines

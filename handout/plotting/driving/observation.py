@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting import fidelity
-from handout.plotting.course import Course
 from handout.plotting.dialect import Command
-from handout.plotting.planned import Plan
+from handout.plotting.driving import fidelity
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.toolpath import Course
 from handout.values import Array, Drawing
 
 REST = 0.02  # s; a pen that stands for less leaves no more ink than in a sharp corner
