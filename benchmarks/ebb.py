@@ -10,8 +10,8 @@ from handout import profiles
 from handout.plotting import open_port, plan, run
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.blocks import Timed
-from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Acceleration, Plotter
+from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Array, Drawing
 
 # how motion is told, the firmware that is told so, slices a second

@@ -23,9 +23,9 @@ from handout.plotting.planning import lookahead
 from handout.plotting.planning.blocks import Move
 from handout.plotting.planning.plan import Order
 from handout.plotting.planning.toolpath import DRAW, machine, starts
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
 from handout.profiles import Acceleration, Length, Plotter, Speed
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
 from handout.values import Drawing, Page, Stroke
 
 TEXT = (

@@ -9,8 +9,8 @@ from handout.plotting.driving.driver import meet, park
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.plotting.setup import manual, pen_heights
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "hp-7475a", "midtbot"]
 

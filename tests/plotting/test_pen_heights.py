@@ -7,7 +7,7 @@ from handout import profiles, shipped
 from handout.errors import InputError
 from handout.plotting.driving import driver
 from handout.plotting.setup import pen_heights, saved_heights
-from handout.plotting.simulated import SimulatedPlotter
+from handout.simulated.plotter import SimulatedPlotter
 
 
 def touches(port):
