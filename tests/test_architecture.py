@@ -46,7 +46,7 @@ MAY = {
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
-    "cli": {
+    "pipeline": {
         "hand",
         "writing",
         "motion",
@@ -62,7 +62,24 @@ MAY = {
         "colour",
         "calibrating",
     },
-    "plugins": {"cli"},
+    "cli": {
+        "pipeline",
+        "hand",
+        "writing",
+        "motion",
+        "inking",
+        "sinks",
+        "sources",
+        "printing",
+        "plotting",
+        "score",
+        "prompting",
+        "scanning",
+        "tagging",
+        "colour",
+        "calibrating",
+    },
+    "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
 HEAVY = {
