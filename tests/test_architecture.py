@@ -47,7 +47,7 @@ MAY = {
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
-    "cli": {
+    "pipeline": {
         "hand",
         "writing",
         "motion",
@@ -63,7 +63,24 @@ MAY = {
         "colour",
         "calibrating",
     },
-    "plugins": {"cli"},
+    "cli": {
+        "pipeline",
+        "hand",
+        "writing",
+        "motion",
+        "inking",
+        "sinks",
+        "sources",
+        "printing",
+        "plotting",
+        "score",
+        "prompting",
+        "scanning",
+        "tagging",
+        "colour",
+        "calibrating",
+    },
+    "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
 HEAVY = {
