@@ -29,13 +29,13 @@ import handout
 from handout import profiles
 from handout.errors import DeviceError
 from handout.plotting.jobs import running, store
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.faults import Faults
-from handout.plotting.simulated.inked import SLACK, Inked, compare
-from handout.plotting.simulated.options import BYTE_FAULTS
-from handout.plotting.simulated.options import Options as Simulated
-from handout.plotting.simulated.port import Clock
 from handout.profiles import Plotter
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.faults import Faults
+from handout.simulated.plotter.inked import SLACK, Inked, compare
+from handout.simulated.plotter.options import BYTE_FAULTS
+from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
 
 OVERLAP = 10.0  # mm

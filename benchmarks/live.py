@@ -28,10 +28,10 @@ from handout.plotting import fidelity
 from handout.plotting.driver import Report
 from handout.plotting.jobs import running, store
 from handout.plotting.ports import Port
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.surroundings import busy_processor, slow_disk
 from handout.profiles import Plotter
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.surroundings import busy_processor, slow_disk
 from handout.values import Drawing
 
 REST = 0.02  # s

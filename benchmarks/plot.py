@@ -21,9 +21,9 @@ from handout.plotting.course import DRAW, machine, starts
 from handout.plotting.dialect import dialect
 from handout.plotting.driver import OVERLAP, Report
 from handout.plotting.planned import Order
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
 from handout.profiles import Acceleration, Length, Plotter, Speed
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
 from handout.values import Drawing, Page, Stroke
 
 TEXT = (

@@ -163,9 +163,8 @@ def run(
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
     patience = _patience(hold_limit, yes)
-    from handout.plotting import open_port
+    from handout.plotting.connections import open_port, surroundings
     from handout.plotting.jobs import running
-    from handout.plotting.simulated.surroundings import disturbed
 
     def opened() -> Port:
         nonlocal port
@@ -175,7 +174,7 @@ def run(
     with (
         _kept(job),
         making.supply(job) as supply,
-        disturbed(address),
+        surroundings(address),
         progress.shown(quiet) as tell,
         Voice(quiet) as voice,
     ):

@@ -18,9 +18,8 @@ from handout.plotting.dialect import Command, Controller, Heard, dialect
 from handout.plotting.observed import Observed, Observer
 from handout.plotting.planned import Plan
 from handout.plotting.planning import plan as replan
-from handout.plotting.ports import Port
+from handout.plotting.ports import InstrumentedPort, Port
 from handout.plotting.securing import Secure, Securing
-from handout.plotting.simulated import SimulatedPlotter
 from handout.profiles import Plotter
 from handout.values import Array
 
@@ -161,12 +160,12 @@ def draw(
         log("The page is turned to fit the bed: its top edge lies to the left.")
     if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
         log(said)
-    if isinstance(port, SimulatedPlotter) and fresh:
+    if isinstance(port, InstrumentedPort) and fresh:
         port.lay(plan.drawing.page, plan.placement)
     commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
-    before = port.executed_s if isinstance(port, SimulatedPlotter) else time.monotonic()
-    clock = (lambda: port.time) if isinstance(port, SimulatedPlotter) else time.monotonic
-    stands = isinstance(port, SimulatedPlotter) and not port.keeps_real_time
+    before = port.executed_s if isinstance(port, InstrumentedPort) else time.monotonic()
+    clock = (lambda: port.time) if isinstance(port, InstrumentedPort) else time.monotonic
+    stands = isinstance(port, InstrumentedPort) and not port.keeps_real_time
     securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
     stream = _Stream(plan, commands, controller, progress, watch, securing, clock, proved)
     try:
@@ -292,7 +291,7 @@ def _strokes(plan: Plan) -> Array:
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     plan, stretched = stream.plan, stream.plan.stretched
     observed = stream.observer.observed(stream.controller.silent)
-    if isinstance(port, SimulatedPlotter):
+    if isinstance(port, InstrumentedPort):
         executed_s = port.executed_s - (0.0 if fresh else before)
         if fresh:
             stretched = fidelity.stretched(plan.intended(), port.executed())

@@ -14,8 +14,7 @@ from handout.plotting import execution, fidelity
 from handout.plotting.driver import Report
 from handout.plotting.observed import Observed
 from handout.plotting.planned import Plan
-from handout.plotting.ports import Port
-from handout.plotting.simulated import SimulatedPlotter
+from handout.plotting.ports import InstrumentedPort, Port
 from handout.values import Array, Drawing, Stroke
 
 _WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
@@ -107,7 +106,7 @@ def plotted(report: Report, port: Port, page: int) -> Row:
     """
     assert report.plan is not None
     executed, many = report.observed.executed, len(report.plan.drawing.strokes)
-    if isinstance(port, SimulatedPlotter):
+    if isinstance(port, InstrumentedPort):
         executed, sheet = None, port.executed()
         if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
             executed = Drawing(sheet.strokes[-many:], sheet.page)

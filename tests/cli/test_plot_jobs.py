@@ -18,8 +18,8 @@ from handout import profiles
 from handout.errors import DeviceSilent, InputError
 from handout.plotting.bed import place as placed
 from handout.plotting.jobs import store
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
 
 SIM = profiles.find("simulated", "plotter")
 TEXT = "Dear Ada, all is well"

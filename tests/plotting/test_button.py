@@ -11,9 +11,9 @@ from handout.plotting.dialects import ebb
 from handout.plotting.driver import meet
 from handout.plotting.jobs import running, store
 from handout.plotting.jobs.store import Options
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
 DRAWING = page(words=2)

@@ -13,8 +13,8 @@ from handout.plotting.dialects.grbl.track import Track
 from handout.plotting.jobs import running, store
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.places import Place
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options
 
 short = functools.cache(lambda: faults.drawing(faults.SHORT))
 extent = functools.cache(lambda machine: faults.undisturbed(machine, short()))

@@ -10,7 +10,7 @@ from handout import profiles
 from handout.plotting import open_port, plan, run
 from handout.plotting.places import Place
 from handout.plotting.remaining import drawn, remaining
-from handout.plotting.simulated.inked import compare
+from handout.simulated.plotter.inked import compare
 from handout.values import Drawing, Page, Stroke
 
 PROFILE = profiles.find("simulated", "plotter")

@@ -17,8 +17,8 @@ from handout.plotting.jobs import running, store
 from handout.plotting.jobs.job import Options, load
 from handout.plotting.jobs.pages import Made
 from handout.plotting.jobs.supply import Program
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
 from handout.values import Drawing
 
 PROFILE = profiles.find("simulated", "plotter")

@@ -9,9 +9,9 @@ from handout.plotting import moving
 from handout.plotting.driver import meet, park
 from handout.plotting.jobs import running, store
 from handout.plotting.jobs.store import Options
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options as Simulated
 from handout.plotting.trying import heights
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo", "prusa-mk3", "hp-7475a", "midtbot"]
 

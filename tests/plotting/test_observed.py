@@ -14,9 +14,9 @@ from handout import profiles
 from handout.plotting import plan, reporting, run
 from handout.plotting.dialect import dialect
 from handout.plotting.observed import Observer
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
 from handout.profiles import Acceleration
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
 
 DRAWING = dataclasses.replace(page(words=4), about={"words": ["kept", "in", "the", "harbour"]})
 TELLING = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]

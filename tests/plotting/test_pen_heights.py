@@ -6,8 +6,8 @@ import pytest
 from handout import profiles, shipped
 from handout.errors import InputError
 from handout.plotting import driver
-from handout.plotting.simulated import SimulatedPlotter
 from handout.plotting.trying import heights, saving
+from handout.simulated.plotter import SimulatedPlotter
 
 
 def touches(port):

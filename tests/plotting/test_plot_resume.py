@@ -11,9 +11,9 @@ from handout.plotting.jobs import running, store
 from handout.plotting.jobs.finding import found
 from handout.plotting.jobs.store import Options
 from handout.plotting.places import START, Place
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 HOMING = msgspec.structs.replace(PROFILE, homing=True)

@@ -17,9 +17,9 @@ from handout.errors import InputError
 from handout.plotting.jobs import journal, running, store
 from handout.plotting.jobs.journal import Journal, read
 from handout.plotting.places import Place
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
 DRAWING = page(words=3)

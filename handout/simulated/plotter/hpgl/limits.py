@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from handout.plotting.simulated.hpgl.carriage import Point
 from handout.profiles import Plotter
+from handout.simulated.plotter.hpgl.carriage import Point
 
 
 class Limits:

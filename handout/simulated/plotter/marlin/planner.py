@@ -10,7 +10,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from handout.plotting.simulated.queue import Line, Steps, Vector
+from handout.simulated.plotter.queue import Line, Steps, Vector
 
 _LEAST = 6  # steps of a block
 _STRAIGHT = 0.999999

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from handout.plotting.simulated.grbl.parser import Refused
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.queue import Axes
 from handout.profiles import Plotter
+from handout.simulated.plotter.grbl.parser import Refused
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.queue import Axes
 
 _Z_STEPS = 250.0
 

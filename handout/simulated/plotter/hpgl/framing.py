@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from handout.plotting.simulated.wire import Framing
+from handout.simulated.plotter.wire import Framing
 
 _ESCAPE = 0x1B
 _WITH_PARAMETERS = frozenset(b"@HIMN")

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from handout.plotting.simulated.options import Options, parse
+from handout.simulated.plotter.options import parse
 
 _SPINS = """
 import os
@@ -23,9 +23,9 @@ while os.getppid() == parent:
 
 
 @contextlib.contextmanager
-def disturbed(url: str) -> Iterator[None]:
-    """What the address of a simulated plotter asks for (``sim:?disk=1s&busy=2``), as long as it is used."""
-    options = parse(url.partition("?")[2]) if url.partition(":")[0] == "sim" else Options()
+def disturbed(query: str) -> Iterator[None]:
+    """What the address of a simulated plotter asks for after ``sim:?`` (``disk=1s&busy=2``), as long as it is used."""
+    options = parse(query)
     with slow_disk(options.disk), busy_processor(options.busy):
         yield
 

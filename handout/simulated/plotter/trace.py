@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from handout.plotting.bed import Placement
-from handout.plotting.simulated.queue import Steps
 from handout.profiles import Pen
+from handout.simulated.plotter.queue import Steps
 from handout.values import Array, Stroke
 
 _GRACE = 1e-3  # s; a pen counts as in place so much before its time

@@ -15,13 +15,14 @@ from typing import Any, Protocol
 
 from handout.errors import PortError
 from handout.plotting.bed import Placement, place
-from handout.plotting.simulated import firmware
-from handout.plotting.simulated.faults import Faults
-from handout.plotting.simulated.firmware import Wait
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.wire import Wire
+from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
+from handout.simulated.plotter import firmware
+from handout.simulated.plotter.faults import Faults
+from handout.simulated.plotter.firmware import Wait
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
 _Z_STEPS = 250.0
@@ -38,7 +39,7 @@ class Clock(Protocol):
         """Wait."""
 
 
-class SimulatedPlotter:
+class SimulatedPlotter(InstrumentedPort):
     """A pen plotter behind a wire, whose controller speaks the profile's dialect; a Port.
 
     Parameters

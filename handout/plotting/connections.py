@@ -1,21 +1,67 @@
-"""Who is at a port?  Questions that no plotter of another dialect takes for a command to move."""
+"""The way to a machine: opened by its address, found by its USB id, or by questions to whoever is at a port.
+
+No question is one that a plotter of another dialect takes for a command to move.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import re
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple, cast
 
 import msgspec
 
-from handout.errors import DeviceError, PortError
-from handout.plotting.ports import Found, Port, SerialPort, found_ports
+from handout.errors import DeviceError, InputError, PortError
+from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
 
 EBB_USB = (0x04D8, 0xFD92)  # of the EiBotBoard; Source: its documentation
 _MOMENT = 0.25  # s
 _WAKES = 2.5  # s a controller may take to start when its port is opened
 _ANSWERS = 1.0  # s an answer may take
+
+
+def open_port(url: str, profile: Plotter) -> Port:
+    """Open the way to a machine.
+
+    Parameters
+    ----------
+    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``auto``: the only serial
+        port that the machine can be at; ``sim:`` for the simulated plotter, with options such as
+        ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+
+    Raises
+    ------
+    PortError
+        It cannot be opened; the message says what to check and which serial ports there are.
+    InputError
+        Options the simulated plotter does not know.
+    """
+    if _is_simulated(url):
+        rest = url[4:]
+        if rest and not rest.startswith("?"):
+            raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
+        return cast(Port, _simulated().plotter(profile, rest[1:]))
+    return SerialPort(find_port(profile) if url == "auto" else url, profile.port.baud)
+
+
+def surroundings(url: str) -> AbstractContextManager[None]:
+    """What goes wrong around a machine as long as it is used; only a simulated one asks for it (``sim:?disk=1s``)."""
+    if not _is_simulated(url):
+        return contextlib.nullcontext()
+    return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
+
+
+def _is_simulated(url: str) -> bool:
+    return url == "sim" or url.startswith("sim:")
+
+
+def _simulated() -> Any:
+    """The room of the simulated plotter, which is loaded only for its own addresses."""
+    return importlib.import_module("handout.simulated.plotter")
 
 
 class _Question(NamedTuple):
@@ -95,7 +141,7 @@ def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answ
 
 
 def find_port(
-    profile: Plotter, ports: Sequence[Found] | None = None, open_at: Callable[[str, int], Port] = SerialPort
+    profile: Plotter, ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = SerialPort
 ) -> str:
     """The name of the only serial port that a machine can be at: by its USB id, or else by who answers.
 
@@ -104,7 +150,7 @@ def find_port(
     PortError
         None, or several.
     """
-    usb = [port for port in (found_ports() if ports is None else ports) if port.usb is not None]
+    usb = [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
     boards = [port for port in usb if (port.usb == EBB_USB) == (profile.dialect == "ebb")]
     if not boards:
         raise PortError(
@@ -121,7 +167,7 @@ def find_port(
     raise PortError(f"{said} as {profile.title} should: choose one of {names} with --port.")
 
 
-def only_port(ports: Sequence[Found] | None = None) -> str:
+def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
     """The name of the only serial port with a USB id, whoever is there.
 
     Raises
@@ -129,7 +175,7 @@ def only_port(ports: Sequence[Found] | None = None) -> str:
     PortError
         None, or several.
     """
-    names = [port.name for port in (found_ports() if ports is None else ports) if port.usb is not None]
+    names = [port.name for port in (serial_devices() if ports is None else ports) if port.usb is not None]
     if not names:
         raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
     if len(names) > 1:

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from handout.plotting.simulated.firmware import Say, Wait
-from handout.plotting.simulated.hpgl import reader
-from handout.plotting.simulated.hpgl.carriage import Carriage, Point
-from handout.plotting.simulated.hpgl.limits import Limits
-from handout.plotting.simulated.hpgl.reader import Wrong
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
+from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.hpgl import reader
+from handout.simulated.plotter.hpgl.carriage import Carriage, Point
+from handout.simulated.plotter.hpgl.limits import Limits
+from handout.simulated.plotter.hpgl.reader import Wrong
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Wire
 
 _MODEL = "7475A"
 _DOWN, _INITIALISED, _READY, _WRONG = 1, 8, 16, 32  # bits of OS

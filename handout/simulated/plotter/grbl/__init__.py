@@ -1,7 +1,7 @@
 """A controller that is GRBL 1.1: lines, real-time bytes, planner, steps; it shares no planning with the host."""
 
-from handout.plotting.simulated.grbl.firmware import Firmware
-from handout.plotting.simulated.wire import Framing
+from handout.simulated.plotter.grbl.firmware import Firmware
+from handout.simulated.plotter.wire import Framing
 
 __all__ = ["Firmware", "framing"]
 

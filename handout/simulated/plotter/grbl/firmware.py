@@ -6,16 +6,16 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 
-from handout.plotting.simulated.firmware import Say, Wait
-from handout.plotting.simulated.grbl import parser
-from handout.plotting.simulated.grbl.parser import Modes, Refused
-from handout.plotting.simulated.grbl.settings import Settings
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.queue import Queue, Steps
-from handout.plotting.simulated.stepper import Stepper
-from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
+from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.grbl import parser
+from handout.simulated.plotter.grbl.parser import Modes, Refused
+from handout.simulated.plotter.grbl.settings import Settings
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.queue import Queue, Steps
+from handout.simulated.plotter.stepper import Stepper
+from handout.simulated.plotter.wire import Wire
 
 _STORED = 80
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"

@@ -7,9 +7,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from handout.plotting.simulated.ebb.moves import TICK, Accumulators, Move
-from handout.plotting.simulated.paper import Paper
 from handout.profiles import Plotter
+from handout.simulated.plotter.ebb.moves import TICK, Accumulators, Move
+from handout.simulated.plotter.paper import Paper
 
 _PULSE = 0.024  # s between two pulses to the servo: eight channels of 3 ms
 _SHOWN = 25  # ticks between two places that the paper is told

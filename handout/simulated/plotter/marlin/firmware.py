@@ -6,15 +6,15 @@ import math
 import re
 from collections.abc import Iterator
 
-from handout.plotting.simulated.firmware import Say, Wait
-from handout.plotting.simulated.marlin.planner import Axes, Planner
-from handout.plotting.simulated.marlin.reception import Reception
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.queue import Steps
-from handout.plotting.simulated.stepper import Stepper
-from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
+from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.marlin.planner import Axes, Planner
+from handout.simulated.plotter.marlin.reception import Reception
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.queue import Steps
+from handout.simulated.plotter.stepper import Stepper
+from handout.simulated.plotter.wire import Wire
 
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 _BUSY = 2.0  # s between two signs of life of a command that takes its time

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from handout.plotting.simulated.queue import Line, Steps
+from handout.simulated.plotter.queue import Line, Steps
 
 _SLICE = 0.010
 _AHEAD = 6

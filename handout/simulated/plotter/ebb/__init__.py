@@ -1,7 +1,7 @@
 """The simulated EBB: the board of the AxiDraw, from the documented accumulator up."""
 
-from handout.plotting.simulated.ebb.firmware import Firmware
-from handout.plotting.simulated.wire import Framing
+from handout.simulated.plotter.ebb.firmware import Firmware
+from handout.simulated.plotter.wire import Framing
 
 __all__ = ["Firmware", "framing"]
 

@@ -9,7 +9,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from handout.plotting.simulated import wire
+from handout.simulated.plotter import wire
 
 _BUFFER = 4  # commands it holds, the one under way included
 _KEPT = 95  # bytes of a line; the rest is lost silently

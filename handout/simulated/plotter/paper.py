@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from handout.plotting.bed import Placement
-from handout.plotting.simulated.queue import Steps
-from handout.plotting.simulated.trace import strokes
 from handout.profiles import Plotter
+from handout.simulated.plotter.queue import Steps
+from handout.simulated.plotter.trace import strokes
 from handout.values import Stroke
 
 _SLIP = 40  # steps

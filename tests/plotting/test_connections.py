@@ -6,10 +6,10 @@ import pytest
 
 from handout import profiles
 from handout.errors import PortError
-from handout.plotting import open_port, ports, probing
-from handout.plotting.ports import Found
-from handout.plotting.simulated.options import parse
-from handout.plotting.simulated.port import SimulatedPlotter
+from handout.plotting import connections, open_port, ports
+from handout.plotting.ports import SerialDevice as Device
+from handout.simulated.plotter.options import parse
+from handout.simulated.plotter.port import SimulatedPlotter
 
 SERVO = profiles.find("simulated", "plotter")
 CH340, FTDI = (0x1A86, 0x7523), (0x0403, 0x6001)
@@ -53,18 +53,18 @@ def grbl(options=""):
     ("options", "firmware"), [("", "1.1h.20190830"), ("variant=grblhal", "1.1f"), ("variant=fluidnc", "FluidNC")]
 )
 def test_a_grbl_is_known_by_its_version(options, firmware):
-    answer = probing.identify("/dev/ttyUSB0", at(ttyUSB0=grbl(options)))
+    answer = connections.identify("/dev/ttyUSB0", at(ttyUSB0=grbl(options)))
     assert answer.dialect == "grbl" and firmware in answer.firmware
 
 
 @pytest.mark.parametrize("echo", [False, True])
 def test_nobody_is_nobody(echo):
-    assert probing.identify("/dev/ttyUSB0", at(ttyUSB0=lambda: Nobody(echo))) is None
+    assert connections.identify("/dev/ttyUSB0", at(ttyUSB0=lambda: Nobody(echo))) is None
 
 
 def test_the_questions_are_harmless():
     port = grbl()()
-    probing.ask(port, ["marlin", "ebb", "hpgl", "grbl"])
+    connections.ask(port, ["marlin", "ebb", "hpgl", "grbl"])
     assert port.paper.at == (0, 0, 0) and not port.executed().strokes and port.at_rest
 
 
@@ -77,28 +77,36 @@ def test_the_questions_are_harmless():
     ],
 )
 def test_answers_of_the_others(said, dialect, firmware):
-    question = next(question for question in probing._QUESTIONS if question.dialect == dialect)
+    question = next(question for question in connections._QUESTIONS if question.dialect == dialect)
     assert re.search(question.answer, said).group(1).decode() == firmware
 
 
 def test_the_only_usb_port_is_taken_unasked():
-    rows = [Found("/dev/ttyS0", "", None), Found(NAMES[1], "CH340", CH340), Found(NAMES[2], "EBB", probing.EBB_USB)]
-    assert probing.find_port(SERVO, rows, at()) == NAMES[1]
+    rows = [
+        Device("/dev/ttyS0", "", None),
+        Device(NAMES[1], "CH340", CH340),
+        Device(NAMES[2], "EBB", connections.EBB_USB),
+    ]
+    assert connections.find_port(SERVO, rows, at()) == NAMES[1]
 
 
 def test_of_several_ports_the_one_that_answers_is_taken():
-    rows = [Found(name, "", CH340) for name in NAMES]
-    assert probing.find_port(SERVO, rows, at(ttyUSB0=Nobody, ttyACM0=grbl())) == NAMES[2]
+    rows = [Device(name, "", CH340) for name in NAMES]
+    assert connections.find_port(SERVO, rows, at(ttyUSB0=Nobody, ttyACM0=grbl())) == NAMES[2]
 
 
 @pytest.mark.parametrize(
     ("rows", "who", "said"),
     [
         ([], {}, "None of this computer's serial ports can be that of the plotter .Simulated A4 plotter"),
-        ([Found("/dev/ttyS0", "", None)], {}, "None of this"),
-        ([Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)], {}, "none answers as .* /dev/ttyUSB0, /dev/ttyUSB1"),
+        ([Device("/dev/ttyS0", "", None)], {}, "None of this"),
         (
-            [Found(NAMES[0], "", CH340), Found(NAMES[1], "", FTDI)],
+            [Device(NAMES[0], "", CH340), Device(NAMES[1], "", FTDI)],
+            {},
+            "none answers as .* /dev/ttyUSB0, /dev/ttyUSB1",
+        ),
+        (
+            [Device(NAMES[0], "", CH340), Device(NAMES[1], "", FTDI)],
             {"ttyUSB0": grbl(), "ttyUSB1": grbl()},
             "Several plotters answer as .*: choose one of /dev/ttyUSB0, /dev/ttyUSB1 with --port",
         ),
@@ -106,7 +114,7 @@ def test_of_several_ports_the_one_that_answers_is_taken():
 )
 def test_what_is_not_clear_is_said(rows, who, said):
     with pytest.raises(PortError, match=said):
-        probing.find_port(SERVO, rows, at(**who))
+        connections.find_port(SERVO, rows, at(**who))
 
 
 def test_auto_is_an_address(monkeypatch):
@@ -124,8 +132,8 @@ def test_ports_are_told_with_their_usb_ids(monkeypatch):
     rows = [ListPortInfo(name) for name in (NAMES[1], "/dev/ttyS0")]
     rows[0].vid, rows[0].pid, rows[0].description = *CH340, "USB Serial"
     monkeypatch.setattr(list_ports, "comports", lambda: rows)
-    assert ports.found_ports() == [Found("/dev/ttyS0", "", None), Found(NAMES[1], "USB Serial", CH340)]
-    assert [port.usb_text for port in ports.found_ports()] == ["", "1a86:7523"]
+    assert ports.serial_devices() == [Device("/dev/ttyS0", "", None), Device(NAMES[1], "USB Serial", CH340)]
+    assert [port.usb_text for port in ports.serial_devices()] == ["", "1a86:7523"]
 
 
 @pytest.mark.parametrize(
@@ -134,15 +142,15 @@ def test_ports_are_told_with_their_usb_ids(monkeypatch):
 )
 def test_every_dialect_is_told_from_the_others(name, spoken):
     port = SimulatedPlotter(profiles.find(name, "plotter"))
-    answer = probing.ask(port, ["grbl", "ebb", "marlin", "hpgl"])
+    answer = connections.ask(port, ["grbl", "ebb", "marlin", "hpgl"])
     assert answer is not None and answer.dialect == spoken
     assert len(port.paper.trace) == 1  # nothing has moved
 
 
 def test_the_only_port_is_asked_whoever_is_there():
-    rows = [Found("/dev/ttyS0", "", None), Found(NAMES[0], "", CH340)]
-    assert probing.only_port(rows) == NAMES[0]
+    rows = [Device("/dev/ttyS0", "", None), Device(NAMES[0], "", CH340)]
+    assert connections.only_port(rows) == NAMES[0]
     with pytest.raises(PortError, match="Nothing with a serial port is plugged in"):
-        probing.only_port(rows[:1])
+        connections.only_port(rows[:1])
     with pytest.raises(PortError, match=r"choose one of .* with --port"):
-        probing.only_port([*rows, Found(NAMES[1], "", FTDI)])
+        connections.only_port([*rows, Device(NAMES[1], "", FTDI)])

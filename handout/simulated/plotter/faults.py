@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from handout.plotting.simulated.options import ANSWER_FAULTS, BYTE_FAULTS, Options
+from handout.simulated.plotter.options import ANSWER_FAULTS, BYTE_FAULTS, Options
 
 
 class Faults:

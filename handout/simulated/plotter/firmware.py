@@ -10,10 +10,10 @@ import importlib
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol, cast
 
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.wire import Framing, Wire
 from handout.profiles import Plotter
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Framing, Wire
 
 Wait = float | str  # s of being busy, or what is waited for: a word that the firmware's `ready` understands
 Say = Callable[[bytes], None]
@@ -90,4 +90,4 @@ def framing(profile: Plotter) -> Framing:
 
 
 def _package(profile: Plotter) -> Any:
-    return importlib.import_module(f"handout.plotting.simulated.{profile.dialect}")
+    return importlib.import_module(f"handout.simulated.plotter.{profile.dialect}")

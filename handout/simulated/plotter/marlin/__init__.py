@@ -1,7 +1,7 @@
 """A controller that is Marlin 2: numbered lines, a queue of commands, a planner with junction deviation or jerk."""
 
-from handout.plotting.simulated.marlin.firmware import Firmware
-from handout.plotting.simulated.marlin.reception import Framing
+from handout.simulated.plotter.marlin.firmware import Firmware
+from handout.simulated.plotter.marlin.reception import Framing
 
 __all__ = ["Firmware", "framing"]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from handout.plotting.simulated.ebb.engine import Engine, Job
-from handout.plotting.simulated.ebb.moves import Accumulators, Move, by_steps, by_time, constant_rate
-from handout.plotting.simulated.firmware import Say, Wait
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.paper import Paper
-from handout.plotting.simulated.wire import Wire
 from handout.profiles import Plotter
+from handout.simulated.plotter.ebb.engine import Engine, Job
+from handout.simulated.plotter.ebb.moves import Accumulators, Move, by_steps, by_time, constant_rate
+from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Wire
 
 _DEFAULT = (2, 8, 1)
 # since when each command is known; all others are of the first versions
