@@ -30,6 +30,10 @@ GROUND = {
     "progress",
     "summary",
 }
+ANY = {
+    "hand", "writing", "motion", "inking", "scanning", "prompting", "tagging", "sinks", "colour", "printing",
+    "calibrating", "plotting", "simulated",
+}  # fmt: skip
 MAY = {
     "scanning": set(),
     "colour": set(),
@@ -45,7 +49,7 @@ MAY = {
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
-    "cli": {
+    "pipeline": {
         "hand",
         "writing",
         "motion",
@@ -62,31 +66,26 @@ MAY = {
         "calibrating",
     },
     # stand-ins for people and machines, and what makes the files that ship; nothing of the product stands on them
-    "simulated": {
+    "simulated": ANY - {"simulated"},
+    "training": ANY,
+    "cli": {
+        "pipeline",
         "hand",
         "writing",
         "motion",
         "inking",
-        "scanning",
-        "prompting",
-        "tagging",
         "sinks",
-        "colour",
+        "sources",
         "printing",
-        "calibrating",
         "plotting",
-    },
-    "training": {
-        "hand",
-        "writing",
-        "motion",
-        "inking",
-        "scanning",
+        "score",
         "prompting",
+        "scanning",
         "tagging",
-        "simulated",
+        "colour",
+        "calibrating",
     },
-    "plugins": {"cli"},
+    "plugins": {"pipeline", "cli"},
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
