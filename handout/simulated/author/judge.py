@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.author.owning import evenly
-from handout.author.truth import Truth
+from handout.simulated.author.owning import evenly
+from handout.simulated.author.truth import Truth
 from handout.values import Array, Indices
 
 NOBODY = -1

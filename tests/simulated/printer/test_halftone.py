@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing.simulated import light, neugebauer, stock
+from handout.simulated import spectra
+from handout.simulated.printer import neugebauer, stock
 
 coverages = st.lists(st.tuples(*[st.floats(0, 1)] * 4), min_size=1, max_size=6).map(np.array)
 
@@ -70,22 +71,22 @@ def test_what_is_asked_for_can_be_printed(rgb):
 
 
 def test_white_is_white_and_lab_comes_back():
-    white = light.xyz(np.ones((1, 31)))
+    white = spectra.xyz(np.ones((1, 31)))
     assert white[0] == pytest.approx([0.9642, 1, 0.8251], abs=2e-3)  # D50
-    assert light.lab(white)[0] == pytest.approx([100, 0, 0], abs=1e-9)
+    assert spectra.lab(white)[0] == pytest.approx([100, 0, 0], abs=1e-9)
     colours = np.array([[50.0, 20, -30], [5, 0, 0], [95, 0, -2]])
-    assert light.lab(light.xyz_of_lab(colours)) == pytest.approx(colours)
+    assert spectra.lab(spectra.xyz_of_lab(colours)) == pytest.approx(colours)
 
 
 @given(st.floats(20, 95), st.floats(-25, 25), st.floats(-25, 25))
 def test_smooth_spectra_have_the_colour_that_was_asked_for(lightness, a, b):
-    wanted = light.xyz_of_lab([[lightness, a, b]])
-    assert light.xyz(light.smooth(wanted)) == pytest.approx(wanted)
+    wanted = spectra.xyz_of_lab([[lightness, a, b]])
+    assert spectra.xyz(spectra.smooth(wanted)) == pytest.approx(wanted)
 
 
 def test_every_paper_is_a_paper():
     for paper in stock.PAPERS.values():
-        assert light.lab(light.xyz(paper.spectrum)) == pytest.approx(paper.lab)
+        assert spectra.lab(spectra.xyz(paper.spectrum)) == pytest.approx(paper.lab)
         assert 0.5 < paper.spectrum.min() <= paper.spectrum.max() < 1
         assert 0 <= paper.gain <= neugebauer.GREATEST_GAIN and 0 <= paper.surface <= 0.1
     with pytest.raises(InputError, match=r"no paper 'whit'; did you mean 'white'\?"):

@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing.simulated import FAULTS, PAPERS, Inkjet, Measured, faults, light, measured
 from handout.profiles import Length, Margins
+from handout.simulated import spectra
+from handout.simulated.printer import FAULTS, PAPERS, Inkjet, Measured, faults, measured
 
 CORNERS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0], [0, 0, 0]], dtype=float)
 PRINTERS = [Inkjet(), Inkjet("cream"), Inkjet("recycled"), Inkjet("photo"), Measured()]
@@ -14,7 +15,7 @@ DPI = 200
 
 
 def seen(sheet):
-    return sheet.reflectance(light.observer())
+    return sheet.reflectance(spectra.observer())
 
 
 def ramp_page(height=500, width=400):
@@ -29,18 +30,18 @@ def ramp_page(height=500, width=400):
 
 @pytest.mark.parametrize("name", PAPERS)
 def test_no_ink_is_paper(name):
-    assert light.lab(Inkjet(name).patches([[1, 1, 1]]))[0] == pytest.approx(PAPERS[name].lab)
+    assert spectra.lab(Inkjet(name).patches([[1, 1, 1]]))[0] == pytest.approx(PAPERS[name].lab)
 
 
 def test_white_paper_and_black_are_the_ones_of_the_specification():
-    lab = light.lab(Inkjet().patches([[1, 1, 1], [0, 0, 0]]))
+    lab = spectra.lab(Inkjet().patches([[1, 1, 1], [0, 0, 0]]))
     assert lab[0] == pytest.approx([95, 0, -2]) and lab[1, 0] == pytest.approx(19, abs=0.5)
     assert Inkjet().gain == 0.17
 
 
 @pytest.mark.parametrize("printer", PRINTERS, ids=NAMES)
 def test_solid_inks_have_their_hues(printer):
-    _, cyan, magenta, yellow, black = light.lab(printer.patches(CORNERS))
+    _, cyan, magenta, yellow, black = spectra.lab(printer.patches(CORNERS))
     assert cyan[1] < -20 and cyan[2] < -35
     assert magenta[1] > 50 and abs(magenta[2]) < 20
     assert yellow[2] > 60 and abs(yellow[1]) < 10 and yellow[0] > 75
@@ -71,7 +72,7 @@ def test_measured_colours_are_the_measured_ones():
     device = 1 - np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     assert Measured().patches(device) == pytest.approx(colours.reshape(-1, 3), abs=1e-9)
     # paper and solids of ISO 12647-2:2004, paper type 1
-    lab = light.lab(Measured().patches(CORNERS[:4]))
+    lab = spectra.lab(Measured().patches(CORNERS[:4]))
     wanted = [[95, 0, -2], [55, -37, -50], [48, 74, -3], [91, -5, 93]]
     assert np.linalg.norm(lab - wanted, axis=1).max() < 9
 
@@ -156,7 +157,7 @@ def test_banding_repeats_with_the_head_and_never_adds_ink():
 
 def test_a_managed_print_has_lighter_greys_and_duller_reds():
     device = np.array([[0.2, 0.2, 0.2], [0.5, 0.5, 0.5], [0.9, 0.1, 0.1]])
-    plain, managed = (light.lab(p.patches(device)) for p in (Inkjet(), Inkjet(faults=["managed"])))
+    plain, managed = (spectra.lab(p.patches(device)) for p in (Inkjet(), Inkjet(faults=["managed"])))
     assert (managed[:2, 0] > plain[:2, 0] + 3).all()
     assert np.hypot(*managed[2, 1:]) < np.hypot(*plain[2, 1:])
 

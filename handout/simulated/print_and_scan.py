@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.printing.simulated import SETTINGS, Flatbed, Inkjet, Press, Sheet, rip, stock, writer
 from handout.profiles import Printer
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, Sheet, rip, stock, writer
 
 WHITE = "white"  # paper that is plain
 _DPI = 200

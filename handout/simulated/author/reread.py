@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.author import judge
-from handout.author.truth import Simulated, Truth
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
+from handout.simulated.author import judge
+from handout.simulated.author.truth import Simulated, Truth
 from handout.tagging.making import MadePage
 from handout.values import Array, Indices
 

@@ -5,10 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from handout.author import reread, shipping
-from handout.author.owning import parted
 from handout.hand.library import load
 from handout.prompting import corpus
+from handout.simulated.author import reread
+from handout.simulated.author.owning import parted
+from handout.training import scanned_hands as shipping
 
 HALF = 6  # samples from the last point of a letter to where it changes hands in motor time
 

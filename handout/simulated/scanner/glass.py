@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.printing.simulated.flatbed import Flatbed
-from handout.printing.simulated.sheet import Sheet
+from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.sheet import Sheet
 from handout.values import Array, Page
 
 Floats = NDArray[np.float32]

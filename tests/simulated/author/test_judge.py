@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.author import judge
-from handout.author.scanner import Scanner
-from handout.author.simulate import simulate
 from handout.hand.library import load
 from handout.inking.pen import usual
+from handout.simulated.author import judge
+from handout.simulated.author.simulate import simulate
+from handout.simulated.scanner.scanner import Scanner
 from handout.writing.layout import Layout, page
 
 

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.author import bed as beds
-from handout.author import owning
-from handout.author.dust import specks
-from handout.author.optics import FULL, look, tone
-from handout.author.scanner import Scanner
-from handout.author.truth import Simulated, Truth
 from handout.errors import InputError
 from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
 from handout.motion.trace import trace, written
+from handout.simulated.author import owning
+from handout.simulated.author.truth import Simulated, Truth
+from handout.simulated.scanner import bed as beds
+from handout.simulated.scanner.dust import specks
+from handout.simulated.scanner.optics import FULL, look, tone
+from handout.simulated.scanner.scanner import Scanner
 from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout, page

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from handout.errors import InputError
-from handout.printing.simulated import neugebauer, stock
-from handout.printing.simulated.faults import MORE_GAIN
-from handout.printing.simulated.press import Press
+from handout.simulated.printer import neugebauer, stock
+from handout.simulated.printer.faults import MORE_GAIN
+from handout.simulated.printer.press import Press
 from handout.values import Array
 
 _N = (1.0, 10.0)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.printing.simulated import Flatbed, Inkjet, rip
+from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
 

@@ -8,13 +8,13 @@ own; nothing that matches colours uses it.
     picture = Flatbed(noise=0.01, warp=1.0).scan(sheet, 300, np.random.default_rng(0))
 """
 
-from handout.printing.simulated import rip
-from handout.printing.simulated.faults import FAULTS
-from handout.printing.simulated.flatbed import SETTINGS, Flatbed
-from handout.printing.simulated.inkjet import Inkjet
-from handout.printing.simulated.measured import Measured
-from handout.printing.simulated.press import Press
-from handout.printing.simulated.sheet import Sheet
-from handout.printing.simulated.stock import PAPERS
+from handout.simulated.printer import rip
+from handout.simulated.printer.faults import FAULTS
+from handout.simulated.printer.inkjet import Inkjet
+from handout.simulated.printer.measured import Measured
+from handout.simulated.printer.press import Press
+from handout.simulated.printer.stock import PAPERS
+from handout.simulated.scanner.flatbed import SETTINGS, Flatbed
+from handout.simulated.sheet import Sheet
 
 __all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "rip"]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.author.scanner import Scanner
+from handout.simulated.scanner.scanner import Scanner
 from handout.values import Array
 
 FULL = np.iinfo(np.uint16).max  # light that ink lets pass is kept in shares of this

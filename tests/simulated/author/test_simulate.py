@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import regex
 
-from handout.author.bed import lay
-from handout.author.scanner import Scanner
-from handout.author.simulate import scan, simulate, simulate_pages
 from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
 from handout.inking.papers import Paper
 from handout.inking.pen import usual
 from handout.motion.trace import STEPS, trace, written
+from handout.simulated.author.simulate import scan, simulate, simulate_pages
+from handout.simulated.scanner.bed import lay
+from handout.simulated.scanner.scanner import Scanner
 from handout.writing.compose import compose
 from handout.writing.layout import Layout, page
 

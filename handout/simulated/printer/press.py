@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
-from handout.printing.simulated import faults, light
-from handout.printing.simulated.flatbed import Flatbed
-from handout.printing.simulated.sheet import Sheet
 from handout.profiles import Margins
+from handout.simulated import spectra
+from handout.simulated.printer import faults
+from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.sheet import Sheet
 from handout.values import Array
 
 _CODES = 1 << 24
@@ -57,7 +58,7 @@ class Press(ABC):
 
     def patches(self, device: ArrayLike) -> Array:
         """(n, 3) XYZ (D50, white Y = 1) of even patches of device RGB (n, 3), 0–1."""
-        return light.xyz(self.reflectance(device))
+        return spectra.xyz(self.reflectance(device))
 
     def scan_patches(self, device: ArrayLike) -> Array:
         """(n, 3) RGB in 0–1, as an ideal flatbed shows even patches of device RGB (n, 3), 0–1; not rounded."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from handout.errors import InputError
-from handout.printing.simulated import light
+from handout.simulated import spectra
 from handout.values import Array
 
 # cyan, magenta, yellow, black: lobes of optical density as (middle nm, width nm to shorter, to longer waves, height).
@@ -38,7 +38,7 @@ class Paper:
     @property
     def spectrum(self) -> Array:
         """(31,) reflectance of the bare sheet."""
-        return np.asarray(light.smooth(light.xyz_of_lab(self.lab)))
+        return np.asarray(spectra.smooth(spectra.xyz_of_lab(self.lab)))
 
 
 PAPERS = {
@@ -66,9 +66,9 @@ def paper(name: str) -> Paper:
 
 def transmittances() -> Array:
     """(4, 31) share of light that cyan, magenta, yellow and black let pass, through and back, where they are solid."""
-    density = np.zeros((len(_LOBES), len(light.WAVELENGTHS)))
+    density = np.zeros((len(_LOBES), len(spectra.WAVELENGTHS)))
     for ink, lobes in enumerate(_LOBES):
         for middle, shorter, longer, height in lobes:
-            away = light.WAVELENGTHS - middle
+            away = spectra.WAVELENGTHS - middle
             density[ink] += height * np.exp(-0.5 * (away / np.where(away < 0, shorter, longer)) ** 2)
     return np.asarray(10**-density)

@@ -10,10 +10,10 @@ import numpy as np
 
 from handout import shipped
 from handout.errors import InputError
-from handout.printing.simulated import light
-from handout.printing.simulated.faults import MORE_GAIN
-from handout.printing.simulated.neugebauer import gained
-from handout.printing.simulated.press import Press
+from handout.simulated import spectra
+from handout.simulated.printer.faults import MORE_GAIN
+from handout.simulated.printer.neugebauer import gained
+from handout.simulated.printer.press import Press
 from handout.values import Array, readonly
 
 _FILE = "fogra39-cmy.csv"
@@ -45,7 +45,7 @@ class Measured(Press):
         asked = np.clip(np.asarray(coverage)[:, :3], 0, 1)
         if "wrong-media" in self.faults:
             asked = gained(asked, MORE_GAIN)
-        return light.smooth(self._colours(asked))
+        return spectra.smooth(self._colours(asked))
 
 
 @cache

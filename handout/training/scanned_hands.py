@@ -1,7 +1,7 @@
 """Makes the scanned hands that ship: the simulated author copies a prompt, and the ordinary pipeline reads the scans.
 
 What a user does with pen, paper and `handout hand read` is done here with the simulated ones; of the truth about the
-pages the hands know nothing.  `python -m handout.author.shipping -o FOLDER` makes them anew.
+pages the hands know nothing.  `python -m handout.training.scanned_hands -o FOLDER` makes them anew.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from handout import atomic
-from handout.author import reread
-from handout.author.simulate import simulate_pages
-from handout.author.truth import Simulated
 from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.prompting import corpus, counts, pages
+from handout.simulated.author import reread
+from handout.simulated.author.simulate import simulate_pages
+from handout.simulated.author.truth import Simulated
 from handout.tagging.making import MadePage, make_page, read_hand
 from handout.values import Hand
 from handout.writing.layout import Layout, page
@@ -149,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Make the hands and write them."""
     names = [recipe.name for recipe in RECIPES]
     parser = argparse.ArgumentParser(
-        prog="python -m handout.author.shipping", description=(__doc__ or "").split("\n")[0]
+        prog="python -m handout.training.scanned_hands", description=(__doc__ or "").split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="the folder for the .hand files")
     parser.add_argument("--hands", nargs="+", choices=names, default=names)

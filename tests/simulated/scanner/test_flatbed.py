@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing.simulated import Flatbed, Inkjet
+from handout.simulated.printer import Flatbed, Inkjet
 
 IDEAL = Flatbed.ideal()
 DPI = 100
@@ -112,7 +112,7 @@ def test_the_place_does_not_depend_on_the_resolution(plain):
 @given(st.integers(0, 1000), st.floats(0.1, 5))
 @settings(max_examples=20, deadline=None)
 def test_warp_is_as_great_as_it_is_said_to_be(seed, most):
-    from handout.printing.simulated import glass
+    from handout.simulated.scanner import glass
 
     bends = glass._bends(most, rng(seed))
     u = np.linspace(0, 1, 41)

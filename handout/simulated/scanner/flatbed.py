@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
-from handout.printing.simulated.light import WAVELENGTHS
-from handout.printing.simulated.sheet import Sheet
+from handout.simulated.sheet import Sheet
+from handout.simulated.spectra import WAVELENGTHS
 from handout.values import Array
 
 # red, green and blue of the sensor with its lamp: middle and width, nm; near what explains the colours of a film and
@@ -148,7 +148,7 @@ class Flatbed:
         InputError
             A resolution outside 50–1200 dpi, or a crop that leaves nothing.
         """
-        from handout.printing.simulated import glass
+        from handout.simulated.scanner import glass
 
         if not _DPI[0] <= dpi <= _DPI[1]:
             raise InputError(f"flatbed: {dpi:g} dpi is outside {_DPI[0]:g} to {_DPI[1]:g}.")

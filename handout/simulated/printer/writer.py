@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.printing.simulated.flatbed import Flatbed
-from handout.printing.simulated.light import WAVELENGTHS
-from handout.printing.simulated.sheet import Sheet, Written
+from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.sheet import Sheet, Written
+from handout.simulated.spectra import WAVELENGTHS
 from handout.values import Array
 
 _ROUNDS = 12

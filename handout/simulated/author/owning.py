@@ -9,9 +9,9 @@ import numpy as np
 import regex
 from numpy.typing import NDArray
 
-from handout.author.bed import Bed
-from handout.author.truth import Letter, Path, Split
 from handout.motion.trace import STEPS
+from handout.simulated.author.truth import Letter, Path, Split
+from handout.simulated.scanner.bed import Bed
 from handout.values import Array, Drawing, Indices, Manuscript
 
 _STEP = 0.4  # pixels between two places of a path as it is drawn

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.printing.simulated.flatbed import SETTINGS
+from handout.simulated.scanner.flatbed import SETTINGS
 from handout.values import Array
 
 FAULTS = {

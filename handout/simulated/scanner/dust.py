@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.author.bed import Bed
-from handout.author.scanner import Scanner
+from handout.simulated.scanner.bed import Bed
+from handout.simulated.scanner.scanner import Scanner
 
 _HAIRS = 0.2  # of all specks
 _FINER = 4  # bits of a pixel's place

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.author.scanner import Scanner
+from handout.simulated.scanner.scanner import Scanner
 from handout.values import Array, Drawing, Page, readonly
 
 _SEEN = 6.0  # mm of the shadow beside a sheet
