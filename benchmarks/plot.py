@@ -18,7 +18,7 @@ from handout import profiles
 from handout.plotting import Plan, fidelity, lookahead, plan, run
 from handout.plotting.blocks import Move
 from handout.plotting.course import DRAW, machine, starts
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.driver import OVERLAP, Report
 from handout.plotting.planned import Order
 from handout.profiles import Acceleration, Length, Plotter, Speed

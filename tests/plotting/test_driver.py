@@ -12,7 +12,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import fidelity, open_port, plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.securing import ink
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")

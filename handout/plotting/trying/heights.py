@@ -16,7 +16,8 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.plotting import bed, pens
-from handout.plotting.dialect import Controller, Log, dialect
+from handout.plotting.dialect import Controller, Log
+from handout.plotting.dialects import dialect
 from handout.plotting.driver import draw
 from handout.plotting.planning import plan
 from handout.plotting.ports import Port

@@ -10,6 +10,7 @@ import importlib
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol, cast
 
+from handout.plotting.dialects import dialect
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
@@ -90,4 +91,4 @@ def framing(profile: Plotter) -> Framing:
 
 
 def _package(profile: Plotter) -> Any:
-    return importlib.import_module(f"handout.simulated.plotter.{profile.dialect}")
+    return importlib.import_module(dialect(profile.dialect).simulator)

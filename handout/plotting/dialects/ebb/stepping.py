@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from handout.plotting.blocks import Timed
-from handout.plotting.dialects.ebb.version import SIGNED, STEPS, TIME, Version
+from handout.plotting.dialects.ebb.firmware import SIGNED, STEPS, TIME, Version
 from handout.profiles import Plotter
 from handout.values import Array
 

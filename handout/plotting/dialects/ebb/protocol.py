@@ -15,8 +15,8 @@ from handout.errors import InputError
 from handout.plotting import pens
 from handout.plotting.blocks import Block, Move, Pause, Pen, Timed
 from handout.plotting.dialect import Command
+from handout.plotting.dialects.ebb.firmware import HOME, Version
 from handout.plotting.dialects.ebb.stepping import Motors
-from handout.plotting.dialects.ebb.version import HOME, Version
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
