@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
-from handout.plotting.blocks import Block
+from handout.plotting.planning.blocks import Block
 from handout.plotting.ports import Port
 from handout.profiles import Pen, Plotter
 
 if TYPE_CHECKING:  # plans know their dialect
-    from handout.plotting.planned import Plan
+    from handout.plotting.planning.plan import Plan
 
 Log = Callable[[str], None]
 

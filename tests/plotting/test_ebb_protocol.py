@@ -7,11 +7,11 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
-from handout.plotting.blocks import Move, Pause, Pen, Timed
-from handout.plotting.dialects import ebb
+from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.dialects.ebb import protocol
 from handout.plotting.dialects.ebb.firmware import UNKNOWN, Version
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
+from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 

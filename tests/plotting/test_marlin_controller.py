@@ -7,8 +7,8 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
-from handout.plotting.blocks import Move, Pause, Pen
-from handout.plotting.dialects import marlin
+from handout.plotting.dialects.marlin import DIALECT as marlin
+from handout.plotting.planning.blocks import Move, Pause, Pen
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import Options
 

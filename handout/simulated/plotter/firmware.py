@@ -25,10 +25,12 @@ class Firmware(Protocol):
 
     now : s, its clock; it is set from outside.
     read_time : s it takes to read one instruction.
+    acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.
     """
 
     now: float
     read_time: float
+    acknowledgement: bytes
 
     def start(self) -> None:
         """Power comes on: nothing is remembered, where it stands is its zero; says its greeting, if it has one."""

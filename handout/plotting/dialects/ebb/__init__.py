@@ -7,7 +7,7 @@ import re
 from handout.plotting.dialect import Dialect, PenValues, Question
 from handout.plotting.dialects.ebb.controller import EbbController
 from handout.plotting.dialects.ebb.protocol import program, set_pen
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
 
 

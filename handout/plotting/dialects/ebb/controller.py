@@ -10,7 +10,6 @@ from collections.abc import Callable
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting import literal
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport, ignore_report
 from handout.plotting.dialects.ebb import connection, protocol
 from handout.plotting.dialects.ebb.conversation import Asked, EbbConversation
@@ -18,6 +17,7 @@ from handout.plotting.dialects.ebb.counting import StepCounter
 from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
 from handout.plotting.dialects.ebb.protocol import About
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
+from handout.plotting.planning import time_slices
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Array
@@ -253,7 +253,7 @@ class EbbController:
     def _travel(self, motors: Motors, there: Array) -> None:
         for data in protocol.lifted(self.profile.pen):
             self.conversation.ask(data)
-        for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
+        for _, data in motors.run(time_slices.travel(motors.place, there, self.profile)):
             while len(self.conversation.open) >= self._open:
                 self.conversation.hear()
             self.conversation.put(data)

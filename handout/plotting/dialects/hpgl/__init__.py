@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 
-from handout.plotting import pens
+from handout.plotting import pen_lift
 from handout.plotting.dialect import Dialect, Question
 from handout.plotting.dialects.hpgl.controller import connect
 from handout.plotting.dialects.hpgl.protocol import program
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.profiles import Pen, Plotter
 
 
@@ -19,7 +19,7 @@ def file(plan: Plan, profile: Plotter) -> bytes:
 
 def set_pen(pen: Pen, value: float) -> list[bytes]:
     """There are no heights: InputError."""
-    pens.at(pen, value)
+    pen_lift.at(pen, value)
     return []
 
 

@@ -141,8 +141,8 @@ class HpglController(Buttonless):
             raise DeviceAlarm(_STARTED)
         if status & protocol.WRONG:
             raise DeviceGarbled(
-                f"The plotter reports {protocol.error(int(self.ask(protocol.ERROR)[0]))}: something was damaged on the way, "
-                "and what it drew last may be wrong; check the cable."
+                f"The plotter reports {protocol.error(int(self.ask(protocol.ERROR)[0]))}: something was damaged on the "
+                "way, and what it drew last may be wrong; check the cable."
             )
         if down or self._pen_position.is_missed(x, y):
             raise DeviceGarbled(

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from handout.errors import DeviceError, DeviceSilent
-from handout.plotting.blocks import Move, Pen
 from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
 from handout.plotting.dialects.marlin import connection, protocol
 from handout.plotting.dialects.marlin.conversation import Line, MarlinConversation
 from handout.plotting.dialects.marlin.planner_queue import PlannerQueue
 from handout.plotting.dialects.marlin.protocol import Ok, Position
+from handout.plotting.planning.blocks import Move, Pen
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
