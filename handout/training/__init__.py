@@ -1,7 +1,8 @@
-"""Trains the networks and makes the hands that handout ships; nothing that runs imports this room.
+"""Makes what ships: trains the networks that read letters and writes the scanned hands.  Nothing that runs imports it.
 
-- `letter_networks`: the networks of `tagging`, which read letters: ``python -m handout.training.letter_networks``
+- `letter_networks`: the networks of `tagging`: ``python -m handout.training.letter_networks -o FILE.npz``
+- `scanned_hands`: the scanned hands, written by the simulated author
 
 To reship a network, write it to ``handout/tagging/networks`` (every .npz there is used, and their readings averaged),
-run the tests of `tagging` and ``python -m benchmarks.tagging``.
+then run the tests of `tagging` and ``python -m benchmarks.tagging``.
 """
