@@ -7,8 +7,9 @@ import numpy as np
 
 from benchmarks.plot import HANDS, TEXT, written
 from handout import profiles
-from handout.plotting import fidelity, open_port, plan, run
-from handout.plotting.blocks import Timed
+from handout.plotting import open_port, plan, run
+from handout.plotting.driving import fidelity
+from handout.plotting.planning.blocks import Timed
 from handout.profiles import Acceleration, Plotter
 from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Array, Drawing

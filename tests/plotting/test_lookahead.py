@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting import lookahead
+from handout.plotting.planning import lookahead
 from handout.simulated.plotter.queue import Axes, Queue
 from handout.simulated.plotter.stepper import Stepper
 
