@@ -23,9 +23,10 @@ from handout.author.simulate import simulate
 from handout.author.truth import Simulated
 from handout.hand.library import load
 from handout.inking.pen import usual
+from handout.page_sizes import page
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 HANDS = ("house-joined", "house-quick")

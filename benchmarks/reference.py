@@ -28,12 +28,13 @@ from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.printing.simulated import Flatbed, Inkjet, Sheet, light, stock, writer
 from handout.printing.simulated.flatbed import SETTINGS
 from handout.printing.simulated.sheet import Written
 from handout.values import Array, Raster
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 DPI, FINE = 300, 600
 _LEAST = 20  # samples in reach, to be judged at all

@@ -19,9 +19,10 @@ from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
 from handout.motion.trace import trace, written
+from handout.page_sizes import page
 from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 LEAST_DPI, MOST_DPI = 72.0, 1200.0
 _MOST = 250e6  # pixels: the truth takes 30 bytes of each

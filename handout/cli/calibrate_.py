@@ -80,7 +80,7 @@ def wizard(**given: Any) -> int:
     from handout.calibrating.loop import simulated
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
 
     profile = resolve(given["printer"])
     if profile.file and not profile.simulated and given["output"] is None:
@@ -131,7 +131,7 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     from handout.calibrating import pages, store
     from handout.calibrating.wizard import chart_pages, write_chart_file
     from handout.printing.charts import chart_for
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
 
     profile = resolve(printer)
     if profile.file and output is None and dry_run is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from handout import encodings, units
+from handout import encodings, page_sizes, units
 from handout.cli import results
 from handout.errors import InputError
 from handout.inking.pen import PENS
@@ -124,11 +124,10 @@ slips_option = click.option(
 
 def sheet_options(default: str) -> Callable[[F], F]:
     """--page (of that default), --margin and --pages."""
-    sizes = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
     sides = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
     return _all(
         (
-            click.option("--page", "page_name", default=default, show_default=True, help=sizes),
+            click.option("--page", "page_name", default=default, show_default=True, help=page_sizes.HELP),
             click.option("--margin", help=sides),
             click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
         )

@@ -8,16 +8,16 @@ from typing import Any
 
 from handout.errors import InputError
 from handout.printing import media, selection
-from handout.printing.address import Row
+from handout.printing.rows import Row
 from handout.printing.destination import Destination, Ink, Sink, Spool, Target, preview
 from handout.printing.envelope import address_layout, address_text
-from handout.printing.feeding import Feeding
-from handout.printing.folders import SimulatedQueue
+from handout.printing.media import Feeding
+from handout.printing.queue import SimulatedQueue
 from handout.printing.journal import Journal
 from handout.printing.queue import Queue, Say
 from handout.printing.report import Failed, Job, PrintingStopped, Report
 from handout.printing.sending import Checked, Left, left, send
-from handout.printing.submit import open_queue, ticket
+from handout.printing.printers import open_queue, ticket
 from handout.profiles import Printer
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout

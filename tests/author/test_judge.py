@@ -12,7 +12,8 @@ from handout.author.scanner import Scanner
 from handout.author.simulate import simulate
 from handout.hand.library import load
 from handout.inking.pen import usual
-from handout.writing.layout import Layout, page
+from handout.page_sizes import page
+from handout.writing.layout import Layout
 
 
 @pytest.fixture(scope="module")

@@ -31,9 +31,9 @@ def call(capsys, monkeypatch, tmp_path):
 @pytest.fixture
 def coarse(monkeypatch, profile):
     """The simulated printer is the coarse one."""
-    from handout.printing import submit
+    from handout.printing import printers
 
-    known = submit.resolve
+    known = printers.resolve
     monkeypatch.setattr(submit, "resolve", lambda name, queue="": profile if name == "sim" else known(name, queue))
 
 

@@ -13,8 +13,8 @@ from handout import profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import media
 from handout.printing.cups import NO_LP, WAY_OUT, CupsQueue, default, queues
-from handout.printing.feeding import Feeding
-from handout.printing.folders import FolderQueue
+from handout.printing.media import Feeding
+from handout.printing.queue import FolderQueue
 from handout.printing.ipp import link
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
