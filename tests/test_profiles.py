@@ -9,15 +9,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from handout import profiles, shipped
+from handout import page_sizes, profiles, shipped
 from handout.errors import ProfileError
-from handout.plotting import fidelity, fit_to_bed, open_port, plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting import fit_to_bed, open_port, plan, run
+from handout.plotting.dialects import dialect
+from handout.plotting.driving import fidelity
 from handout.printing import media, printers
-from handout.printing.simulated import Flatbed, Inkjet, rip
+from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
-from handout import page_sizes
 
 sys.path.insert(0, str(Path(__file__).parent / "plotting"))
 from cursive import page

@@ -15,9 +15,9 @@ from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.calibrating.through import Ink, Through
-    from handout.printing.rows import Row
     from handout.printing.journal import Journal
     from handout.printing.report import Report
+    from handout.printing.rows import Row
     from handout.profiles import Printer
     from handout.values import Drawing, Raster
     from handout.writing.layout import Layout
@@ -69,10 +69,10 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     from click.core import ParameterSource
 
     from handout.printing import media
+    from handout.printing.address_table import read_addresses
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.journal import Journal
     from handout.printing.printers import resolve
-    from handout.printing.address_table import read_addresses
     from handout.sinks import write_drawings
 
     if given["slips"]:

@@ -130,9 +130,7 @@ def _complete_without_kind(cells: Sequence[Cell]) -> bool:
     return any(not cell.column.kind and cell.role in _TOWNS for cell in cells)
 
 
-def _cells_of(
-    kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: Account
-) -> list[Cell]:
+def _cells_of(kind: str, number: int, cells: Sequence[Cell], columns: Sequence[Column], account: Account) -> list[Cell]:
     """The cells of the address that is written: those of its kind, and those without a kind that go with it.
 
     An employer does not go with a home address, nor another name with a parcel: that is noted.
@@ -263,9 +261,7 @@ def notes(
     phrases = []
     unused = [column.name for column in columns if column.role is None and holds(column, cells)]
     if unused:
-        phrases.append(
-            f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}"
-        )
+        phrases.append(f"{'this column is' if len(unused) == 1 else 'these columns are'} not used: {', '.join(unused)}")
     for column in columns:
         if column.number in account.unwritten:
             rows = named(account.unwritten[column.number], numbers)

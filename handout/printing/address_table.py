@@ -118,7 +118,9 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
         raise TableError(f"{path} is empty.")
     headers = {n: [_one_line(cell) for cell in sheet.records[n - 1].cells] for n in candidates}
     found = {n: columns(cells) for n, cells in headers.items()}
-    likely = [n for n in candidates if addressable(found[n]) and sum(column.role is not None for column in found[n]) > 1]
+    likely = [
+        n for n in candidates if addressable(found[n]) and sum(column.role is not None for column in found[n]) > 1
+    ]
     named = [n for n in candidates if names_any(assignments, headers[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
     if by_place and not named and likely[:1] != candidates[:1]:
@@ -175,9 +177,7 @@ def _addresses(table: _Table, records: Sequence[tuple[int, Record]], kind: str, 
         for column in table.columns
         if column.role == LABEL or column.number in account.written or (column.role and column.number not in filled)
     ]
-    unused = [
-        column for column in table.columns if column not in used and (column.header or column.number in filled)
-    ]
+    unused = [column for column in table.columns if column not in used and (column.header or column.number in filled)]
     return Addresses(
         tuple(addressed),
         tuple((column.header or f"column {column.number}", str(column.role)) for column in used),

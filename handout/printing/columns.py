@@ -219,9 +219,7 @@ def columns(headers: Sequence[str]) -> list[Column]:
     found = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
     for kind in sorted({column.kind for column in found}):
         roles = {column.role for column in found if column.kind in ("", kind)}
-        found = [
-            _with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in found
-        ]
+        found = [_with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in found]
     return [_with_role(column, None) if _is_running_number(found, i) else column for i, column in enumerate(found)]
 
 
@@ -329,9 +327,7 @@ def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list
         places = _places(assignment.column, headers)
         if not places:
             named = ", ".join(repr(header) for header in headers if header) or "no headers"
-            raise InputError(
-                f"columns: the table has no column {assignment.column!r}; it has {len(headers)}: {named}."
-            )
+            raise InputError(f"columns: the table has no column {assignment.column!r}; it has {len(headers)}: {named}.")
         roles |= dict.fromkeys(places, assignment.role)
     return [_assigned(column, roles) for column in columns]
 

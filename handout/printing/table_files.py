@@ -156,9 +156,7 @@ def _likelihood(records: Sequence[Record]) -> tuple[int, int, int]:
     tops = header_candidates(records)
     if not tops:
         return (0, 0, 0)
-    understood = max(
-        sum(column.meaning is not None for column in columns.columns(records[n - 1].cells)) for n in tops
-    )
+    understood = max(sum(column.meaning is not None for column in columns.columns(records[n - 1].cells)) for n in tops)
     width = len(records[tops[0] - 1].cells)
     return understood, width, -sum(len(record.cells) > width for record in records)
 
@@ -183,8 +181,8 @@ def _workbook(path: Path) -> Sheet:
     sheet = next((sheet for sheet in full if sheet.sheet_state == "visible"), full[0])
     left, top, right, bottom = _table_area(sheet)
     records = [Record([]) for _ in range(top - 1)]
-    for n in range(top, bottom + 1):
-        records.append(Record(_row_cells(path, sheet, formulas[sheet.title], n, range(left, right + 1))))
+    places, texts = range(left, right + 1), formulas[sheet.title]
+    records += [Record(_row_cells(path, sheet, texts, n, places)) for n in range(top, bottom + 1)]
     return Sheet(records, tuple(_workbook_notes(sheet, [other.title for other in full], range(top, bottom + 1))))
 
 

@@ -99,4 +99,4 @@ def test_a_region_is_the_state_only_where_there_is_none():
 @given(st.text(max_size=30))
 def test_any_header_has_a_meaning_or_none(header):
     found = columns.meaning(header)
-    assert found is None or found.role in {*column_names.NAMES, columns.LABEL}
+    assert found is None or found.role in {*column_names.ROLE_NAMES, columns.LABEL}

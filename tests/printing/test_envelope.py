@@ -4,8 +4,8 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.page_sizes import page
-from handout.printing.rows import Row
 from handout.printing.envelope import address_layout, address_text
+from handout.printing.rows import Row
 from handout.values import Page
 from handout.writing.sheets import ASCENT, DESCENT
 

@@ -2,11 +2,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from handout import page_sizes
 from handout.errors import InputError
 from handout.printing.media import Feeding
 from handout.profiles import Length, Nudge, Printer
 from handout.values import Page, Raster
-from handout import page_sizes
 
 PLAIN = Printer(kind="printer", title="P", dpi=100)
 DL, A5 = page_sizes.page("dl"), page_sizes.page("a5")

@@ -15,13 +15,13 @@ from PIL import Image
 
 from handout.page_sizes import page
 from handout.printing import documents, journal
+from handout.printing.address_table import read_addresses
 from handout.printing.batch import PrintingStopped, print_rows
-from handout.printing.media import Feeding
 from handout.printing.ipp.client import Client, Refused
 from handout.printing.ipp.link import Link, LinkError, address
 from handout.printing.ipp.queue import IppQueue
+from handout.printing.media import Feeding
 from handout.printing.queue import Fate, Ticket
-from handout.printing.address_table import read_addresses
 from handout.profiles import Printer
 from handout.values import Page
 

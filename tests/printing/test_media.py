@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout import page_sizes
 from handout.printing import media
 from handout.profiles import Envelope, Length, Margins, Printer
 from handout.values import Page, Raster
-from handout import page_sizes
 
 SHORT = Printer(kind="printer", title="P", dpi=300)
 

@@ -16,14 +16,13 @@ from handout.page_sizes import page
 from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
-from handout.printing.queue import FolderQueue, SimulatedQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.link import Link, address
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.request import Request
 from handout.printing.ipp.simulated import Faults, SimulatedPrinter
 from handout.printing.ipp.words import JobState
-from handout.printing.queue import Fate, FateUnknown
+from handout.printing.queue import Fate, FateUnknown, FolderQueue, SimulatedQueue
 from handout.profiles import Printer
 
 DL = page("DL")

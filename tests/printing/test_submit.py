@@ -3,14 +3,12 @@ import json
 import msgspec
 import pytest
 
-from handout import profiles
+from handout import page_sizes, profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import printers
 from handout.printing.cups import CupsQueue
-from handout.printing.queue import SimulatedQueue
-from handout.printing.queue import Ticket
+from handout.printing.queue import SimulatedQueue, Ticket
 from handout.profiles import Printer
-from handout import page_sizes
 
 PLAIN = Printer(kind="printer", title="P", dpi=300)
 

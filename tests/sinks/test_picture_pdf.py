@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout import page_sizes
 from handout.errors import InputError
 from handout.printing import media
 from handout.sinks import picture_pdf as pdf
 from handout.values import Page, Raster
-from handout import page_sizes
 
 
 def inked(width, height, dpi, origin, seed=0):
