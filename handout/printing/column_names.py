@@ -111,8 +111,8 @@ _KINDS: dict[str, str] = {
 # words that say nothing about what a column holds
 _FILLERS = """mailing, postal, post, mail, primary, main, contact, recipient, recipients, guest, guests, customer
     client, invitee, current, address, Adresse, adresse, Empfänger, Gast, Gäste, Kunden, Kontakt, Post, destinataire
-    invité, dirección, destinatario, indirizzo, ospite, adres, ontvanger, your, our, their, the, partner, spouse, Ehepartner
-    conjoint, pareja"""
+    invité, dirección, destinatario, indirizzo, ospite, adres, ontvanger, your, our, their, the, partner, spouse
+    Ehepartner, conjoint, pareja"""
 
 # names of a column that says which address its neighbours hold ("Address 1 - Label")
 LABELS = frozenset({"label", "type"})
