@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from handout import page_sizes
 from handout.cli import results
 from handout.cli.console import Console
 from handout.pipeline.options import PENS, PictureOptions, SheetOptions, WritingOptions, slip_rate
@@ -120,7 +121,7 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     )
 
 
-_SIZES = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+_SIZES = page_sizes.HELP
 _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
 

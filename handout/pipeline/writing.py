@@ -16,6 +16,7 @@ from handout.hand import file, library
 from handout.hand.haste import hasten
 from handout.hand.ink_colours import ink_colours
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.pipeline import pictures, programs
 from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
@@ -26,7 +27,7 @@ from handout.values import Drawing, Hand, Manuscript
 from handout.writing import text as texts
 from handout.writing.compose import each_page
 from handout.writing.drawn import repertoire
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
