@@ -15,6 +15,7 @@ from handout.plotting.driving.driver import Report
 from handout.plotting.driving.observation import Observed
 from handout.plotting.planning import feed_segments
 from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import PLANNERS
 from handout.plotting.ports import InstrumentedPort, Port
 from handout.values import Array, Drawing, Stroke
 
@@ -54,10 +55,11 @@ def row(
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
     meant, done = plan.intended(), plan.predicted() if executed is None else executed
-    segments = int(np.count_nonzero(plan.course.draws))
-    took = float(plan.motion.duration[plan.course.draws].sum())
+    segments = int(np.count_nonzero(plan.toolpath.draws))
+    took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
-        min_queue = feed_segments.least_queue(plan.course, plan.motion, plan.profile)
+        takes_feeds = PLANNERS[plan.profile.dialect] is feed_segments.plan
+        min_queue = feed_segments.least_queue(plan) if takes_feeds else None
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,
