@@ -15,7 +15,6 @@ from handout.plotting.driving.driver import Report
 from handout.plotting.driving.observation import Observed
 from handout.plotting.planning import feed_segments
 from handout.plotting.planning.plan import Plan
-from handout.plotting.planning.planner import PLANNERS
 from handout.plotting.ports import InstrumentedPort, Port
 from handout.values import Array, Drawing, Stroke
 
@@ -58,8 +57,7 @@ def row(
     segments = int(np.count_nonzero(plan.toolpath.draws))
     took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
-        takes_feeds = PLANNERS[plan.profile.dialect] is feed_segments.plan
-        min_queue = feed_segments.least_queue(plan) if takes_feeds else None
+        min_queue = feed_segments.least_queue(plan)
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,

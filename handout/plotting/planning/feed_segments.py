@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting import pen_lift
+from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead, pace, segments
 from handout.plotting.planning.blocks import Block, Move
 from handout.plotting.planning.lookahead import Motion
@@ -136,7 +137,9 @@ def depth(toolpath: Toolpath, motion: Motion, profile: Plotter) -> NDArray[np.in
 
 
 def least_queue(plan: Plan) -> int | None:
-    """The fewest moves the controller will have in hand in the middle of a stroke; None: no stroke fills its queue."""
+    """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
+    if dialect(plan.profile.dialect).motion != "planned":
+        return None
     return least(plan.toolpath, depth(plan.toolpath, plan.motion, plan.profile), plan.profile.port.queue)
 
 

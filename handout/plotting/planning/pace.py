@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.plotting.dialects import dialect
 from handout.plotting.planning import feeds, lookahead
 from handout.plotting.planning.lookahead import Blocks, Flags
 from handout.plotting.planning.plan import Request
@@ -17,8 +18,6 @@ from handout.values import Array
 DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
 _DENSE = 0.15  # mm between points at which a path is looked at to find how fast it can be drawn
 _LONGEST_DOT = 1.0  # s the pen rests on the paper, however long it rested in the drawing
-_SHORTEST = 3.0  # steps a segment has at least: fewer have no direction, and their feeds make a GRBL crawl
-_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +73,7 @@ def _fastest(path: Trajectory, profile: Plotter) -> tuple[Trajectory, Array]:
 
 def shortest(profile: Plotter) -> float:
     """How long a segment is at least, mm."""
-    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
-    return float(steps / profile.limits.steps_per_mm)
+    return float(dialect(profile.dialect).shortest_segment / profile.limits.steps_per_mm)
 
 
 def lines(cuts: Trajectory, profile: Plotter) -> tuple[Blocks, Flags]:

@@ -3,7 +3,7 @@
 1. `order`: in which order the strokes are drawn.
 2. `bed`: where the page lies on the machine; what lies outside is refused.
 3. `Request.path`: all strokes as one trajectory, on the clock of the drawing.
-4. How the machine takes its time, by its dialect (`PLANNERS`):
+4. `_PLANNERS`, by who makes the speeds of the machine (`Dialect.motion`):
    `feed_segments` for controllers with a planner of their own, which are given feeds (GRBL, Marlin);
    `time_slices` for boards that do each move in the time they are told (EBB);
    `vectors` for plotters that draw every stroke at one speed (HP-GL).
@@ -18,6 +18,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.plotting import bed
+from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, time_slices, vectors
 from handout.plotting.planning.order import shortened
 from handout.plotting.planning.plan import Order, Plan, Request, Speed
@@ -25,13 +26,8 @@ from handout.plotting.planning.segments import on_one_clock
 from handout.profiles import Plotter
 from handout.values import Drawing, Stroke
 
-# dialect → what plans for its machines
-PLANNERS = {
-    "grbl": feed_segments.plan,
-    "marlin": feed_segments.plan,
-    "ebb": time_slices.plan,
-    "hpgl": vectors.plan,
-}
+# who makes the speeds of a machine, as its `Dialect` says → what plans for it
+_PLANNERS = {"planned": feed_segments.plan, "timed": time_slices.plan, "vectors": vectors.plan}
 
 
 def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order = "writing") -> Plan:
@@ -57,7 +53,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
     bed.check(np.concatenate(paths), profile)
     path = on_one_clock([stroke.t for stroke in drawing.strokes], paths)
-    return PLANNERS[profile.dialect](Request(drawing, profile, speed, order, placement, path))
+    return _PLANNERS[dialect(profile.dialect).motion](Request(drawing, profile, speed, order, placement, path))
 
 
 def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:
