@@ -60,7 +60,8 @@ class Setup:
 
 def setup(given: Mapping[str, Any], page_name: str, margin: str | None = None, pages: int | None = None) -> Setup:
     """Check the common options; `given` are those of `options.writing_options`."""
-    from handout.writing.layout import Layout, page
+    from handout.page_sizes import page
+    from handout.writing.layout import Layout
 
     hand = _hand(given["hand"], given["haste"])
     sheet = page(page_name)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from handout import encodings, units
+from handout import encodings, page_sizes, units
 from handout.cli import results
 from handout.cli.console import Console
 from handout.errors import InputError
@@ -127,7 +127,7 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     )
 
 
-_SIZES = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+_SIZES = page_sizes.HELP
 _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
 
