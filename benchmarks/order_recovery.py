@@ -29,6 +29,7 @@ from benchmarks import recorded
 from benchmarks.followed import Tally, tally
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import letters, pages, scribe
 from handout.motion.recovery.letters import write
@@ -38,12 +39,13 @@ from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.network import network
 from handout.motion.recovery.prices import Costs
 from handout.motion.recovery.walks import walks
+from handout.page_sizes import page
 from handout.scanning.reading import read_page
 from handout.simulated.author import reread
 from handout.simulated.author.simulate import simulate
 from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
 from handout.writing.scanned.manner import manner
 from handout.writing.scanned.setting import set_line
@@ -62,7 +64,6 @@ KEPT_OUT = (
     "hot, although the night itself felt quite lovely. Please excuse my haste, I just caught the ferry. Yours, Alfred "
     "Vaughan"
 )
-_SMALL = "acemnorsuvwxz"
 _STRAIGHT = Costs(against=0.0, jump=0.05)
 Recover = Callable[[LetterLine, str, tuple[str, ...]], Written]
 
@@ -164,7 +165,7 @@ def recorded_letters(folder: Path) -> tuple[dict[str, Tally], dict[str, Tally]]:
 def alone(cell: recorded.Cell) -> LetterLine:
     """The line of a recorded letter, which stands alone."""
     graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
-    small = high if cell.recording.text in _SMALL else 0.6 * high
+    small = high if cell.recording.text in X_HEIGHT else 0.6 * high
     return LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
 
 

@@ -16,6 +16,7 @@ GROUND = {
     "branching",
     "hues",
     "peaks",
+    "page_sizes",
     "units",
     "encodings",
     "errors",
@@ -157,6 +158,10 @@ def test_imports_run_one_way():
 def test_the_rule_can_fail():
     assert {home for _, home, _ in arrows()} >= {"writing", "motion", "cli"}
     assert "cli" not in MAY["writing"]
+
+
+def test_nothing_that_runs_imports_training():
+    assert {home for _, home, to in arrows() if to == "training"} <= {"training"}
 
 
 @pytest.mark.parametrize(
