@@ -224,7 +224,7 @@ def _supplied(text: str, job: Setup) -> tuple[Setup, list[dict[str, Any]]]:
 def _instead(text: str, hand: Hand) -> list[dict[str, Any]]:
     """What a drawn hand writes for the characters of a text that it lacks."""
     from handout.writing import text as texts
-    from handout.writing.drawn import repertoire
+    from handout.writing.drawn_line_writer import repertoire
 
     return [_told(one) for one in texts.borrowed(texts.normalise(text), repertoire(hand))]
 

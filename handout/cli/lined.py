@@ -86,7 +86,7 @@ def lined(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand) ->
 
 def _printed(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand, paper: Paper) -> Lined:
     """Rules or squares that are drawn under the writing, or that the sheet in a plotter has."""
-    from handout.writing.ruling import ABOVE, Ruling
+    from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling
     from handout.writing.sheets import ASCENT
 
     own = layout.line_spacing or hand.pitch * layout.x_height
@@ -100,7 +100,7 @@ def _printed(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand,
         layout = _sized(given, layout, hand, every * pitch, squares=paper.name == "squared")
     first = paper.first
     if first is None:
-        first = layout.margin[0] + ASCENT * layout.x_height + ABOVE
+        first = layout.margin[0] + ASCENT * layout.x_height + FOOT_ABOVE_RULE
         if paper.name == "squared":
             first = pitch * math.ceil(first / pitch - 1e-6)
     count = max(1, math.floor((layout.page.height - first) / (every * pitch)) + 1)
@@ -120,7 +120,7 @@ def _pictured(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand
     """A picture of a sheet, whose lines are looked for."""
     from handout.scanning.picture import read_picture
     from handout.scanning.printed_lines import find_printed_lines
-    from handout.writing.ruling import Ruling
+    from handout.writing.baseline_model import Ruling
 
     rgb, page = read_picture(path).rgb, layout.page
     notes = _stretched(path, rgb.shape[1] / rgb.shape[0], page.width / page.height)
@@ -214,12 +214,14 @@ def _used_from(layout: Layout) -> float:
 
 def _used(layout: Layout) -> list[float]:
     """The heights of the rules that are written on."""
-    from handout.writing.ruling import ABOVE
+    from handout.writing.baseline_model import FOOT_ABOVE_RULE
     from handout.writing.sheets import DESCENT
 
     assert layout.ruling is not None
     lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
-    return [height for height, _ in layout.ruling.within(_used_from(layout) + ABOVE, lower + ABOVE, 0.0)]
+    return [
+        height for height, _ in layout.ruling.within(_used_from(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
+    ]
 
 
 def _angle(path: Path, found: PrintedSheet) -> list[str]:

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from handout.errors import InputError
+from handout.hand.diacritics import BELOW, OGONEK
 from handout.hand.letter_classes import ASCENDING
 
 REGULAR, BOLD = "Vera", "VeraBd"
@@ -16,7 +17,6 @@ _MARKS = {
     "\u0300": "`", "\u0301": "´", "\u0302": "ˆ", "\u0303": "˜", "\u0304": "¯", "\u0306": "˘", "\u0307": "˙",
     "\u0308": "¨", "\u030a": "˚", "\u030b": "˝", "\u030c": "ˇ", "\u0326": "¸", "\u0327": "¸", "\u0328": "˛",
 }  # fmt: skip
-_BELOW = {"\u0326", "\u0327", "\u0328"}
 _RAISED = 0.17  # of the size, for marks on capitals and tall letters
 
 
@@ -79,7 +79,7 @@ def _run(canvas: Any, x: float, y: float, run: str, font: str, size: float) -> f
 def _mark(canvas: Any, x: float, y: float, base: str, mark: str, font: str, size: float) -> None:
     sign = _MARKS[mark]
     middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
-    tall = mark not in _BELOW and (base.isupper() or base in ASCENDING)
+    tall = mark not in BELOW | {OGONEK} and (base.isupper() or base in ASCENDING)
     canvas.setFont(font, size)
     canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
 
