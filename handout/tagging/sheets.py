@@ -14,7 +14,7 @@ from handout.scanning.page import ENOUGH_DPI, Scan
 from handout.scanning.reading import Prepared, prepare
 
 if TYPE_CHECKING:
-    from handout.prompting.finding import Sheet
+    from handout.prompting.sheet_detection import Sheet
     from handout.scanning.picture import Picture
 
 # printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
@@ -45,7 +45,7 @@ def filled_sheet(scan: Scan | Picture) -> Filled | None:
     InputError
         There are marks of a sheet, but too few; or its codes cannot be read.
     """
-    from handout.prompting.finding import find_sheet, printed_on, rectify
+    from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
     try:
         sheet = find_sheet(np.asarray(scan.rgb))

@@ -1,13 +1,16 @@
-"""The sheets as a PDF: pages to write on, with their marks and codes, and what lies beside and under them.
+"""The prompt sheets as a PDF: pages to write on, with fiducials and codes, and pages to lay beside and under them.
 
-What is printed where the author writes is of one pale orange whose red is that of white paper: in the red channel of
-a scan it is not there at all, under blue, black and green ink alike.
+What is printed where the author writes is of one pale orange whose red is that of white paper: the red channel of
+a scan does not show it, under blue, black and green ink alike.  The typeface is the PDF library's, with accents set
+over the letters that it lacks.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+import unicodedata
+from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,11 +18,96 @@ from numpy.typing import NDArray
 
 import handout
 from handout import units
-from handout.prompting import code, face, fiducials
-from handout.prompting.code import PageRecord
-from handout.prompting.pages import Prompt
-from handout.prompting.sheet import SheetLayout
+from handout.errors import InputError
+from handout.hand.letter_classes import ASCENDING
+from handout.prompting import sheet_codes
+from handout.prompting.prompt_pages import Prompt
+from handout.prompting.sheet_codes import PageRecord
+from handout.prompting.sheet_layout import MARK_SIZE, SheetLayout, mark_cells, mark_corners, mark_number
 from handout.values import Page
+
+REGULAR, BOLD = "Vera", "VeraBd"
+# combining mark → the mark that stands for itself, and whether it hangs below
+_ACCENTS = {
+    "\u0300": "`", "\u0301": "´", "\u0302": "ˆ", "\u0303": "˜", "\u0304": "¯", "\u0306": "˘", "\u0307": "˙",
+    "\u0308": "¨", "\u030a": "˚", "\u030b": "˝", "\u030c": "ˇ", "\u0326": "¸", "\u0327": "¸", "\u0328": "˛",
+}  # fmt: skip
+_BELOW = {"\u0326", "\u0327", "\u0328"}
+_RAISED = 0.17  # of the size, for marks on capitals and tall letters
+
+
+@cache
+def register_faces() -> None:
+    """Make the faces known to the library."""
+    from reportlab.pdfbase import pdfmetrics
+    from reportlab.pdfbase.ttfonts import TTFont
+
+    for name in (REGULAR, BOLD):
+        pdfmetrics.registerFont(TTFont(name, f"{name}.ttf"))
+
+
+@cache
+def _known() -> frozenset[int]:
+    from reportlab.pdfbase import pdfmetrics
+
+    register_faces()
+    return frozenset(pdfmetrics.getFont(REGULAR).face.charToGlyph)
+
+
+def refuse_unprintable(texts: Iterable[str]) -> None:
+    """Raise InputError unless every character can be printed."""
+    every = {char for text in texts for char in text if not char.isspace()}
+    lacking = sorted(char for char in every if _parts(char) is None)
+    if lacking:
+        shown = " ".join(lacking[:20]) + (" …" if len(lacking) > 20 else "")
+        raise InputError(f"The sheets can be printed in Latin letters only, not with {shown}: leave these out.")
+
+
+@cache
+def _parts(char: str) -> tuple[str, str] | None:
+    """The character and "", or its base letter and its mark; None if it cannot be printed."""
+    if ord(char) in _known():
+        return char, ""
+    decomposed = unicodedata.normalize("NFD", char)
+    fine = len(decomposed) == 2 and ord(decomposed[0]) in _known() and decomposed[1] in _ACCENTS
+    return (decomposed[0], decomposed[1]) if fine else None
+
+
+def draw_text(canvas: Any, x: float, y: float, text: str, font: str, size: float) -> None:
+    """Print a line of text from (x, y) in points; `refuse_unprintable` has been asked."""
+    run = ""
+    for char in text:
+        base, mark = _parts(char) or ("?", "")
+        if mark:
+            x = _draw_run(canvas, x, y, run, font, size)
+            run = ""
+            _draw_accent(canvas, x, y, base, mark, font, size)
+        run += base
+    _draw_run(canvas, x, y, run, font, size)
+
+
+def _draw_run(canvas: Any, x: float, y: float, run: str, font: str, size: float) -> float:
+    canvas.setFont(font, size)
+    canvas.drawString(x, y, run)
+    return x + float(canvas.stringWidth(run, font, size))
+
+
+def _draw_accent(canvas: Any, x: float, y: float, base: str, mark: str, font: str, size: float) -> None:
+    sign = _ACCENTS[mark]
+    middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
+    tall = mark not in _BELOW and (base.isupper() or base in ASCENDING)
+    canvas.setFont(font, size)
+    canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
+
+
+def text_width(text: str, font: str, size: float) -> float:
+    """Width of a line of text, points."""
+    from reportlab.pdfbase import pdfmetrics
+
+    register_faces()
+    shown = "".join((_parts(char) or ("?", ""))[0] for char in text)
+    return float(pdfmetrics.stringWidth(shown, font, size))
+
 
 # device RGB; both with a red of 1
 RULE = (1.0, 0.80, 0.62)
@@ -45,8 +133,8 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
     DoesNotFit
         More text on a page than its codes hold.
     """
-    face.register()
-    face.check(line for page in prompt.pages for line in page)
+    register_faces()
+    refuse_unprintable(line for page in prompt.pages for line in page)
     records = page_records(prompt, layout)
     stream = io.BytesIO()
     canvas = _canvas(stream, layout.page, records)
@@ -65,7 +153,7 @@ def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:
 
 def page_records(prompt: Prompt, layout: SheetLayout) -> list[PageRecord]:
     """What the codes of each page say."""
-    named, count = code.key(prompt.pages), len(prompt.pages)
+    named, count = sheet_codes.key(prompt.pages), len(prompt.pages)
     return [
         PageRecord(named, number, count, layout.pitch, layout.printed, lines)
         for number, lines in enumerate(prompt.pages, 1)
@@ -86,7 +174,7 @@ def _canvas(stream: io.BytesIO, page: Page, records: Sequence[PageRecord]) -> An
 
 def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
     _marks(canvas, layout.page)
-    for box, symbol in zip(layout.codes, code.symbols(record), strict=True):
+    for box, symbol in zip(layout.codes, sheet_codes.symbols(record), strict=True):
         _cells(canvas, layout.page, symbol, box[0], box[1], box[2] - box[0])
     said = "Write under the printed words, in your usual hand" if layout.printed else "Write here, in your usual hand"
     _label(canvas, layout, f"Page {record.number} of {record.pages}. {said}. Scan the whole sheet in colour.", WORDS)
@@ -96,9 +184,9 @@ def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> N
 
 
 def _marks(canvas: Any, page: Page) -> None:
-    for corner, square in enumerate(fiducials.squares(page)):
-        cells = fiducials.cells(fiducials.number(page, corner))
-        _cells(canvas, page, cells, square[0, 0], square[0, 1], fiducials.SIZE)
+    for corner, square in enumerate(mark_corners(page)):
+        cells = mark_cells(mark_number(page, corner))
+        _cells(canvas, page, cells, square[0, 0], square[0, 1], MARK_SIZE)
 
 
 def _cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: float, side: float) -> None:
@@ -119,7 +207,7 @@ def _cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: 
 def _label(canvas: Any, layout: SheetLayout, said: str, colour: tuple[float, float, float]) -> None:
     box = layout.label
     canvas.setFillColorRGB(*colour)
-    face.draw(canvas, box[0] * _MM, (layout.page.height - box[3] + 1.2) * _MM, said, face.BOLD, _LABEL_SIZE)
+    draw_text(canvas, box[0] * _MM, (layout.page.height - box[3] + 1.2) * _MM, said, BOLD, _LABEL_SIZE)
 
 
 def _rules(canvas: Any, layout: SheetLayout, colour: tuple[float, float, float], width: float) -> None:
@@ -134,13 +222,13 @@ def _words(canvas: Any, layout: SheetLayout, lines: Sequence[str]) -> None:
     """The words of each line, inside its band: small where letters are small, never wider than the line."""
     size = _SIZE * layout.pitch * _MM
     room = (layout.right - layout.left) * _MM
-    widest = max((face.width(line, face.BOLD, size) for line in lines), default=0.0)
+    widest = max((text_width(line, BOLD, size) for line in lines), default=0.0)
     size *= min(1.0, room / widest) if widest else 1.0
     canvas.setFillColorRGB(*WORDS)
     for line, band in zip(lines, layout.bands, strict=False):
         # the descenders of the words stay inside the band too
         height = (layout.page.height - band[3]) * _MM + 0.22 * size
-        face.draw(canvas, layout.left * _MM, height, line, face.BOLD, size)
+        draw_text(canvas, layout.left * _MM, height, line, BOLD, size)
 
 
 def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord) -> None:
@@ -149,13 +237,13 @@ def _page_of_words(canvas: Any, layout: SheetLayout, record: PageRecord) -> None
     _label(canvas, layout, f"Words of page {record.number} of {record.pages}, line by line", _BLACK)
     size = min(11.0, 0.5 * layout.pitch * _MM)
     room = (layout.right - layout.left) * _MM
-    widest = max((face.width(line, face.REGULAR, size) for line in record.lines), default=0.0)
+    widest = max((text_width(line, REGULAR, size) for line in record.lines), default=0.0)
     size *= min(1.0, room / widest) if widest else 1.0
     for number, (line, y) in enumerate(zip(record.lines, layout.baselines, strict=False), 1):
         height = (layout.page.height - y) * _MM
         count = str(number)
-        face.draw(canvas, (layout.left - 3) * _MM - face.width(count, face.REGULAR, 7), height, count, face.REGULAR, 7)
-        face.draw(canvas, layout.left * _MM, height, line, face.REGULAR, size)
+        draw_text(canvas, (layout.left - 3) * _MM - text_width(count, REGULAR, 7), height, count, REGULAR, 7)
+        draw_text(canvas, layout.left * _MM, height, line, REGULAR, size)
 
 
 def _page_to_lay_under(canvas: Any, layout: SheetLayout) -> None:
@@ -163,6 +251,6 @@ def _page_to_lay_under(canvas: Any, layout: SheetLayout) -> None:
     _label(canvas, layout, "Lay this under the sheet you write on, the frames under its four marks", _BLACK)
     _rules(canvas, layout, _UNDER, _UNDER_WIDTH)
     canvas.setLineWidth(_UNDER_WIDTH * _MM)
-    for square in fiducials.squares(layout.page):
+    for square in mark_corners(layout.page):
         x, y = square[0] * _MM
-        canvas.rect(x, layout.page.height * _MM - y - fiducials.SIZE * _MM, fiducials.SIZE * _MM, fiducials.SIZE * _MM)
+        canvas.rect(x, layout.page.height * _MM - y - MARK_SIZE * _MM, MARK_SIZE * _MM, MARK_SIZE * _MM)

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.prompting import code
-from handout.prompting.code import PageRecord
-from handout.prompting.reading import read_codes
 from handout.prompting.registration import Registration, in_grey, register
-from handout.prompting.sheet import SheetLayout
+from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
+from handout.prompting.sheet_layout import SheetLayout
 from handout.values import Array, Page
 
 _INCH = 25.4
@@ -97,13 +95,13 @@ def find_sheet(image: NDArray[np.uint8]) -> Sheet | None:
         return None
     boxes = SheetLayout(registration.page).codes
     parts = read_codes(grey, registration, boxes)
-    data = code.join(parts)
+    data = join(parts)
     if data is None:
         raise InputError(
-            f"Only {len(parts)} of the {len(boxes)} codes at the foot of the sheet can be read, and {code.PARTS} are "
+            f"Only {len(parts)} of the {len(boxes)} codes at the foot of the sheet can be read, and {PARTS} are "
             f"needed: scan it at 200 dpi or more (this has {registration.dpi:.0f}), flat and clean at the foot."
         )
-    record = code.unpack(data)
+    record = unpack(data)
     return Sheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))
 
 

@@ -12,9 +12,7 @@ from dataclasses import dataclass, field
 
 from handout.errors import DoesNotFit, InputError
 from handout.prompting import corpus
-from handout.prompting.choice import Chooser, Score, pangrams
-from handout.prompting.closing import Closing
-from handout.prompting.counts import Frequencies
+from handout.prompting.sentence_choice import Chooser, Closing, Frequencies, Score, pangrams
 
 _TRIES = 200  # sentences that are tried for the rest of a page
 _LEAST = 12  # characters of a page that are left empty rather than searched for a sentence that short

@@ -6,10 +6,11 @@ import pytest
 import scans
 
 from handout.errors import InputError
-from handout.prompting import fiducials, finding, reading, registration
-from handout.prompting.finding import find_sheet, rectify
+from handout.prompting import registration, sheet_codes, sheet_detection
+from handout.prompting.sheet_detection import find_sheet, rectify
+from handout.prompting.sheet_layout import MARK_CORNERS, PAPERS, mark_corners
 
-A4 = fiducials.PAPERS[0]
+A4 = PAPERS[0]
 GRID = np.stack(np.meshgrid(np.linspace(12, 198, 7), np.linspace(12, 280, 9)), axis=-1).reshape(-1, 2)
 
 
@@ -45,7 +46,7 @@ def covered(image, truth, corners):
     """The scan with a piece of paper over some of the marks."""
     image = image.copy()
     for corner in corners:
-        square = scans.carried(truth, fiducials.squares(A4)[corner])
+        square = scans.carried(truth, mark_corners(A4)[corner])
         cv2.fillConvexPoly(image, np.rint(square).astype(np.int32), 240)
     return image
 
@@ -70,7 +71,7 @@ def test_too_few_marks_are_refused(drawn, missing, seen):
 @pytest.mark.parametrize(("missing", "perspective"), [((3,), 0.2), ((1,), 0.03), ((0, 2), 0.03)])
 def test_a_photograph_with_marks_missing_is_refused_and_not_guessed_at(drawn, missing, perspective):
     image, truth = scans.scanned(drawn, 200, perspective=perspective)
-    with pytest.raises(InputError, match=f"mark at the {fiducials.CORNERS[missing[0]]}.* cannot be seen"):
+    with pytest.raises(InputError, match=f"mark at the {MARK_CORNERS[missing[0]]}.* cannot be seen"):
         find_sheet(covered(image, truth, missing))
 
 
@@ -99,7 +100,7 @@ def test_what_is_no_picture_is_refused(image):
 
 def test_one_spoilt_code_is_made_up_for_and_two_are_not(drawn, prompt):
     image, truth = scans.scanned(drawn, 200, angle=1)
-    boxes = finding.SheetLayout(A4).codes
+    boxes = sheet_detection.SheetLayout(A4).codes
     spoilt = image.copy()
     for count, box in enumerate(boxes[1:3]):
         corners = np.array([(box[0], box[1]), (box[2], box[1]), (box[2], box[3]), (box[0], box[3])])
@@ -114,10 +115,10 @@ def test_codes_are_read_where_the_paper_has_moved(drawn):
     """A sheet that is not flat: codes lie off by most of a module, more than a plane explains."""
     image, _ = scans.scanned(drawn, 200)
     found = registration.register(image)
-    boxes = finding.SheetLayout(A4).codes
+    boxes = sheet_detection.SheetLayout(A4).codes
     moved = boxes + np.array([0.35, -0.3, 0.35, -0.3])
-    assert len(reading.read_codes(image, found, moved)) == 6
-    assert reading.read_codes(image, found, boxes - 40.0) == []
+    assert len(sheet_codes.read_codes(image, found, moved)) == 6
+    assert sheet_codes.read_codes(image, found, boxes - 40.0) == []
 
 
 def test_two_sheets_in_one_scan_are_refused(drawn):
@@ -145,22 +146,22 @@ def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
         near = np.arange(int(row) - 10, int(row) + 12)
         assert abs(near[np.argmin(column[near])] - row) < 1.0
     dark = grey < 150
-    assert dark[finding.printed_on(sheet, 200)].sum() > 10_000
-    assert dark[~finding.printed_on(sheet, 200)].sum() == 0
-    assert finding.printed_on(sheet, 200, words=True).sum() > 1.5 * finding.printed_on(sheet, 200).sum()
+    assert dark[sheet_detection.printed_on(sheet, 200)].sum() > 10_000
+    assert dark[~sheet_detection.printed_on(sheet, 200)].sum() == 0
+    assert sheet_detection.printed_on(sheet, 200, words=True).sum() > 1.5 * sheet_detection.printed_on(sheet, 200).sum()
     assert rectify(image, sheet).shape[0] == round(297 / 25.4 * sheet.dpi)
     with pytest.raises(InputError, match="outside 36 to 2400"):
         rectify(image, sheet, 10)
 
 
 def test_letter_paper_is_told_by_its_marks(prompt):
-    from handout.prompting import printing
-    from handout.prompting.pages import Prompt
-    from handout.prompting.sheet import SheetLayout
+    from handout.prompting import sheet_pdf
+    from handout.prompting.prompt_pages import Prompt
+    from handout.prompting.sheet_layout import SheetLayout
 
-    layout = SheetLayout(fiducials.PAPERS[1], 12.0, printed=False)
+    layout = SheetLayout(PAPERS[1], 12.0, printed=False)
     short = Prompt((prompt.pages[0][: layout.lines],), ())
-    image, _ = scans.scanned(scans.drawn(printing.to_pdf(short, layout), 0), 150, angle=2)
+    image, _ = scans.scanned(scans.drawn(sheet_pdf.to_pdf(short, layout), 0), 150, angle=2)
     sheet = find_sheet(image)
     assert sheet.page.name == "letter" and not sheet.record.printed
     assert sheet.lines == short.pages[0] and sheet.transcript.count("\n") == layout.lines - 1

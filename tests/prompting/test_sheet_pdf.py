@@ -8,19 +8,19 @@ import pikepdf
 import pytest
 
 from handout.errors import DoesNotFit, InputError
-from handout.prompting import fiducials, pages, printing
-from handout.prompting.pages import Prompt
-from handout.prompting.sheet import SheetLayout
+from handout.prompting import prompt_pages, sheet_pdf
+from handout.prompting.prompt_pages import Prompt
+from handout.prompting.sheet_layout import PAPERS, SheetLayout, corner_of_mark, mark_cells, mark_number, paper_of_name
 
 POINT = 25.4 / 72
-A4, LETTER = fiducials.PAPERS
+A4, LETTER = PAPERS
 
 
 def overlap(a, b):
     return bool((np.minimum(a[2:], b[2:]) > np.maximum(a[:2], b[:2]) + 1e-9).all())
 
 
-@pytest.mark.parametrize("page", fiducials.PAPERS)
+@pytest.mark.parametrize("page", PAPERS)
 @pytest.mark.parametrize("pitch", [6.0, 8.5, 10.0, 20.0])
 def test_nothing_lies_over_anything_else(page, pitch):
     layout = SheetLayout(page, pitch)
@@ -48,24 +48,24 @@ def test_bounds():
     with pytest.raises(InputError, match="makes 5 letters a line"):
         SheetLayout(A4).width(30.0)
     with pytest.raises(InputError, match="A4 or letter"):
-        fiducials.paper("A5")
-    assert fiducials.paper("LETTER") is LETTER
+        paper_of_name("A5")
+    assert paper_of_name("LETTER") is LETTER
 
 
 def test_marks_are_all_different_and_say_where_they_are():
-    numbers = [fiducials.number(page, corner) for page in fiducials.PAPERS for corner in range(4)]
-    assert [fiducials.identify(n) for n in numbers] == [(page, c) for page in fiducials.PAPERS for c in range(4)]
-    assert fiducials.identify(8) is None and fiducials.identify(-1) is None
-    cells = [fiducials.cells(number) for number in numbers]
+    numbers = [mark_number(page, corner) for page in PAPERS for corner in range(4)]
+    assert [corner_of_mark(n) for n in numbers] == [(page, c) for page in PAPERS for c in range(4)]
+    assert corner_of_mark(8) is None and corner_of_mark(-1) is None
+    cells = [mark_cells(number) for number in numbers]
     assert all(cell[0].all() and cell[:, 0].all() and cell[-1].all() and cell[:, -1].all() for cell in cells)
     turned = [np.rot90(cell, k).tobytes() for cell in cells for k in range(4)]
     assert len(set(turned)) == len(turned)
 
 
 def test_the_same_prompt_gives_the_same_bytes(prompt, pdf):
-    again = printing.to_pdf(prompt, SheetLayout(A4))
+    again = sheet_pdf.to_pdf(prompt, SheetLayout(A4))
     assert again == pdf
-    assert printing.to_pdf(prompt, SheetLayout(A4, 9.9)) != pdf
+    assert sheet_pdf.to_pdf(prompt, SheetLayout(A4, 9.9)) != pdf
 
 
 def operations(pdf, number):
@@ -100,14 +100,14 @@ def test_nothing_printed_where_one_writes_shows_in_the_red_channel(pdf):
                 painted.add(("lines", colour))
             elif name in ("f", "f*"):
                 painted.add(("cells", colour))
-        assert painted == {("words", printing.WORDS), ("lines", printing.RULE), ("cells", (0, 0, 0))}
-    assert printing.WORDS[0] == printing.RULE[0] == 1.0
+        assert painted == {("words", sheet_pdf.WORDS), ("lines", sheet_pdf.RULE), ("cells", (0, 0, 0))}
+    assert sheet_pdf.WORDS[0] == sheet_pdf.RULE[0] == 1.0
 
 
 def test_plain_sheets_have_words_beside_and_lines_to_lay_under(prompt):
     layout = SheetLayout(LETTER, 10.0, printed=False)
     small = Prompt(tuple(page[: layout.lines] for page in prompt.pages), ())
-    pdf = printing.to_pdf(small, layout)
+    pdf = sheet_pdf.to_pdf(small, layout)
     with pikepdf.open(io.BytesIO(pdf)) as document:
         assert len(document.pages) == 5
     kinds = [[name for name, _ in operations(pdf, number)] for number in range(5)]
@@ -119,21 +119,21 @@ def test_plain_sheets_have_words_beside_and_lines_to_lay_under(prompt):
 def test_characters_that_cannot_be_printed_are_named():
     prompt = Prompt((("Жук Ω ŵ",),), ())
     with pytest.raises(InputError, match="not with Ж к у"):
-        printing.to_pdf(prompt, SheetLayout(A4))
+        sheet_pdf.to_pdf(prompt, SheetLayout(A4))
 
 
 def test_more_than_the_codes_hold_is_refused():
     rng = np.random.default_rng(1)
     noise = tuple("".join(map(chr, rng.integers(33, 127, 120))) for _ in range(38))
     with pytest.raises(DoesNotFit, match=re.escape("use a wider ruling")):
-        printing.to_pdf(Prompt((noise,), ()), SheetLayout(A4, 6.0))
+        sheet_pdf.to_pdf(Prompt((noise,), ()), SheetLayout(A4, 6.0))
 
 
 def test_a_narrow_ruling_full_of_english_fits_its_codes():
-    from handout.prompting import corpus, counts
+    from handout.prompting import corpus, sentence_choice
 
     layout = SheetLayout(A4, 6.0)
-    target = counts.frequencies(corpus.shipped())
-    prompt = pages.prompt(corpus.shipped(), target, pages=1, lines=layout.lines, width=layout.width())
+    target = sentence_choice.frequencies(corpus.shipped())
+    prompt = prompt_pages.prompt(corpus.shipped(), target, pages=1, lines=layout.lines, width=layout.width())
     assert prompt.words > 450
-    assert len(printing.to_pdf(prompt, layout)) > 10_000
+    assert len(sheet_pdf.to_pdf(prompt, layout)) > 10_000
