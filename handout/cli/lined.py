@@ -55,8 +55,8 @@ def page_name(given: Mapping[str, Any], chosen: bool) -> str:
     path = Path(given["paper"])
     if chosen or not path.is_file():
         return name
-    from handout.scanning.page import LEAST_DPI, MOST_DPI
-    from handout.scanning.picture import read_picture
+    from handout.scanning.checks import LEAST_DPI, MOST_DPI
+    from handout.scanning.picture_files import read_picture
 
     picture = read_picture(path)
     if picture.own is None or not LEAST_DPI - 1 <= picture.own <= MOST_DPI or picture.photographed:
@@ -118,7 +118,7 @@ def _printed(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand,
 
 def _pictured(given: Mapping[str, Any], layout: Layout, hand: Hand | ScannedHand, path: Path) -> Lined:
     """A picture of a sheet, whose lines are looked for."""
-    from handout.scanning.picture import read_picture
+    from handout.scanning.picture_files import read_picture
     from handout.scanning.printed_lines import find_printed_lines
     from handout.writing.ruling import Ruling
 

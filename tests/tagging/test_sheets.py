@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from handout.prompting import sheet_detection
-from handout.scanning.page import Scan
+from handout.scanning.scan import Scan
 from handout.tagging.sheets import filled_sheet
 from handout.values import Page
 

@@ -6,9 +6,8 @@ import tifffile
 from PIL import Image, ImageOps
 
 from handout.errors import InputError
-from handout.scanning import picture
-from handout.scanning.page import read_scan
-from handout.scanning.picture import count_pages
+from handout.scanning import checks, picture_files
+from handout.scanning.picture_files import count_pages, read_scan
 
 RNG = np.random.default_rng(3)
 RGB = RNG.integers(0, 256, (60, 80, 3), dtype=np.uint8)
@@ -98,7 +97,7 @@ def test_cmyk_without_a_profile_is_refused(tmp_path):
 
 def test_too_large_is_refused_before_decoding(tmp_path, monkeypatch):
     path = saved(tmp_path, Image.fromarray(RGB), "a.png")
-    monkeypatch.setattr(picture, "MOST_PIXELS", 4000)
+    monkeypatch.setattr(checks, "MOST_PIXELS", 4000)
     monkeypatch.setattr(Image.Image, "load", lambda self: pytest.fail("decoded"))
     with pytest.raises(InputError, match="megapixels"):
         read_scan(path, dpi=300)
@@ -222,7 +221,7 @@ def test_a_photograph_is_asked_for_its_resolution(tmp_path):
     path = saved(tmp_path, Image.fromarray(RGB), "a.jpg", exif=tags, dpi=(72, 72))
     with pytest.raises(InputError, match=r"is a photograph and says 72 dpi.*--dpi"):
         read_scan(path)
-    assert picture.read_picture(path).photographed
+    assert picture_files.read_picture(path).photographed
 
 
 @pytest.mark.parametrize("turned", range(1, 9))

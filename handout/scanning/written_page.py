@@ -1,4 +1,4 @@
-"""A page read: from the file to ink, line graph, matte and rules, in one function.
+"""A page read: from the file to ink, line graph, matte and text lines; `read_page` does it in one call.
 
 Source: seed 000, §5.1.
 """
@@ -6,30 +6,27 @@ Source: seed 000, §5.1.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.scanning.checks import check_writing_size, refuse_false_resolution
 from handout.scanning.density import Density, Scale, find_density, find_scale
 from handout.scanning.inks import Inks, find_inks
-from handout.scanning.linegraph import find_lines_of_ink
-from handout.scanning.mask import LEAST_STROKE, Mask, find_mask, hysteresis, stroke_width
+from handout.scanning.line_graph import find_line_graph, mean_within
+from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
 from handout.scanning.matting import Matte, find_matte
-from handout.scanning.page import Scan, read_scan
 from handout.scanning.paper import Paper, crop, find_paper, flatten
-from handout.scanning.rules import Rules, find_rules
+from handout.scanning.picture_files import read_scan
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.summary import one_line
-from handout.values import LineGraph, Moments
-
-_PITCHES = (3.0, 28.0)  # mm
-_X_HEIGHTS, _USUAL_X_HEIGHT = (0.8, 9.0), 2.6  # mm
-_FINEST_PEN = 0.1  # mm
-_USUAL_DPI = (150, 200, 300, 400, 600, 1200)
+from handout.values import POSE, Array, LineGraph, Moments, Stroke
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +40,7 @@ class WrittenPage:
     mask : ink or paper.
     graph : the line of the pen, mm on the page.
     matte : ink without paper.
-    rules : the written lines, mm on the page.
+    text_lines : where the writing runs, mm on the page.
     notes : sentences to show the user.
     seconds : processor time of every step.
     moments : what a recorded pen says of the vertices of `graph`.
@@ -56,7 +53,7 @@ class WrittenPage:
     mask: Mask
     graph: LineGraph
     matte: Matte
-    rules: Rules
+    text_lines: TextLines
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
     moments: Moments | None = None
@@ -93,14 +90,14 @@ class Inked:
     prepared : what it was found from.
     density : (h, w), 0–2.
     mask : ink or paper.
-    rules : the written lines, mm on the page.
+    text_lines : where the writing runs, mm on the page.
     seconds : processor time of every step.
     """
 
     prepared: Prepared
     density: Density
     mask: Mask
-    rules: Rules
+    text_lines: TextLines
     seconds: Mapping[str, float]
 
 
@@ -156,22 +153,12 @@ def find_ink(
     with _timed(seconds, "mask"):
         try:
             mask = find_mask(level, inks, density, pen, method, paint)
-        except InputError as error:
-            raise _belied(scan, density) or error from error
-    with _timed(seconds, "rules"):
-        rules = find_rules(mask.ink, scan.dpi, lines)
-    return Inked(prepared, density, mask, rules, seconds)
-
-
-def _belied(scan: Scan, density: Density) -> InputError | None:
-    """What is said of strokes that are thinner than any pen's, if the resolution were true."""
-    stroke = stroke_width(hysteresis(density.values, density))
-    if not 0 < stroke * scan.pixel < _FINEST_PEN or stroke >= LEAST_STROKE:
-        return None
-    return InputError(
-        f"{scan.source}: strokes would be {stroke * scan.pixel:.2f} mm wide, and pens write {_FINEST_PEN:g} or more: "
-        f"{'--dpi' if scan.told else 'the resolution in the file'} is wrong; give the true one with --dpi."
-    )
+        except InputError:
+            refuse_false_resolution(stroke_width(hysteresis(density.values, density)), scan)
+            raise
+    with _timed(seconds, "text lines"):
+        text_lines = find_text_lines(mask.ink, scan.dpi, lines)
+    return Inked(prepared, density, mask, text_lines, seconds)
 
 
 def finish(inked: Inked) -> WrittenPage:
@@ -184,12 +171,14 @@ def finish(inked: Inked) -> WrittenPage:
     """
     prepared, density, mask = inked.prepared, inked.density, inked.mask
     scan, seconds = prepared.scan, dict(inked.seconds)
-    notes = check_size(inked.rules, scan)
+    notes = check_writing_size(inked.text_lines, scan)
     with _timed(seconds, "graph"):
-        graph = find_lines_of_ink(scan, mask, density)
+        graph = find_line_graph(scan, mask, density)
     with _timed(seconds, "matte"):
         matte = find_matte(scan, mask, prepared.inks)
-    return WrittenPage(scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.rules, notes, seconds)
+    return WrittenPage(
+        scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes, seconds
+    )
 
 
 def read_page(
@@ -218,7 +207,7 @@ def read_page(
     lines : int, optional
         How many lines of writing there are, if a transcript says so.
     scale : Scale, optional
-        Scale of densities of the whole hand (`density.pooled`).
+        Scale of densities of the whole hand (`density.pooled_scale`).
     method : "cut" or "hysteresis".
     paint : (h, w) int8, optional
         What the user painted, on the cropped scan: 1 ink, −1 paper.
@@ -240,25 +229,37 @@ def _timed(seconds: dict[str, float], name: str) -> Iterator[None]:
     seconds[name] = time.process_time() - begin
 
 
-def check_size(rules: Rules, scan: Scan) -> tuple[str, ...]:
-    """What is to be said of the size of the writing.
+def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) -> WrittenPage:
+    """A page with the line that its pen was recorded on in place of the one its ink shows.
+
+    Parameters
+    ----------
+    strokes : in the order of writing, mm on the page before its borders were cut off; samples about a pixel apart, all
+        with `width`.
+    timed : whether their times mean anything.
 
     Raises
     ------
     InputError
-        Writing of that size is not handwriting: the resolution is wrong.
+        There are none.
     """
-    if not rules.lines:
-        return (f"{scan.source}: no line of writing was found.",)
-    fits = _X_HEIGHTS[0] <= rules.x_height <= _X_HEIGHTS[1]
-    if len(rules.lines) > 2:
-        fits &= _PITCHES[0] <= rules.pitch <= _PITCHES[1]
-    if fits:
-        return ()
-    usual = min(_USUAL_DPI, key=lambda dpi: abs(np.log(rules.x_height * scan.dpi / dpi / _USUAL_X_HEIGHT)))
-    raise InputError(
-        f"{scan.source}: at {scan.dpi:g} dpi small letters are {rules.x_height:.1f} mm tall and lines "
-        f"{rules.pitch:.1f} mm apart, which is not the size of handwriting ({_X_HEIGHTS[0]:g}–{_X_HEIGHTS[1]:g} mm, "
-        f"{_PITCHES[0]:g}–{_PITCHES[1]:g} mm): {'--dpi' if scan.told else 'the resolution in the file'} is wrong; "
-        f"give the true one with --dpi, perhaps {usual}."
+    if not strokes:
+        raise InputError(f"{written.scan.source}: the recording has no movement of a pen on paper.")
+    scan = written.scan
+    counts = [len(stroke.t) for stroke in strokes]
+    uv = np.concatenate([stroke.xy for stroke in strokes]) / scan.pixel - 0.5 - np.array(scan.origin)
+    radius = _together([stroke.width for stroke in strokes]) / 2
+    density = np.clip(mean_within(written.density.values, uv, radius / scan.pixel), 0, 2)
+    first = np.cumsum([0, *counts[:-1]])
+    edges = np.concatenate(
+        [np.column_stack([np.arange(n - 1), np.arange(1, n)]) + a for a, n in zip(first, counts, strict=True)]
     )
+    graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
+    held = {name: [getattr(stroke, name) for stroke in strokes] for name in POSE}
+    known = {name: _together(parts) for name, parts in held.items() if all(one is not None for one in parts)}
+    times = np.concatenate([stroke.t for stroke in strokes]) if timed else None
+    return replace(written, graph=graph, moments=Moments(times, **known))
+
+
+def _together(parts: Sequence[Array | None]) -> Array:
+    return np.concatenate([part for part in parts if part is not None])

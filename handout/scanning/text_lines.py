@@ -1,21 +1,22 @@
-"""The lines of a page: where each runs and bends, how tall its small letters are, how they slant.
+"""The lines of writing on a page: where each runs and bends, its x-height, its slant, and which ink belongs to it.
 
 Lines are looked for where strokes have their left edge, not where there is much ink: left edges lie between baseline
 and x-height, whereas ink is spread by ascenders and descenders.  Each line has a slope of its own: on a page written
 without rules they may turn by degrees from the first line to the last.
 
-Source: alignment specification, recipe 2 and 4; handwriting specification §8.
+Source: own method, after the recipe for line extraction in docs/bibliography.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.rule import LEAST, Rule, mode, on_baselines
-from handout.scanning.strokes import find_marks, slant_of
+from handout.scanning.baselines import LEAST_EDGES, Baseline, find_stroke_extremes, mode, on_baselines, slant_of_lines
 from handout.values import Array
 
 _SLOPES = np.arange(-0.10, 0.1001, 0.004)  # of a whole page
@@ -27,7 +28,7 @@ _OPEN = 6.5  # times the spread of left edges in a line: lines further apart tha
 
 
 @dataclass(frozen=True, eq=False)
-class Rules:
+class TextLines:
     """The lines of a page from top to bottom.
 
     x_height : mm, over the outside of the ink.
@@ -35,7 +36,7 @@ class Rules:
     pitch : mm from a line to the next.
     """
 
-    lines: tuple[Rule, ...]
+    lines: tuple[Baseline, ...]
     x_height: float
     slant: float
     pitch: float
@@ -53,7 +54,7 @@ class Rules:
         return np.stack([xy[:, 0] - rule.left, rule.baseline(xy[:, 0]) - xy[:, 1]], axis=1) / self.pitch
 
 
-def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) -> Rules:
+def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = None) -> TextLines:
     """The lines on a page.
 
     Parameters
@@ -64,32 +65,32 @@ def find_rules(mask: NDArray[np.bool_], dpi: float, count: int | None = None) ->
 
     Returns
     -------
-    Rules without lines, and all 0, for a page on which no line can be told.
+    TextLines without lines, and all 0, for a page on which no line can be told.
 
     Source: alignment specification, recipe 2.
     """
-    marks = find_marks(mask, dpi)
-    if len(marks.left) < LEAST:
-        return Rules((), 0.0, 0.0, 0.0)
-    slope = _page_slope(marks.left)
-    centre = float(marks.left[:, 0].mean())
-    levels = marks.left[:, 1] - slope * (marks.left[:, 0] - centre)
+    extremes = find_stroke_extremes(mask, dpi)
+    if len(extremes.left) < LEAST_EDGES:
+        return TextLines((), 0.0, 0.0, 0.0)
+    slope = _page_slope(extremes.left)
+    centre = float(extremes.left[:, 0].mean())
+    levels = extremes.left[:, 1] - slope * (extremes.left[:, 0] - centre)
     middles, pitch = _peaks(levels)
     if count and len(middles) != count:
         middles, pitch = _counted(levels, count)
-    traces = _traces(marks.left, levels, slope, centre, middles, pitch)
-    widest = _widest(marks.left, traces, centre)
-    lines = on_baselines(marks, traces, centre, min(pitch, widest))
+    traces = _traces(extremes.left, levels, slope, centre, middles, pitch)
+    widest = _widest(extremes.left, traces, centre)
+    lines = on_baselines(extremes, traces, centre, min(pitch, widest))
     if not count:
         lines = _apart(lines, pitch)
     if not lines:
-        return Rules((), 0.0, 0.0, 0.0)
+        return TextLines((), 0.0, 0.0, 0.0)
     if len(lines) > 1:
         x = float(np.median([line.middle for line in lines]))
         pitch = float(np.median(np.diff([float(line.baseline(x)) for line in lines])))
     close = min(pitch, widest)
-    x_height = _x_height(lines, marks.top[marks.over > 0.25 * close], close)
-    return Rules(tuple(lines), x_height, slant_of(mask, dpi, lines, x_height), pitch)
+    x_height = _x_height(lines, extremes.top[extremes.over > 0.25 * close], close)
+    return TextLines(tuple(lines), x_height, slant_of_lines(mask, dpi, lines, x_height), pitch)
 
 
 def _page_slope(edges: Array) -> float:
@@ -239,9 +240,9 @@ def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> f
     return _OPEN * float(high - low)
 
 
-def _apart(lines: list[Rule], pitch: float) -> list[Rule]:
+def _apart(lines: list[Baseline], pitch: float) -> list[Baseline]:
     """Of two lines in one place the longer."""
-    kept: list[Rule] = []
+    kept: list[Baseline] = []
     for line in lines:
         x = max(line.left, kept[-1].left) if kept else 0.0
         if kept and float(line.baseline(x) - kept[-1].baseline(x)) < 0.45 * pitch:
@@ -252,7 +253,7 @@ def _apart(lines: list[Rule], pitch: float) -> list[Rule]:
     return kept
 
 
-def _x_height(lines: list[Rule], tops: Array, pitch: float) -> float:
+def _x_height(lines: list[Baseline], tops: Array, pitch: float) -> float:
     """The height above the baseline at which strokes usually have their top, mm: the median around the mode."""
     heights = []
     for line in lines:
@@ -260,9 +261,76 @@ def _x_height(lines: list[Rule], tops: Array, pitch: float) -> float:
         heights.append(line.baseline(own[:, 0]) - own[:, 1])
     above = np.concatenate(heights)
     above = above[(above > 0.12 * pitch) & (above < 0.7 * pitch)]
-    if len(above) < LEAST:
+    if len(above) < LEAST_EDGES:
         return 0.3 * pitch
     height = mode(above, 0.03 * pitch)
     for _ in range(2):
         height = float(np.median(above[(above > 0.6 * height) & (above < 1.6 * height)]))
     return height
+
+
+_MIDDLE, _BAND = 0.5, 0.55  # x-heights: where the body of a line lies, and half its height
+_UPPER = 0.9  # a speck above a line is nearer to it than one as far below: ascenders, dots and accents
+_SHARED = 0.25  # a component with so much of its ink in a second body belongs to both lines
+
+
+class PixelBaseline(Protocol):
+    """Where a line of writing lies.  x_height : of its small letters, pixels."""
+
+    @property
+    def x_height(self) -> float: ...
+
+    def base(self, x: Array, /) -> Array:
+        """y of the baseline at x, pixels."""
+        ...
+
+
+def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDArray[np.int16]:
+    """(h, w) int16: the number of the line that every pixel of ink belongs to, −1 for paper.
+
+    A component belongs to the line in whose body it lies.  One that lies in the bodies of several is shared among them
+    along its strokes: every pixel goes to the body that is nearest on the way through the ink.
+
+    Parameters
+    ----------
+    mask : (h, w) bool, where there is ink.
+    lines : at least one.
+    """
+    import cv2
+
+    count, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    y, x = np.nonzero(mask)
+    part = label[y, x]
+    over = np.stack([(line.base(x.astype(np.float64)) - y) / line.x_height - _MIDDLE for line in lines])
+    inside = np.abs(over) < _BAND
+    body = np.stack([np.bincount(part[one], minlength=count) for one in inside])
+    away = np.where(over > 0, over * _UPPER, -over)
+    far = np.stack([np.bincount(part, one, minlength=count) for one in away])
+    most = body.max(axis=0)
+    owner = np.where(most > 0, body.argmax(axis=0), far.argmin(axis=0)).astype(np.int16)
+    own = np.where(mask, owner[label], np.int16(-1))
+    for number in np.flatnonzero((body > _SHARED * np.maximum(most, 1)).sum(axis=0) > 1):
+        left, top, wide, high, _ = stats[number]
+        corner = (slice(top, top + high), slice(left, left + wide))
+        piece = label[corner] == number
+        among = np.flatnonzero(body[:, number] > _SHARED * most[number])
+        own[corner][piece] = _shared(piece, (left, top), lines, among)[piece]
+    return own
+
+
+def _shared(
+    piece: NDArray[np.bool_], corner: tuple[int, int], lines: Sequence[PixelBaseline], among: NDArray[np.intp]
+) -> NDArray[np.int16]:
+    """(h, w) the line of every pixel of a component that lies in the bodies of several lines."""
+    from skimage.segmentation import watershed
+
+    y, x = np.nonzero(piece)
+    seeds = np.zeros(piece.shape, dtype=np.int32)
+    for number in among:
+        line = lines[number]
+        over = (line.base(x + float(corner[0])) - y - corner[1]) / line.x_height - _MIDDLE
+        core = np.abs(over) < _BAND
+        seeds[y[core], x[core]] = number + 1
+    # on a level floor the flood from the bodies meets half way along the strokes
+    flooded = watershed(np.zeros(piece.shape, np.uint8), seeds, mask=piece)  # type: ignore[no-untyped-call]
+    return np.asarray(flooded - 1, dtype=np.int16)

@@ -1,14 +1,13 @@
 """What the line around a place looks like: where a random walk along it gets to, as 216 numbers.
 
-A walk leaves a vertex along one of its edges, at each junction takes one of the exits at random, never back, and is
-over at the end of a line.  After each step the travelled distance, the change of density and the place relative to the
-start are noted, in the frame whose x axis is the way travelled first.  All walks at once, exactly: the probability of
-being on each directed edge is handed on by a sparse matrix.
+A walk leaves a vertex along one of its edges, takes one of the exits of each junction at random, never goes back, and
+is over at the end of a line.  After each step the travelled distance, the change of density and the place relative to
+the start are noted, in the frame whose x axis is the first part of the way.  All walks are computed at once, exactly: a
+sparse matrix hands on the probability of being on each directed edge.  The graph is first cut in even steps of a length
+in mm, so that scans of any resolution give the same numbers.
 
-Walks go over a graph of even steps, of a length in mm, so that scans of any resolution give the same numbers.
-
-Source: seed 000, §7.3.  Choices for what it leaves open: centres of δx, δy at −½, 0, ½ of the travelled distance, of
-the change of density at −½, 0, ½; a walk that is over adds nothing more.
+Source: seed 000, §7.3.  Chosen for what it leaves open: the bins of δx, δy have their centres at −½, 0, ½ of the
+travelled distance, those of the change of density at −½, 0, ½; a walk that is over adds nothing more.
 """
 
 from __future__ import annotations
@@ -19,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from handout.scanning.steps import even_steps
 from handout.values import Array, Indices, LineGraph
 
 _UNIT = 25.4 / 600  # mm: the paper's pixel
 _FARTHEST = 512 * _UNIT
 _FORWARD = 12 * _UNIT
 _TRAVEL, _RATIO = 8, 1.25
-SIZE = _TRAVEL * 27
+FEATURES = _TRAVEL * 27
 STEP = _FORWARD  # 0.51 mm
 _TOGETHER = 1500  # starts at a time: memory
 
@@ -58,7 +56,7 @@ def walk_features(xy: Array, density: Array, edges: Indices, step: float) -> Arr
     step : mm.
     """
     walk = _walk(edges, len(xy))
-    result = np.zeros((len(xy), SIZE))
+    result = np.zeros((len(xy), FEATURES))
     for start in range(0, len(xy), _TOGETHER):
         starts = np.arange(start, min(start + _TOGETHER, len(xy)))
         result[starts] = _from(starts, xy, density, walk, step)
@@ -116,7 +114,7 @@ def _from(starts: Indices, xy: Array, density: Array, walk: _Walk, step: float) 
             total[:, bin_] += weights[bin_] * seen
     feature = np.zeros((len(starts), _TRAVEL, 27))
     np.add.at(feature, owner, total)
-    flat = feature.reshape(len(starts), SIZE)
+    flat = feature.reshape(len(starts), FEATURES)
     whole = flat.sum(axis=1)
     flat[whole == 0, 13] = 1.0  # a dot goes nowhere
     return flat / np.where(whole == 0, 1.0, whole)[:, None]
@@ -198,3 +196,58 @@ def _travel_weights(travelled: float, step: float) -> Array:
     place = np.interp(travelled, centres, np.arange(_TRAVEL))
     weights = np.maximum(0, 1 - np.abs(np.arange(_TRAVEL) - place))
     return np.asarray(weights * step / (edges[own + 1] - edges[own]))
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """A graph whose vertices lie about `step` apart along the line.
+
+    xy : (k, 2) float, in the unit of the graph.
+    density : (k,) float.
+    edges : (m, 2) int.
+    step : length of an edge.
+    low, high, part : (n,): the vertex i of the graph lies between `low[i]` and `high[i]`, `part[i]` of the way.
+    """
+
+    xy: Array
+    density: Array
+    edges: Indices
+    step: float
+    low: Indices
+    high: Indices
+    part: Array
+
+
+def even_steps(graph: LineGraph, step: float) -> Steps:
+    """Each branch cut in parts of equal length, as near to `step` as goes; junctions and ends stay."""
+    knots = np.flatnonzero(graph.degree != 2)
+    number = np.full(len(graph), -1, dtype=np.intp)
+    number[knots] = np.arange(len(knots))
+    places, inks, pairs = [graph.xy[knots]], [graph.density[knots]], []
+    low, high = np.zeros(len(graph), dtype=np.intp), np.zeros(len(graph), dtype=np.intp)
+    part = np.zeros(len(graph))
+    low[knots] = high[knots] = number[knots]
+    count = len(knots)
+    for path in graph.branches:
+        if len(path) < 2:
+            continue
+        if number[path[0]] < 0:  # a loop without a junction: its first vertex becomes a knot
+            number[path[0]] = low[path[0]] = high[path[0]] = count
+            places.append(graph.xy[path[:1]])
+            inks.append(graph.density[path[:1]])
+            count += 1
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1))])
+        # a branch back to its own beginning needs two vertices on the way, or it would vanish
+        parts = max(3 if path[0] == path[-1] else 1, round(along[-1] / step))
+        at = np.linspace(0, along[-1], parts + 1)[1:-1]
+        places.append(np.stack([np.interp(at, along, graph.xy[path, k]) for k in (0, 1)], axis=1))
+        inks.append(np.interp(at, along, graph.density[path]))
+        row = np.concatenate([[number[path[0]]], np.arange(count, count + parts - 1), [number[path[-1]]]])
+        count += parts - 1
+        pairs.append(np.stack([row[:-1], row[1:]], axis=1))
+        place = along[1:-1] / max(along[-1], 1e-12) * parts
+        left = np.minimum(place.astype(np.intp), parts - 1)
+        low[path[1:-1]], high[path[1:-1]], part[path[1:-1]] = row[left], row[left + 1], place - left
+    edges = np.concatenate(pairs) if pairs else np.zeros((0, 2), dtype=np.intp)
+    edges = np.unique(np.sort(edges, axis=1), axis=0) if len(edges) else edges
+    return Steps(np.concatenate(places), np.concatenate(inks), edges, step, low, high, part)

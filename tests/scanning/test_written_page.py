@@ -4,9 +4,9 @@ from PIL import Image
 from scribbles import coverage, lines_of, page, scan_of
 
 from handout.errors import InputError
-from handout.scanning.density import pooled
-from handout.scanning.page import Scan
-from handout.scanning.reading import find_ink, prepare, read_page
+from handout.scanning.density import pooled_scale
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import find_ink, prepare, read_page
 
 
 def test_a_page_is_read(tmp_path):
@@ -14,10 +14,10 @@ def test_a_page_is_read(tmp_path):
     path = tmp_path / "page.png"
     Image.fromarray(scan.rgb).save(path, dpi=(300, 300))
     read = read_page(path)
-    assert len(read.rules.lines) == 4
+    assert len(read.text_lines.lines) == 4
     assert read.notes == ()
     assert read.density.values.shape == read.mask.ink.shape == read.matte.rgba.shape[:2] == scan.shape
-    assert set(read.seconds) == {"scan", "paper", "inks", "density", "mask", "rules", "graph", "matte"}
+    assert set(read.seconds) == {"scan", "paper", "inks", "density", "mask", "text lines", "graph", "matte"}
     on = np.rint(read.graph.uv).astype(int)
     assert read.mask.ink[on[:, 1], on[:, 0]].mean() > 0.98
     again = read_page(path)
@@ -44,7 +44,7 @@ def test_thin_strokes_are_named():
 
 def test_pages_may_share_a_scale():
     own = [prepare(page(4)), prepare(page(3, colour=(0.6, 0.6, 0.7)))]
-    scale = pooled([one.scale for one in own])
+    scale = pooled_scale([one.scale for one in own])
     levels = np.linspace(0.1, 1.5, 9)
     found = [find_ink(one, scale=scale).density.scale.density(levels) for one in own]
     assert np.array_equal(*found)
@@ -54,7 +54,7 @@ def test_pages_may_share_a_scale():
 def test_a_page_can_be_turned():
     scan = page(4)
     lying = prepare(Scan(np.rot90(scan.rgb, -1), scan.dpi))
-    assert len(find_ink(lying.turned(1)).rules.lines) == 4
+    assert len(find_ink(lying.turned(1)).text_lines.lines) == 4
 
 
 def test_blank_page_is_named():

@@ -8,7 +8,7 @@ from scribbles import coverage, scan_of
 
 from handout.scanning.density import find_density
 from handout.scanning.inks import find_inks
-from handout.scanning.linegraph import find_lines_of_ink
+from handout.scanning.line_graph import find_line_graph
 from handout.scanning.mask import find_mask
 from handout.values import LineGraph, Tag
 
@@ -19,7 +19,7 @@ def graph_of(strokes, width=60.0, height=30.0, pen=0.5, dpi=DPI):
     scan = scan_of(coverage(strokes, width, height, dpi, pen), dpi)
     inks = find_inks(scan)
     density = find_density(scan, inks)
-    return find_lines_of_ink(scan, find_mask(scan, inks, density), density)
+    return find_line_graph(scan, find_mask(scan, inks, density), density)
 
 
 def bare(edges, count):
@@ -78,7 +78,7 @@ def test_rough_edges_leave_no_spurs():
     scan = scan_of(ink)
     inks = find_inks(scan)
     density = find_density(scan, inks)
-    graph = find_lines_of_ink(scan, find_mask(scan, inks, density), density)
+    graph = find_line_graph(scan, find_mask(scan, inks, density), density)
     assert (graph.degree > 2).sum() == 0
     assert len(graph.branches) == 2
 

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.scanning.feature import SIZE, STEP, line_features, walk_features
-from handout.scanning.steps import even_steps
+from handout.scanning.line_features import FEATURES, STEP, even_steps, line_features, walk_features
 from handout.values import LineGraph
 
 UNIT = 25.4 / 600
@@ -79,7 +78,7 @@ def by_hand(xy, density, edges, step):
         if result[start].sum() == 0:
             result[start, 0, 1, 1, 1] = 1
         result[start] /= result[start].sum()
-    return result.reshape(len(xy), SIZE)
+    return result.reshape(len(xy), FEATURES)
 
 
 @settings(max_examples=25, deadline=None)

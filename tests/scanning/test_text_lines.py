@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scribbles import coverage, lines_of
 
-from handout.scanning.rules import find_rules
+from handout.scanning.text_lines import find_text_lines
 
 WIDTH = 120.0
 
@@ -21,7 +21,7 @@ def mask_of(count, fall=0.0, slant=0.0, pitch=9.0, dpi=300.0, bend=0.0, height=2
 @pytest.mark.parametrize("count", [1, 2, 5, 8])
 @pytest.mark.parametrize("told", [False, True])
 def test_every_line_is_found(count, told):
-    rules = find_rules(mask_of(count), 300.0, count if told else None)
+    rules = find_text_lines(mask_of(count), 300.0, count if told else None)
     assert len(rules.lines) == count
     middles = [float(line.baseline(WIDTH / 2)) for line in rules.lines]
     assert middles == pytest.approx([12.2 + 9.0 * k for k in range(count)], abs=0.35)
@@ -32,7 +32,7 @@ def test_every_line_is_found(count, told):
 
 @pytest.mark.parametrize("pitch", [14.0, 20.0])
 def test_spaced_out_lines_have_letters_of_their_own_size(pitch):
-    rules = find_rules(mask_of(3, pitch=pitch, height=1.3), 300.0)
+    rules = find_text_lines(mask_of(3, pitch=pitch, height=1.3), 300.0)
     assert rules.pitch == pytest.approx(pitch, abs=0.1)
     assert rules.x_height == pytest.approx(1.3 + 0.45, abs=0.25)
     middles = [float(line.baseline(WIDTH / 2)) for line in rules.lines]
@@ -41,12 +41,12 @@ def test_spaced_out_lines_have_letters_of_their_own_size(pitch):
 
 @pytest.mark.parametrize("fall", [-0.05, 0.03])
 def test_slope(fall):
-    rules = find_rules(mask_of(5, fall=fall), 300.0)
+    rules = find_text_lines(mask_of(5, fall=fall), 300.0)
     assert [float(line.slope(WIDTH / 2)) for line in rules.lines] == pytest.approx([fall] * 5, abs=0.004)
 
 
 def test_bend():
-    rules = find_rules(mask_of(5, bend=2.0), 300.0)
+    rules = find_text_lines(mask_of(5, bend=2.0), 300.0)
     for line in rules.lines:
         hang = float(line.baseline(line.middle) - (line.baseline(line.left) + line.baseline(line.right)) / 2)
         assert hang == pytest.approx(-2.0 * ((line.right - line.left) / WIDTH) ** 2, abs=0.4)
@@ -71,11 +71,11 @@ def stems(slant):
 
 @pytest.mark.parametrize("slant", [-0.2, 0.0, 0.3, 0.6])
 def test_slant(slant):
-    assert find_rules(stems(slant), 300.0).slant == pytest.approx(slant, abs=0.04)
+    assert find_text_lines(stems(slant), 300.0).slant == pytest.approx(slant, abs=0.04)
 
 
 def test_resolution_does_not_matter():
-    one, two = find_rules(mask_of(4), 300.0), find_rules(mask_of(4, dpi=600.0), 600.0)
+    one, two = find_text_lines(mask_of(4), 300.0), find_text_lines(mask_of(4, dpi=600.0), 600.0)
     for a, b in zip(one.lines, two.lines, strict=True):
         assert a.baseline(60.0) == pytest.approx(b.baseline(60.0), abs=0.1)
     assert one.x_height == pytest.approx(two.x_height, abs=0.1)
@@ -84,11 +84,11 @@ def test_resolution_does_not_matter():
 def test_uneven_spacing_with_a_known_count():
     one, gap = mask_of(3), np.zeros((150, round(WIDTH * 300 / 25.4)), dtype=bool)
     both = np.concatenate([one[:, : gap.shape[1]], gap, one[:, : gap.shape[1]]])
-    assert len(find_rules(both, 300.0, 6).lines) == 6
+    assert len(find_text_lines(both, 300.0, 6).lines) == 6
 
 
 def test_places_know_their_line():
-    rules = find_rules(mask_of(4), 300.0)
+    rules = find_text_lines(mask_of(4), 300.0)
     assert rules.nearest(np.array([[50.0, 11.0], [50.0, 20.5], [50.0, 38.0]])).tolist() == [0, 1, 3]
     place = rules.line_space(
         np.array([[rules.lines[1].left, float(rules.lines[1].baseline(rules.lines[1].left)) - 9.0]]), 1
@@ -97,6 +97,6 @@ def test_places_know_their_line():
 
 
 def test_nothing_to_find():
-    rules = find_rules(np.zeros((300, 300), dtype=bool), 300.0)
+    rules = find_text_lines(np.zeros((300, 300), dtype=bool), 300.0)
     assert rules.lines == ()
     assert rules.nearest(np.zeros((2, 2))).tolist() == [-1, -1]

@@ -9,12 +9,10 @@ from scipy.spatial import cKDTree
 from scribbles import coverage, scan_of
 
 from handout.scanning.density import find_density
-from handout.scanning.fitting import fitted, half_widths, sampled
 from handout.scanning.inks import find_inks
-from handout.scanning.linegraph import find_lines_of_ink
+from handout.scanning.line_graph import find_line_graph, fitted_to_ink, half_widths, sampled
 from handout.scanning.mask import find_mask
-from handout.scanning.skeleton import skeleton, without_spurs
-from handout.scanning.strands import apart
+from handout.scanning.skeleton import separate_strokes, skeleton, without_spurs
 
 LONG = np.linspace((5, 23), (55, 27), 200)  # ink enough for a page
 NEAR = 0.06
@@ -32,7 +30,7 @@ def read(strokes, dpi=300.0, pen=0.5):
     scan = scan_of(coverage([LONG, *strokes], 60.0, 30.0, dpi, pen), dpi)
     inks = find_inks(scan)
     density = find_density(scan, inks)
-    graph = find_lines_of_ink(scan, find_mask(scan, inks, density), density)
+    graph = find_line_graph(scan, find_mask(scan, inks, density), density)
     return graph.take(np.flatnonzero(graph.xy[:, 1] < 21))
 
 
@@ -52,7 +50,7 @@ def test_two_strokes_to_a_point_are_taken_apart(wide, dpi, monkeypatch):
     found, met = off(read([sharp], dpi), [sharp])
     assert (found <= NEAR).mean() >= 0.95
     assert (met <= NEAR + 0.02).mean() >= 0.93
-    monkeypatch.setattr("handout.scanning.linegraph.apart", lambda xy, edges, *_: (xy, edges))
+    monkeypatch.setattr("handout.scanning.line_graph.separate_strokes", lambda xy, edges, *_: (xy, edges))
     assert (met <= NEAR).mean() > (off(read([sharp], dpi), [sharp])[1] <= NEAR).mean()
 
 
@@ -110,13 +108,13 @@ def test_pieces_stay_whole(seed, strokes, width):
     inside = cv2.distanceTransform(ink, cv2.DIST_L2, 5)
     xy, edges = skeleton(ink > 0)
     before = pieces(edges, len(xy))
-    taken, pairs = apart(xy, edges, sampled(inside, xy), width / 2)
+    taken, pairs = separate_strokes(xy, edges, sampled(inside, xy), width / 2)
     assert pieces(pairs, len(taken)) == before
     assert not len(pairs) or len(np.unique(pairs)) == pairs.max() + 1
     assert (pairs[:, 0] != pairs[:, 1]).all()
     pruned, left = without_spurs(taken, pairs, inside)
     assert pieces(left, len(pruned)) == before
-    moved, half = fitted(pruned, left, ink.astype(np.float32), ink.astype(np.float32), width / 2)
+    moved, half = fitted_to_ink(pruned, left, ink.astype(np.float32), ink.astype(np.float32), width / 2)
     assert np.isfinite(moved).all()
     assert ((half > 0) & (half <= 0.7 * width + 1e-9)).all()
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.picture import choose_page, refuse_large
+from handout.scanning.checks import page_index, refuse_large
 
 
 def is_tiff(path: Path) -> bool:
@@ -44,7 +44,7 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
     try:
         with _unlogged(), tifffile.TiffFile(path) as file:
             pages = file.pages
-            one = pages[choose_page(len(pages), page, path)]
+            one = pages[page_index(len(pages), page, path)]
             assert isinstance(one, tifffile.TiffPage)
             refuse_large(one.imagewidth, one.imagelength, path)
             values = one.asarray()

@@ -1,4 +1,7 @@
-"""A picture as it lies in a file, before its resolution is settled: PNG, JPEG, TIFF, or a page of a PDF.
+"""Pictures and scans from files: PNG, JPEG, TIFF and whatever else Pillow reads, or a page of a PDF.
+
+A new format gets a module of its own beside `pdf_pages` and `tiff_pages`, and a line in `read_picture` and
+`count_pages`.
 
 The size is read from the head of the file and refused there, before anything is decoded.  Colours stay the scanner's
 own (device RGB); 16-bit files are read at 8 bits, which is finer than the noise of paper.
@@ -9,7 +12,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.summary import one_line
+from handout.scanning.checks import (
+    check_dpi,
+    page_index,
+    plausible_dpi,
+    refuse_large,
+    refuse_oversize,
+    source_of,
+    square_resolution,
+)
+from handout.scanning.scan import Picture, Scan
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Image_
 
-MOST_PIXELS = 200_000_000  # an A4 sheet at 1200 dpi has 139 million
+ENOUGH_DPI, _FINE = 600.0, 700.0  # a pen's line shows nothing finer than the first; scans above the second are reduced
 _ROWS = 1024  # of a picture with transparent parts that are laid on white at a time: memory
-_SQUARE = 1.02  # how far the resolutions across and down may differ
 _CAMERA = (271, 272)  # EXIF: maker and model
 _EXPOSED = 33434  # EXIF: exposure time, which scanners do not note
 # first bytes of files that are none of ours, and what is to be done with them
@@ -38,24 +48,6 @@ _FOREIGN = (
 
 # what Pillow raises for files that are damaged or cut off
 _DAMAGED = (OSError, SyntaxError, ValueError, EOFError, MemoryError, TypeError, KeyError, IndexError)
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """What a file holds.
-
-    rgb : (h, w, 3) uint8, device RGB.
-    own : pixels per inch, as the file says; None if it does not.
-    source : the file, with the number of the page if it holds several: for messages.
-    photographed : whether a camera took it.
-    """
-
-    rgb: NDArray[np.uint8]
-    own: float | None
-    source: str
-    photographed: bool = False
-
-    __repr__ = one_line
 
 
 def read_picture(path: Path, page: int | None = None) -> Picture:
@@ -75,7 +67,7 @@ def read_picture(path: Path, page: int | None = None) -> Picture:
     """
     path = Path(path)
     if _is_pdf(path):
-        from handout.scanning.pdf import page_of_pdf
+        from handout.scanning.pdf_pages import page_of_pdf
 
         rgb, own, count = page_of_pdf(path, page)
         return Picture(rgb, own, source_of(path, page, count))
@@ -91,19 +83,19 @@ def count_pages(path: Path) -> int:
         As `read_picture`, of a PDF.
     """
     if _is_pdf(path):
-        from handout.scanning.pdf import count_of_pdf
+        from handout.scanning.pdf_pages import count_of_pdf
 
         return count_of_pdf(path)
     from PIL import Image
 
-    from handout.scanning import tiff
+    from handout.scanning import tiff_pages
 
     Image.MAX_IMAGE_PIXELS = None
     try:
         with _quietly(), Image.open(path) as image:
             return int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
     except _DAMAGED:
-        return tiff.count_of_tiff(path) if tiff.is_tiff(path) else 1
+        return tiff_pages.count_of_tiff(path) if tiff_pages.is_tiff(path) else 1
 
 
 @contextmanager
@@ -114,11 +106,6 @@ def _quietly() -> Iterator[None]:
         yield
 
 
-def source_of(path: Path, page: int | None, count: int) -> str:
-    """What a page of a file is called."""
-    return f"{path}:{page}" if count > 1 else str(path)
-
-
 def _is_pdf(path: Path) -> bool:
     if path.is_file():
         with path.open("rb") as file:
@@ -126,37 +113,11 @@ def _is_pdf(path: Path) -> bool:
     return False
 
 
-def refuse_large(width: int, height: int, path: Path) -> None:
-    """Raise InputError for a picture above the limit, and for an empty one."""
-    if width * height > MOST_PIXELS:
-        raise InputError(
-            f"{path} has {width} × {height} pixels, {width * height / 1e6:.0f} megapixels; the limit is "
-            f"{MOST_PIXELS // 10**6}. Scan at 600 dpi or less, or cut the page into parts."
-        )
-    if width < 32 or height < 32:
-        raise InputError(f"{path} has {width} × {height} pixels: too small to hold a line of writing.")
-
-
-def choose_page(count: int, page: int | None, path: Path) -> int:
-    """Index from 0 of the page to read, of a file of `count` pages."""
-    if page is None:
-        if count > 1:
-            raise InputError(f"{path} holds {count} pages: say which one, as {path}:1 … {path}:{count}.")
-        return 0
-    if not 1 <= page <= count:
-        raise InputError(f"{path}:{page}: there is no such page; {path} holds {_pages(count)}.")
-    return page - 1
-
-
-def _pages(count: int) -> str:
-    return "1 page" if count == 1 else f"pages 1–{count}"
-
-
 def _read_image(path: Path, page: int | None) -> Picture:
     """The picture in a file that is no PDF."""
     from PIL import Image, ImageOps
 
-    from handout.scanning import tiff
+    from handout.scanning import tiff_pages
 
     # the check below is exact and says what to do; Pillow's own would warn on ordinary scans
     Image.MAX_IMAGE_PIXELS = None
@@ -164,7 +125,7 @@ def _read_image(path: Path, page: int | None) -> Picture:
         with _quietly(), Image.open(path) as image:
             refuse_large(image.width, image.height, path)
             frames = int(getattr(image, "n_frames", 1)) if image.format == "TIFF" else 1
-            index = choose_page(frames, page, path)
+            index = page_index(frames, page, path)
             if index:
                 image.seek(index)
                 refuse_large(image.width, image.height, path)
@@ -173,18 +134,18 @@ def _read_image(path: Path, page: int | None) -> Picture:
             own, taken = image.info.get("dpi"), _photographed(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
-            return Picture(rgb, _square(own, path), source_of(path, page, frames), taken)
+            return Picture(rgb, square_resolution(own, path), source_of(path, page, frames), taken)
     except _DAMAGED as error:
-        if tiff.is_tiff(path):
+        if tiff_pages.is_tiff(path):
             return _by_tifffile(path, page)
         raise InputError(f"Cannot read {path}: {_reason(error, path)}.") from error
 
 
 def _by_tifffile(path: Path, page: int | None) -> Picture:
-    from handout.scanning.tiff import page_of_tiff
+    from handout.scanning.tiff_pages import page_of_tiff
 
     rgb, own, count = page_of_tiff(path, page)
-    return Picture(rgb, _square(own, path), source_of(path, page, count))
+    return Picture(rgb, square_resolution(own, path), source_of(path, page, count))
 
 
 def _reason(error: BaseException, path: Path) -> str:
@@ -205,24 +166,6 @@ def _reason(error: BaseException, path: Path) -> str:
 def _photographed(image: Image_) -> bool:
     exif = image.getexif()
     return any(exif.get(tag) for tag in _CAMERA) and bool(exif.get_ifd(0x8769).get(_EXPOSED))
-
-
-def _square(own: Any, path: Path) -> float | None:
-    """Pixels per inch, the same across and down.
-
-    Raises
-    ------
-    InputError
-        They are not.
-    """
-    if not own or not all(float(side) > 0 for side in own):
-        return None
-    across, down = (float(side) for side in own)
-    if max(across, down) > _SQUARE * min(across, down):
-        raise InputError(
-            f"{path} has {across:g} dpi across and {down:g} down, as faxes have: scan the page at 300 dpi both ways."
-        )
-    return across
 
 
 def _as_rgb(image: Image_, path: Path) -> NDArray[np.uint8]:
@@ -281,3 +224,57 @@ def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
             )
         grey = (values.astype(np.uint16) >> 8).astype(np.uint8)
     return np.repeat(grey[:, :, None], 3, axis=2)
+
+
+def read_scan(path: Path, dpi: float | None = None, page: int | None = None) -> Scan:
+    """A scan from a file.
+
+    Parameters
+    ----------
+    path : Path
+        PNG, JPEG, TIFF or any other image that Pillow reads, or a PDF.
+    dpi : float, optional
+        Pixels per inch; without it the file's own resolution, if it has a plausible one.
+    page : int, optional
+        Which page of a file that holds several, from 1.
+
+    Raises
+    ------
+    InputError
+        As `read_picture` and `scan_of`.
+    """
+    check_dpi(dpi)
+    return scan_of(read_picture(Path(path), page), dpi)
+
+
+def scan_of(picture: Picture, dpi: float | None = None) -> Scan:
+    """A picture as a scan; above 700 dpi it is reduced to 600, since nothing of a pen's line is finer.
+
+    Parameters
+    ----------
+    picture : Picture
+    dpi : float, optional
+        Pixels per inch; without it the file's own, if it has a plausible one.
+
+    Raises
+    ------
+    InputError
+        A resolution that is missing or not plausible, or that makes the page larger than two sheets of A3.
+    """
+    check_dpi(dpi)
+    told = dpi is not None
+    if dpi is None:
+        dpi = plausible_dpi(picture)
+    else:
+        refuse_oversize(picture, dpi)
+    return _reduced(Scan(picture.rgb, float(dpi), picture.source, told=told))
+
+
+def _reduced(scan: Scan) -> Scan:
+    import cv2
+
+    if scan.dpi <= _FINE:
+        return scan
+    size = (round(scan.shape[1] * ENOUGH_DPI / scan.dpi), round(scan.shape[0] * ENOUGH_DPI / scan.dpi))
+    rgb = np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return Scan(rgb, ENOUGH_DPI, scan.source, scan.told)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.picture import choose_page, refuse_large, source_of
+from handout.scanning.checks import page_index, refuse_large, source_of
 
 _FINEST = 600.0  # dpi: finer pictures are drawn at this
 _COVERED = 0.25  # of the page: pictures that cover less of it are no scan of one
@@ -31,7 +31,7 @@ def page_of_pdf(path: Path, page: int | None) -> tuple[NDArray[np.uint8], float,
     """
     with _opened(path) as document:
         count = len(document)
-        index = choose_page(count, page, path)
+        index = page_index(count, page, path)
         return *_drawn(document[index], path, source_of(path, page, count)), count
 
 
