@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from handout.errors import InputError
+from handout.page_sizes import page
 from handout.scanning.scan import Picture, Scan
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ _SQUARE = 1.02  # greatest ratio of the resolutions across and down: faxes have 
 LEAST_DPI, MOST_DPI = 100.0, 2400.0  # below, strokes have no width to measure; above, no scanner resolves
 _ROUNDED = 0.5  # dpi: PNG counts whole pixels a metre
 _LONGEST_SIDE = 610.0  # mm: two sheets of A3
-_SHEETS = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}  # mm: ISO 216 and ANSI A
+_SHEETS = ("A4", "Letter")  # whose width a scan is compared with
 _SCANNER_DPI = (200, 300, 400, 600, 1200)  # that scanners offer
 LEAST_STROKE = 2.0  # pixels: of a thinner stroke neither radius nor density can be measured
 _FINEST_PEN = 0.1  # mm: technical pens start there
@@ -110,9 +111,10 @@ def plausible_dpi(picture: Picture) -> float:
 
 def _dpi_hint(width: int, height: int) -> str:
     """What the resolution would be if a whole sheet had been scanned."""
-    for name, (narrow, high) in _SHEETS.items():
+    for name in _SHEETS:
+        sheet = page(name)
         for dpi in _SCANNER_DPI:
-            if abs(width / dpi * 25.4 / narrow - 1) < 0.025 and height / dpi * 25.4 < 1.03 * high:
+            if abs(width / dpi * 25.4 / sheet.width - 1) < 0.025 and height / dpi * 25.4 < 1.03 * sheet.height:
                 return f" (if the {name} sheet was scanned at its full width: --dpi {dpi})"
     return ""
 
