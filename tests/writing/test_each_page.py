@@ -7,9 +7,10 @@ import pytest
 
 from handout.errors import MissingCharacters
 from handout.hand.library import load
+from handout.page_sizes import page
 from handout.writing.compose import compose, each_page
 from handout.writing.drawn_line_writer import WordWriter
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 HAND = load("house-print")
 SMALL = Layout(page("70x50mm"), (6.0,) * 4)

@@ -13,7 +13,8 @@ import numpy as np
 
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
-from handout.plotting.dialect import Command, Controller, Heard, dialect
+from handout.plotting.dialect import Command, Controller, StateReport
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.observation import Observed, Observer
 from handout.plotting.driving.overlap import Secure, Securing
@@ -80,7 +81,7 @@ def run(
     """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
     log = log or (lambda _: None)
     controller = meet(port, profile, log)
-    bed.check(plan.course.points[:, :2], controller.profile)
+    bed.check(plan.toolpath.points[:, :2], controller.profile)
     try:
         if profile.homing:
             controller.home()
@@ -152,7 +153,7 @@ def draw(
         As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
-    bed.check(plan.course.points[:, :2], controller.profile)
+    bed.check(plan.toolpath.points[:, :2], controller.profile)
     own = msgspec.structs.replace(controller.profile, bed=profile.bed)
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
@@ -267,11 +268,11 @@ class _Stream:
             if self.proved is not None:
                 self.proved(self.commands[proven - 1].done)
 
-    def _listen(self, heard: Heard) -> None:
+    def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
-        self.observer.note(self._clock(), heard.executed - self._before, heard.place)
-        if heard.queued is not None:
-            self._watch_queue(heard.queued, heard.taken - self._before)
+        self.observer.note(self._clock(), report.executed - self._before, report.place)
+        if report.queued is not None:
+            self._watch_queue(report.queued, report.taken - self._before)
 
     def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
@@ -285,8 +286,8 @@ class _Stream:
 
 def _strokes(plan: Plan) -> Array:
     """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
-    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
-    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
+    drawn = np.where(plan.toolpath.draws, plan.toolpath.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
@@ -299,7 +300,7 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     else:
         executed_s = time.monotonic() - before
         stretched = stretched if observed.unknown else observed.stretched
-    segments = int(np.count_nonzero(plan.course.kind == DRAW))
+    segments = int(np.count_nonzero(plan.toolpath.kind == DRAW))
     lines = len(stream.commands)
     return Report(
         executed_s,

@@ -11,17 +11,18 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from handout import __version__
+from handout import __version__, page_sizes
 from handout.errors import DoesNotFit
 from handout.hand.library import find
 from handout.motion.trace import trace
 from handout.plotting import bed
+from handout.plotting.dialects import dialect
 from handout.plotting.setup import panels
 from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
 from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
-from handout.writing.layout import PAGES, Layout
+from handout.writing.layout import Layout
 
 _SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
@@ -36,7 +37,7 @@ Spot = tuple[float, float, Panel]
 
 def usual_page(profile: Plotter) -> Page:
     """A5 where the machine reaches all of it, else its bed."""
-    a5, size = PAGES["a5"], profile.bed
+    a5, size = page_sizes.page("a5"), profile.bed
     short, long = sorted((float(size.width), float(size.height)))
     return a5 if short >= a5.width and long >= a5.height else Page(float(size.width), float(size.height))
 
@@ -194,18 +195,11 @@ def _moved(line: Line, caption: Caption, scale: float) -> Line:
     return dataclasses.replace(line, placed=tuple(there(placed) for placed in line.placed), baseline=caption.y)
 
 
-_OWN_STEPS = {
-    "grbl": "$100 (x), $101 (y)",
-    "marlin": "M92 X, Y",
-    "ebb": "limits.steps_per_mm",
-}
-
-
 def how_to_read(profile: Plotter) -> list[str]:
     """One line for every part of the sheet."""
     said = ["Square: measure its sides with a ruler; if they are off,"]
-    if profile.dialect in _OWN_STEPS:
-        said[0] += f" steps per mm ({_OWN_STEPS[profile.dialect]}) = now x printed length / measured length."
+    if setting := dialect(profile.dialect).steps_setting:
+        said[0] += f" steps per mm ({setting}) = now x printed length / measured length."
     else:
         said[0] += " the plotter's scale is set on itself (P1, P2)."
     said[0] += " Unequal diagonals: the axes are not square."

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from handout.hand.scanned import ScannedGlyph, ScannedHand
+from handout.page_sizes import page
 from handout.values import LineGraph
 from handout.writing.baseline_model import USUAL_BASELINES, BaselineModel, line_geometries
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.scanned.baseline_model import baseline_model
 
 SIZE, PITCH, REACH, LEFT, TOP = 30.0, 4.0, 25.0, 10.0, 8.0  # pixels an x-height, and x-heights
