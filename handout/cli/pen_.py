@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from handout import page_sizes, units
-from handout.cli import jobs, moving_, plotting_, programs, results
+from handout.cli import jobs, moving_, plotting_, results
 from handout.errors import InputError
+from handout.pipeline import programs
 
 if TYPE_CHECKING:
     from handout.profiles import Plotter
