@@ -11,7 +11,7 @@ from handout import profiles
 from handout.plotting import plan
 from handout.plotting.dialects.marlin import DIALECT as marlin
 from handout.plotting.dialects.marlin import protocol
-from handout.plotting.dialects.marlin.planner_queue import PlannerQueue
+from handout.plotting.dialects.marlin.controller import PlannerQueue
 from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
