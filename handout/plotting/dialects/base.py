@@ -16,7 +16,7 @@ from handout.profiles import Limits, Plotter
 
 Reply = TypeVar("Reply")
 
-GLANCE = 0.25  # s that a machine is listened to at a time; set by eye: a person waits no longer for a halt to begin
+GLANCE = 0.25  # s that a machine is listened to at a time, before silence is reckoned with
 RESTARTED = "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
 
 

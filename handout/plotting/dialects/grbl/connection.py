@@ -17,8 +17,8 @@ from handout.plotting.dialects.grbl.protocol import Banner, Modal, Offset, Reply
 from handout.plotting.ports import Port
 from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
 
-_FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do; set by eye
-_LEAST = 10.0  # mm of travel that make a bed; set by eye
+_FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do
+_LEAST = 10.0  # mm of travel that make a bed
 
 
 @dataclass

@@ -19,8 +19,8 @@ from handout.plotting.dialects.grbl.protocol import Alarm, Banner, Error, Ok, Re
 from handout.plotting.ports import Port
 
 _LONGEST = 600.0  # s that it may take over one line that is asked alone
-_HOMING = 180.0  # s a machine may take to find its switches; set by eye
-_REPORTS = 200  # answers that are listened to for another; set by eye
+_HOMING = 180.0  # s a machine may take to find its switches
+_REPORTS = 200  # answers that are listened to for another
 
 
 class Sent(NamedTuple):
@@ -91,9 +91,9 @@ class GrblConversation(Conversation[Reply]):
         while True:
             for reply in self._patiently(patience) if patience else self.attend():
                 if isinstance(reply, Error):
-                    raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.words}.")
+                    raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.description}.")
                 if isinstance(reply, Alarm):
-                    raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                    raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
                 if isinstance(reply, Banner):
                     raise self._restarted()
                 heard.append(reply)
@@ -146,7 +146,7 @@ class GrblConversation(Conversation[Reply]):
             elif isinstance(reply, Error):
                 raise DeviceGarbled(self._refused(reply))
             elif isinstance(reply, Alarm):
-                raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
             elif isinstance(reply, Banner):
                 raise self._restarted()
 
@@ -157,7 +157,7 @@ class GrblConversation(Conversation[Reply]):
     def _refused(self, error: Error) -> str:
         sent = self._under_way[0] if self._under_way else None
         where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
-        return f"The plotter refused {where}: {error.words}."
+        return f"The plotter refused {where}: {error.description}."
 
     def _heed(self, status: Status) -> None:
         """See whether somebody holds it, and for how long."""

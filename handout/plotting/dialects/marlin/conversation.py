@@ -315,7 +315,7 @@ class MarlinConversation(Conversation[Reply]):
 def _trouble(reply: Reply) -> None:
     """Stop where the machine has."""
     if isinstance(reply, Error):
-        raise DeviceAlarm(f"The plotter reports {reply.words}.")
+        raise DeviceAlarm(f"The plotter reports {reply.description}.")
     if isinstance(reply, Unhomed):
         raise DeviceAlarm(
             "The plotter does not move before it has found its zero: set homing = true in the profile, or home it at "
