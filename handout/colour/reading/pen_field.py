@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic
-from handout.colour.reading.flatness import Field
-from handout.colour.reading.opening import Scan
+from handout.colour.pen_lines import density_of, strokes_in
+from handout.colour.reading.patch_means import Shading
 from handout.colour.reading.registration import Placement
-from handout.colour.strokes import density_of, strokes_in
+from handout.colour.reading.scan_files import Scan
 from handout.errors import InputError
 from handout.values import Array, readonly
 
@@ -34,7 +34,7 @@ class Scribble:
     picture : (h, w, 3) float32, 0–1 as scanned, free of shading; upright.
     paper : (3,) the bare paper in the same scan.
     dpi : pixels an inch.
-    contrast : strength of the S-shaped curve that the chart's patches show in this scan (`contrast.of_chart`); 0: none.
+    contrast : strength of the S-shaped curve that the chart's patches show in this scan; 0: none.
     """
 
     picture: NDArray[np.float32]
@@ -51,7 +51,7 @@ class Scribble:
         return density_of(self.picture, self.paper)
 
 
-def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Field | None = None) -> Scribble | None:
+def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading | None = None) -> Scribble | None:
     """What was written in the field of a scanned page; None if there is no field, or too little in it.
 
     Parameters
