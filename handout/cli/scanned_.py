@@ -197,13 +197,13 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, q
     from handout.inking.swatches import swatches
     from handout.scanning.picture_files import read_scan
     from handout.scanning.written_page import read_page
-    from handout.tagging.making import read_pen
+    from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
     atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
-    hand = read_pen(path.stem, pages)
+    hand = pen_of_pages(path.stem, pages)
     radius, pieces = swatches(hand)[0].radius, sum(len(one.start) for one in swatches(hand))
     file.save(hand, path)
     result = {"files": [str(path)], "pieces": pieces, "width": round(2 * radius, 3)}

@@ -8,7 +8,7 @@ import pytest
 
 from handout.prompting import sheet_detection
 from handout.scanning.scan import Scan
-from handout.tagging.sheets import filled_sheet
+from handout.tagging.page_sources import filled_sheet
 from handout.values import Page
 
 DPI, PAPER = 300.0, np.array([242, 240, 235])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from handout.tagging.alphabet import LETTERS, SPACE
-from handout.tagging.chain import _FLOOR, column_features, laid, log_probability
-from handout.tagging.features import HEIGHT, STEP
+from handout.tagging.haines_2016 import _FLOOR, column_features, laid, log_probability
+from handout.tagging.line_space import HEIGHT, STEP
 
 
 def by_trying(log, letters):

@@ -14,11 +14,10 @@ from handout.hand.places import graphemes
 from handout.motion.recovery.pages import paths
 from handout.motion.trace import trace, written
 from handout.sources.unipen import from_unipen
-from handout.tagging.labelled import labelled, laid, small_letters
-from handout.tagging.making import read_hand
-from handout.tagging.recording import Recording, turns, x_height
-from handout.tagging.recordings import recordings, source
-from handout.tagging.sources import lettered
+from handout.tagging.page_sources import tagged_pages
+from handout.tagging.page_tagging import hand_of_pages
+from handout.tagging.recorded_pages import page_source, recorded_pages
+from handout.tagging.recording import Recording, labelled_pieces, laid_out, pieces_x_height, turns, x_height_of_strokes
 from handout.values import Drawing, Moments, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -55,9 +54,9 @@ def told():
 
 @pytest.fixture(scope="module")
 def read(told):
-    (page,) = recordings([told], quiet)
-    (made,) = lettered([source(page)], 0, None, quiet)
-    return made, read_hand("pen", [made])
+    (page,) = recorded_pages([told], quiet)
+    (made,) = tagged_pages([page_source(page)], 0, None, quiet)
+    return made, hand_of_pages("pen", [made])
 
 
 def test_every_letter_is_found_where_its_samples_are(told, read):
@@ -135,22 +134,22 @@ def test_texts_that_were_written_over_one_another_get_lines_of_their_own():
     speck = Stroke([0.0], [[0.0, 0.0]])
     strokes = [wave(12), wave(9, y=21.0), speck, wave(4, x=70.0, y=24.0)]
     drawing = unipen(strokes, ['TEXT 0 OK "one"', 'TEXT 1 OK "two"', 'TEXT 2 OK "gone"', 'TEXT 3 OK "three  "'])
-    pieces = labelled("a.dat", drawing)
+    pieces = labelled_pieces("a.dat", drawing)
     assert [piece.label for piece in pieces] == ["one", "two", "three"]
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 40.0, 26.0)
+    (page,) = laid_out("a.dat", pieces, 2.5, 250.0, 40.0, 26.0)
     assert page.text == "one\ntwo\nthree" and page.lines == 3 and page.letters == ()
     low = [stroke.xy[:, 1].max() for stroke in page.drawing.strokes]
     assert np.diff(low) == pytest.approx(low[1] - low[0], abs=0.11) and low[1] - low[0] > 8
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 100.0, 26.0)
+    (page,) = laid_out("a.dat", pieces, 2.5, 250.0, 100.0, 26.0)
     assert page.text == "one two three" and page.lines == 1
 
 
 def test_letters_stand_as_high_as_letters_do():
     strokes = [wave(1, y=40.0)] * 8 + [wave(1, height=5.0, y=70.0)] * 2
     drawing = unipen(strokes, [f'CHARACTER {i} OK "{"nnnnnnnngg"[i]}"' for i in range(10)])
-    pieces = labelled("a.dat", drawing)
-    assert small_letters(pieces) == pytest.approx(2.5, rel=0.2)
-    (page,) = laid("a.dat", pieces, 2.5, 250.0, 300.0, 26.0)
+    pieces = labelled_pieces("a.dat", drawing)
+    assert pieces_x_height(pieces) == pytest.approx(2.5, rel=0.2)
+    (page,) = laid_out("a.dat", pieces, 2.5, 250.0, 300.0, 26.0)
     low = [stroke.xy[:, 1].max() for stroke in page.drawing.strokes]
     assert low[-1] - low[0] > 1.5  # a g hangs below the line
     assert [set(of.tolist()) for of in page.letters] == [{2 * i} for i in range(10)]
@@ -158,9 +157,9 @@ def test_letters_stand_as_high_as_letters_do():
 
 def test_labels_of_letters_count_where_they_spell_the_word():
     both = ['WORD 0-2 OK "in"', 'CHARACTER 0,2 OK "i"', 'CHARACTER 1 OK "n"']
-    (piece,) = labelled("a.dat", unipen([wave(3)] * 3, both))
+    (piece,) = labelled_pieces("a.dat", unipen([wave(3)] * 3, both))
     assert piece.letters == (0, 1, 0)
-    (piece,) = labelled("a.dat", unipen([wave(3)] * 3, [*both[:2], 'CHARACTER 1 OK "m"']))
+    (piece,) = labelled_pieces("a.dat", unipen([wave(3)] * 3, [*both[:2], 'CHARACTER 1 OK "m"']))
     assert piece.letters == ()
 
 
@@ -179,18 +178,20 @@ def test_turns_are_the_extremes(y):
 
 
 def test_the_size_of_writing_is_that_of_its_ups_and_downs():
-    assert x_height([wave(12)]) == pytest.approx(2.5, rel=0.01)
-    assert x_height([wave(2)]) == 0
+    assert x_height_of_strokes([wave(12)]) == pytest.approx(2.5, rel=0.01)
+    assert x_height_of_strokes([wave(2)]) == 0
 
 
 def test_writing_of_no_persons_size_is_made_usual_and_that_is_said():
     said = []
     tiny = Drawing((wave(12, height=0.3),), Page(100, 100))
-    (page,) = recordings([Recording("s.svc", tiny, "m")], said.append)
-    assert page.small == pytest.approx(2.6) and x_height(page.drawing.strokes) == pytest.approx(2.6, rel=0.01)
+    (page,) = recorded_pages([Recording("s.svc", tiny, "m")], said.append)
+    assert page.x_height == pytest.approx(2.6) and x_height_of_strokes(page.drawing.strokes) == pytest.approx(
+        2.6, rel=0.01
+    )
     assert len(said) == 1 and "0.3 mm" in said[0]
     timeless = replace(tiny, strokes=(wave(12),), timed=False)
-    (page,) = recordings([Recording("s.svg", timeless, "m")], said.append)
+    (page,) = recorded_pages([Recording("s.svg", timeless, "m")], said.append)
     assert "does not say when" in said[1] and not page.drawing.timed
 
 
@@ -206,14 +207,14 @@ def test_writing_of_no_persons_size_is_made_usual_and_that_is_said():
 )
 def test_what_cannot_be_used_is_said(strokes, text, says):
     with pytest.raises(InputError, match=says) as caught:
-        recordings([Recording("p.inkml", Drawing(strokes, Page(100, 100)), text)], quiet)
+        recorded_pages([Recording("p.inkml", Drawing(strokes, Page(100, 100)), text)], quiet)
     assert str(caught.value).endswith(".") and "\n" not in str(caught.value)
 
 
 def test_a_resting_pen_and_a_dot_are_followed():
     rest = Stroke([0, 1, 2, 3], [[20, 20], [25, 20], [25, 20], [25, 26]], pressure=[0.1, 0.2, 0.8, 0.3])
-    page = Recording("p", Drawing((wave(12), rest, Stroke([50.0], [[60.0, 20.0]])), Page(100, 60)), "m", small=2.5)
-    _, way, dot = source(page).movements
+    page = Recording("p", Drawing((wave(12), rest, Stroke([50.0], [[60.0, 20.0]])), Page(100, 60)), "m", x_height=2.5)
+    _, way, dot = page_source(page).movements
     steps = np.hypot(*np.diff(way.xy, axis=0).T)
     assert steps.mean() == pytest.approx(25.4 / 300, rel=0.02) and steps.max() < 1.3 * 25.4 / 300
     assert (way.t[0], way.t[-1]) == (0, 3) and (np.diff(way.t) > 0).all()

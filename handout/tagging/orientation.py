@@ -17,10 +17,9 @@ from handout.scanning.checks import check_writing_size
 from handout.scanning.page_layout import Gutter, find_gutter
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import Inked
-from handout.tagging import align, fit, network
-from handout.tagging.linespace import strips
-from handout.tagging.segments import Page
-from handout.tagging.transcript import Written, read_transcript
+from handout.tagging.line_space import frames_of, strips
+from handout.tagging.transcript import TranscriptLine, read_transcript
+from handout.tagging.transcript_fit import REFUSED, refusal, text_breadth, text_fit
 
 _SURE = 0.35  # fit above which a page is believed to lie that way: pages the wrong way round have up to 0.1
 _LITTLE, _MUCH = 1.6, 0.6  # how broad letters are against the usual ones where text is missing, or too long
@@ -45,9 +44,9 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     lines = read_transcript(transcript)
     ink, dpi = inked.mask.ink, inked.prepared.scan.dpi
     own = fitting(ink, dpi, inked.text_lines, lines, rng)
-    if own < fit.REFUSED and len(lines) != len(inked.text_lines.lines):
+    if own < REFUSED and len(lines) != len(inked.text_lines.lines):
         own = max(own, fitting(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
-    if own >= fit.REFUSED:
+    if own >= REFUSED:
         return 0
     gutter, broad = find_gutter(ink, dpi), _breadth(inked, lines)
     # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
@@ -63,22 +62,22 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     raise _reason(inked, lines, own, gutter, broad)
 
 
-def said_of(quarters: int) -> str:
+def orientation_name(quarters: int) -> str:
     """How a page lies that must be turned by so many quarters."""
     return _QUARTERS[quarters]
 
 
 def fitting(
-    ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[Written], rng: np.random.Generator
+    ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[TranscriptLine], rng: np.random.Generator
 ) -> float:
-    """How well a text fits the written lines of a page: the middle line's, 0 to 1, as `fit.fit`; 0 without lines."""
+    """How well a text fits the written lines of a page: as `transcript_fit.text_fit`; 0 without lines."""
     if not text_lines.lines:
         return 0.0
-    return align.typical_fit(strips(ink, align.frames_of(text_lines, 25.4 / dpi)), lines, rng)
+    return text_fit(strips(ink, frames_of(text_lines, 25.4 / dpi)), lines, rng)
 
 
 def _best(
-    ink: NDArray[np.bool_], dpi: float, lines: Sequence[Written], rng: np.random.Generator, ways: Sequence[int]
+    ink: NDArray[np.bool_], dpi: float, lines: Sequence[TranscriptLine], rng: np.random.Generator, ways: Sequence[int]
 ) -> tuple[float, int]:
     """The best fit of a page turned in some ways, and by how many quarters it was; the first sure one wins."""
     best = (0.0, 0)
@@ -90,15 +89,17 @@ def _best(
     return best
 
 
-def _breadth(inked: Inked, lines: Sequence[Written]) -> float:
+def _breadth(inked: Inked, lines: Sequence[TranscriptLine]) -> float:
     """How broad the page's letters would be against the usual ones if this were its text; 1 without lines."""
     if not inked.text_lines.lines:
         return 1.0
-    straight = strips(inked.mask.ink, align.frames_of(inked.text_lines, inked.prepared.scan.pixel))
-    return align.breadth(Page([strip.image for strip in straight], network.shipped()), lines)
+    straight = strips(inked.mask.ink, frames_of(inked.text_lines, inked.prepared.scan.pixel))
+    return text_breadth(straight, lines)
 
 
-def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter | None, broad: float) -> InputError:
+def _reason(
+    inked: Inked, lines: Sequence[TranscriptLine], own: float, gutter: Gutter | None, broad: float
+) -> InputError:
     """Why a text does not fit in any way."""
     scan, text_lines = inked.prepared.scan, inked.text_lines
     check_writing_size(text_lines, scan)
@@ -112,10 +113,10 @@ def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter |
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
     if not _MUCH <= broad <= _LITTLE:
         return _amount(inked, lines, broad)
-    return InputError(f"{scan.source}: {fit.refusal(own, (len(text_lines.lines), len(lines)))}")
+    return InputError(f"{scan.source}: {refusal(own, (len(text_lines.lines), len(lines)))}")
 
 
-def _amount(inked: Inked, lines: Sequence[Written], broad: float) -> InputError:
+def _amount(inked: Inked, lines: Sequence[TranscriptLine], broad: float) -> InputError:
     """What is said of a text that is far too long or too short for the page."""
     letters, given = sum(len(line.letters) for line in lines), len(lines)
     wanted = "the text of this page alone" if broad < _MUCH else "all that is written on the page"

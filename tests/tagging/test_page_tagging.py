@@ -9,9 +9,10 @@ from handout.errors import InputError
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import find_text_lines
 from handout.scanning.written_page import read_page
-from handout.tagging import making
-from handout.tagging.align import align
-from handout.tagging.making import make_page, page_of, read_hand, with_lines
+from handout.tagging import page_tagging
+from handout.tagging.alignment import align
+from handout.tagging.glyph_extraction import scanned_page
+from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
 
 
 def test_letters_lie_where_they_were_written(small_page):
@@ -68,9 +69,9 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
         letters = (*line.letters[:3], gone, *line.letters[4:])
         return replace(found, lines=(replace(line, letters=letters), *found.lines[1:]), poor=(2,))
 
-    monkeypatch.setattr(making, "align", without)
+    monkeypatch.setattr(page_tagging, "align", without)
     rng = np.random.default_rng(1)
-    made = make_page(small_page.read, small_page.written, rng=rng, method="segments-once")
+    made = tag_page(small_page.read, small_page.written, rng=rng, method="segments-once")
     (gone,) = made.missing
     assert (gone.at, gone.letter, gone.line) == (4, "v", 0)
     assert "v (line 1)" in made.notes[-1] and "line 3" in made.notes[-2]
@@ -82,7 +83,7 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
 
 def test_struck_out_words_are_no_letters(small_page):
     text = small_page.written.replace("minute", "~~minute~~")
-    made = make_page(small_page.read, text, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(small_page.read, text, rng=np.random.default_rng(1), method="segments-once")
     assert "".join(glyph.letter for glyph in made.glyphs) == small_page.written.replace("minute", "").replace(
         " ", ""
     ).replace("\n", "")
@@ -91,18 +92,18 @@ def test_struck_out_words_are_no_letters(small_page):
 
 def test_lines_are_counted_by_the_text_only_where_that_fits(small_page):
     page, rng = small_page.read, np.random.default_rng(1)
-    assert with_lines(page, small_page.written, rng) is page
+    assert with_transcript_lines(page, small_page.written, rng) is page
     in_one = small_page.written.replace("\n", " ")
-    assert with_lines(page, in_one, rng) is page
+    assert with_transcript_lines(page, in_one, rng) is page
     wrong = replace(page, text_lines=find_text_lines(page.mask.ink, page.scan.dpi, 2))
-    assert len(with_lines(wrong, small_page.written, rng).text_lines.lines) == 3
+    assert len(with_transcript_lines(wrong, small_page.written, rng).text_lines.lines) == 3
 
 
 def test_places_are_those_of_the_file_where_a_border_was_cut_off(small_page):
     scan = small_page.read.scan
     wide = Scan(np.pad(scan.rgb, ((40, 30), (70, 20), (0, 0))), scan.dpi, "wide")
     read = read_page(wide)
-    page, bare = page_of(read, small_page.written), small_page.made.page
+    page, bare = scanned_page(read, small_page.written), small_page.made.page
     assert read.scan.origin[0] > 30 and read.scan.origin[1] > 20
     assert page.baselines[:, 0] - bare.baselines[:, 0] == pytest.approx(40, abs=3)
     x, y = page.texture.corner
@@ -112,10 +113,10 @@ def test_places_are_those_of_the_file_where_a_border_was_cut_off(small_page):
 
 
 def test_pages_are_numbered_on(small_page):
-    hand = read_hand("two", [small_page.made, small_page.made])
+    hand = hand_of_pages("two", [small_page.made, small_page.made])
     half = len(hand.glyphs) // 2
     assert [glyph.page for glyph in hand.glyphs] == [0] * half + [1] * half
     for one, two in zip(hand.glyphs[:half], hand.glyphs[half:], strict=True):
         assert two.after == (one.after + half if one.after >= 0 else -1)
     with pytest.raises(InputError, match="no letter"):
-        read_hand("none", [replace(small_page.made, glyphs=())])
+        hand_of_pages("none", [replace(small_page.made, glyphs=())])

@@ -8,14 +8,13 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.tagging import adaptation, fit, network
-from handout.tagging.align import align_strips
+from handout.tagging import network, segmentation, transcript_fit
+from handout.tagging.alignment import align_strips
 from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
-from handout.tagging.features import X_HEIGHT
-from handout.tagging.linespace import Frame, Strip
+from handout.tagging.line_space import X_HEIGHT, Frame, Strip
 from handout.tagging.overlay import overlay
-from handout.tagging.segments import Page, by_line, confidence
+from handout.tagging.segmentation import PageReader, by_segments, confidence
 from handout.tagging.synthetic_lines import write_lines
 from handout.tagging.synthetic_writers import WriterHabits
 from handout.tagging.transcript import read_transcript
@@ -62,8 +61,8 @@ def right(alignment, spans) -> float:
 def aligned():
     strips, texts, _ = page()
     with pytest.MonkeyPatch.context() as less:  # of what takes time
-        less.setattr(adaptation, "_REHEARSED", 8)
-        less.setattr(adaptation, "_COPIES", 2)
+        less.setattr(segmentation, "_REHEARSED", 8)
+        less.setattr(segmentation, "_COPIES", 2)
         two = network.shipped()[:2]
         return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
 
@@ -89,8 +88,8 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
 
 
 def test_the_same_generator_gives_the_same_alignment(monkeypatch):
-    monkeypatch.setattr(adaptation, "_REHEARSED", 2)
-    monkeypatch.setattr(adaptation, "_COPIES", 1)
+    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
+    monkeypatch.setattr(segmentation, "_COPIES", 1)
     strips, texts, _ = page()
     some, two = (strips[:1], texts[0]), network.shipped()[:2]
     first, second = (align_strips(*some, rng=np.random.default_rng(5), networks=two) for _ in range(2))
@@ -99,10 +98,10 @@ def test_the_same_generator_gives_the_same_alignment(monkeypatch):
 
 def test_line_breaks_that_differ_from_the_page_are_found():
     strips, texts, _ = page()
-    some = Page([strip.image for strip in strips], network.shipped())
+    some = PageReader([strip.image for strip in strips], network.shipped())
     readings = [some.reading(i) for i in range(len(strips))]
     lines = read_transcript(TEXT)
-    parts = fit.broken_freely(readings, lines, some.widths(read_transcript("\n".join(texts))))
+    parts = transcript_fit.broken_freely(readings, lines, some.widths(read_transcript("\n".join(texts))))
     assert [part.text for part in parts] == texts
 
 
@@ -123,7 +122,7 @@ def test_a_line_of_wrong_text_is_named():
 def test_small_slips_cost_only_themselves():
     strips, texts, spans = page()
     slip = [texts[0].replace("master", "mastter"), texts[1] + "!", *texts[2:]]
-    some = Page([strip.image for strip in strips], network.shipped())
+    some = PageReader([strip.image for strip in strips], network.shipped())
     widths = some.widths(read_transcript("\n".join(texts)))
     for number, (text, true) in enumerate(zip(slip, texts, strict=True)):
         (line,) = read_transcript(text)
@@ -145,7 +144,7 @@ def test_what_cannot_be_aligned_is_said():
 
 def test_decodings_that_agree_are_sure():
     strips, texts, _ = page()
-    some = Page([strips[0].image], network.shipped())
+    some = PageReader([strips[0].image], network.shipped())
     lines = read_transcript(texts[0])
     one = decode(some.reading(0), lines[0].letters, some.widths(lines))
     away = replace(one, left=one.left + 9, right=one.right + 9)
@@ -155,21 +154,21 @@ def test_decodings_that_agree_are_sure():
 
 
 def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
-    monkeypatch.setattr(adaptation, "_REHEARSED", 2)
-    monkeypatch.setattr(adaptation, "_COPIES", 1)
+    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
+    monkeypatch.setattr(segmentation, "_COPIES", 1)
     strips, texts, _ = page()
     nets = network.shipped()[:2]
-    some = Page([strip.image for strip in strips[:2]], nets)
+    some = PageReader([strip.image for strip in strips[:2]], nets)
     lines = read_transcript("\n".join(texts[:2]))
-    once = by_line(some, lines, np.random.default_rng(1), adapting=False)
+    once = by_segments(some, lines, np.random.default_rng(1), adapting=False)
     assert [len(each) for each in once] == [3, 3]
     alone = decode(some.reading(0, [nets[1]]), lines[0].letters, some.widths(lines))
     assert np.array_equal(once[0][1].left, alone.left)
-    both = by_line(some, lines, np.random.default_rng(1))
+    both = by_segments(some, lines, np.random.default_rng(1))
     assert [len(each) for each in both] == [5, 5]
     assert np.array_equal(both[0][1].left, alone.left)
-    single = Page([strips[0].image], nets[:1])
-    assert len(by_line(single, lines[:1], np.random.default_rng(1), adapting=False)[0]) == 1
+    single = PageReader([strips[0].image], nets[:1])
+    assert len(by_segments(single, lines[:1], np.random.default_rng(1), adapting=False)[0]) == 1
 
 
 def test_the_overlay_marks_letters_where_they_are(aligned):

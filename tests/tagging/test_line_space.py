@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.scanning.text_lines import line_owners
-from handout.tagging.features import ABOVE, X_HEIGHT
-from handout.tagging.linespace import Frame, slant_of, straightened, strips
+from handout.tagging.line_space import ABOVE, X_HEIGHT, Frame, median_slant, straightened, strips
 
 finite = st.floats(-3000, 3000)
 
@@ -58,7 +57,7 @@ def test_the_slant_of_a_page_is_found():
     mask = np.logical_or.reduce([drawn(frame, STEMS) for frame in frames])
     found = strips(mask, frames)
     assert [strip.frame.slant for strip in found] == pytest.approx([0.45, 0.45], abs=0.06)
-    assert slant_of([strip.image for strip in found]) == pytest.approx(0.0, abs=0.06)
+    assert median_slant([strip.image for strip in found]) == pytest.approx(0.0, abs=0.06)
 
 
 def test_touching_lines_are_parted_along_their_strokes():

@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.tagging import sources
-from handout.tagging.making import Missing
-from handout.tagging.sources import chosen, common_scale, gather, lettered
+from handout.tagging import page_sources
+from handout.tagging.glyph_extraction import Missing
+from handout.tagging.page_sources import chosen_pages, common_scale, gather_sources, tagged_pages
 
 
 @pytest.fixture(autouse=True)
@@ -28,14 +28,14 @@ def three():
 
 def gathered(names, texts=(), dpi=None):
     said = []
-    return gather(names, [(f"{i}.txt", text) for i, text in enumerate(texts)], dpi, said.append), said
+    return gather_sources(names, [(f"{i}.txt", text) for i, text in enumerate(texts)], dpi, said.append), said
 
 
 def test_a_file_of_several_pages_stands_for_all_of_them(three):
-    assert chosen(["three.tif"]) == [(three, 1), (three, 2), (three, 3)]
-    assert chosen(["three.tif:2-3", "three.tif:1"]) == [(three, 2), (three, 3), (three, 1)]
+    assert chosen_pages(["three.tif"]) == [(three, 1), (three, 2), (three, 3)]
+    assert chosen_pages(["three.tif:2-3", "three.tif:1"]) == [(three, 2), (three, 3), (three, 1)]
     Image.new("L", (80, 60)).save("a:1.png")
-    assert chosen(["a:1.png"]) == [(Path("a:1.png"), None)], "a name may look like that"
+    assert chosen_pages(["a:1.png"]) == [(Path("a:1.png"), None)], "a name may look like that"
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_a_file_of_several_pages_stands_for_all_of_them(three):
 )
 def test_pages_that_cannot_be_meant(three, names, says):
     with pytest.raises(InputError, match=says):
-        chosen(names)
+        chosen_pages(names)
 
 
 def test_a_picture_under_another_name_is_the_same_picture(small_scan):
@@ -99,22 +99,22 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
     scale, used = common_scale(two), []
     assert common_scale(two[:1]) is None
     assert scale.counts.sum() == pytest.approx(2)
-    real = sources.find_ink
+    real = page_sources.find_ink
 
     def noted(*given, scale, **more):
         used.append(scale)
         return real(*given, scale=scale, **more)
 
-    monkeypatch.setattr(sources, "find_ink", noted)
+    monkeypatch.setattr(page_sources, "find_ink", noted)
     said = []
-    made = list(lettered(two, 0, None, said.append, method="segments-once"))
+    made = list(tagged_pages(two, 0, None, said.append, method="segments-once"))
     assert [np.array_equal(one.counts, scale.counts) for one in used] == [True, True]
     assert [one.page.source for one in made] == ["page.png", "pale.png"] and "Page 2 of 2" in "".join(said)
 
 
 def test_a_page_scanned_upside_down_is_turned_and_that_is_said(two, small_page):
     said, source = [], replace(two[0], prepared=two[0].prepared.turned(2))
-    (made,) = lettered([source], 0, None, said.append, method="segments-once")
+    (made,) = tagged_pages([source], 0, None, said.append, method="segments-once")
     assert "the page lies upside down: turned upright" in "".join(said)
     assert [glyph.letter for glyph in made.glyphs] == [glyph.letter for glyph in small_page.made.glyphs]
 
@@ -124,5 +124,5 @@ def test_a_text_most_of_which_is_not_there_is_refused(small_page):
     with pytest.raises(
         InputError, match=r"page\.png: 40 of the 84 characters of its text are not on the page.*3 lines"
     ):
-        sources._refuse_lost(lost, 3)
-    sources._refuse_lost(small_page.made, 3)
+        page_sources._refuse_lost(lost, 3)
+    page_sources._refuse_lost(small_page.made, 3)

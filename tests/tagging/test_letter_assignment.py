@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
-from handout.tagging.assign import _CUT, NOBODY, _fewest_cuts, assign, by_letter, owners_at
-from handout.tagging.linespace import Frame
+from handout.tagging.letter_assignment import _CUT, NOBODY, _fewest_cuts, assign_letters, by_letter
+from handout.tagging.line_space import Frame, lines_at
 from handout.values import LineGraph
 
 FRAME = Frame((200.0,), 20.0)
@@ -50,7 +50,7 @@ def aligned(*letters: tuple[str, float, float]) -> Alignment:
 
 def given(strokes, *letters):
     line, parts = graph(strokes)
-    result = assign(line, aligned(*letters), np.zeros(len(line), int))
+    result = assign_letters(line, aligned(*letters), np.zeros(len(line), int))
     return result, [set(result.letter[p].tolist()) for p in parts]
 
 
@@ -134,10 +134,10 @@ def test_quotation_marks_of_two_strokes_stay_together():
 
 def test_other_lines_and_absent_letters_get_nothing():
     line, _ = graph([[(0.1, 0.9), (0.9, 0.1)]])
-    away = assign(line, aligned(("a", 0, 1)), np.full(len(line), 5))
+    away = assign_letters(line, aligned(("a", 0, 1)), np.full(len(line), 5))
     assert (away.letter == NOBODY).all() and not len(away.joints)
     absent = Alignment((AlignedLine(0, FRAME, (Letter(0, "a", 0.0, 0.0, 0.1, False),), 0.0),))
-    assert (assign(line, absent, np.zeros(len(line), int)).letter == NOBODY).all()
+    assert (assign_letters(line, absent, np.zeros(len(line), int)).letter == NOBODY).all()
 
 
 def test_vertices_by_letter():
@@ -150,4 +150,4 @@ def test_vertices_by_letter():
 def test_the_owner_of_a_vertex_beside_its_ink():
     own = np.full((10, 10), -1)
     own[5, 5] = 3
-    assert owners_at(own, np.array([[5.0, 5.0], [6.2, 5.9], [9.0, 9.0]])).tolist() == [3, 3, -1]
+    assert lines_at(own, np.array([[5.0, 5.0], [6.2, 5.9], [9.0, 9.0]])).tolist() == [3, 3, -1]

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.tagging.features import _OFFSETS, ABOVE, COUNT, DIRECTIONS, HEIGHT, STEP, describe
+from handout.tagging.line_space import _OFFSETS, ABOVE, COUNT, DIRECTIONS, HEIGHT, STEP, describe
 
 ROWS = COUNT // DIRECTIONS // len(_OFFSETS)
 

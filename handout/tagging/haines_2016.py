@@ -1,4 +1,4 @@
-"""The method "haines_2016": a random forest on line features and a chain with one state a letter.
+"""The method "haines_2016" of alignment: a random forest on line features and a chain with one state a letter.
 
 Every column of a line has the mean of its vertices' random-walk features; a forest says which letter it may belong to;
 the chain of letters with a spacer before and after each is laid along the columns by dynamic programming, free to stay
@@ -21,14 +21,14 @@ from handout.scanning.line_features import FEATURES, line_features
 from handout.scanning.skeleton import skeleton_graph
 from handout.tagging.alphabet import LETTERS, SPACE, THIRDS
 from handout.tagging.decoder import Decoded
-from handout.tagging.features import INKY, STEP, X_HEIGHT, Image
-from handout.tagging.transcript import Written
+from handout.tagging.line_space import INKY, STEP, X_HEIGHT, Image
+from handout.tagging.transcript import TranscriptLine
 from handout.values import Array, LineGraph
 
 if TYPE_CHECKING:
     from sklearn.ensemble import RandomForestClassifier
 
-    from handout.tagging.segments import Page
+    from handout.tagging.segmentation import PageReader
 
 TREES = 64
 _MM = 2.5  # the x-height that a line is given, so that a walk reaches as far as on paper
@@ -54,7 +54,7 @@ def column_features(image: Image) -> NDArray[np.float32]:
     return np.asarray(total / often[:, None], dtype=np.float32)
 
 
-def train(rng: np.random.Generator, lines: int = _LINES) -> RandomForestClassifier:
+def trained_forest(rng: np.random.Generator, lines: int = _LINES) -> RandomForestClassifier:
     """A forest that tells the letters of columns, trained on lines written by the built-in hands."""
     from sklearn.ensemble import RandomForestClassifier
 
@@ -75,7 +75,7 @@ def train(rng: np.random.Generator, lines: int = _LINES) -> RandomForestClassifi
 
 @lru_cache(maxsize=1)
 def _forest() -> RandomForestClassifier:
-    return train(np.random.default_rng(0))
+    return trained_forest(np.random.default_rng(0))
 
 
 def log_probability(forest: RandomForestClassifier, image: Image) -> Array:
@@ -124,8 +124,8 @@ def _traced(came: NDArray[np.int8], best: Array, count: int) -> Decoded:
     return Decoded(left * STEP, right * STEP, total, right > left)
 
 
-def haines_2016(
-    page: Page, lines: Sequence[Written], rng: np.random.Generator, tell: Tell = silent
+def by_chain(
+    page: PageReader, lines: Sequence[TranscriptLine], rng: np.random.Generator, tell: Tell = silent
 ) -> list[list[Decoded]]:
     """For every line its one decoding."""
     forest = _forest()

@@ -4,7 +4,7 @@ A column cut is wrong where a comma lies under the letter before it, where a g's
 a bar or the last stroke of a word reaches out.  Here whole components, and whole branches within a component, follow
 the letter they are joined to; a component is cut only where its line runs from one letter's column into the next.
 
-Source: seed 000, §5.1.3 (labels, splits, links); handwriting specification §8.
+Source: seed 000, §5.1.3 (labels, splits, links); whole components and branches: own method.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from handout.branching import branches
 from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
 from handout.hand.places import graphemes
 from handout.tagging.alignment import AlignedLine, Alignment
-from handout.tagging.features import X_HEIGHT
+from handout.tagging.line_space import X_HEIGHT
 from handout.values import Array, Indices, LineGraph
 
 NOBODY = -1
@@ -54,13 +54,13 @@ class Assignment:
         return np.flatnonzero(self.letter == letter)
 
 
-def assign(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -> Assignment:
+def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -> Assignment:
     """Give every vertex of a page to a letter.
 
     Parameters
     ----------
     graph : LineGraph, of the page; its `uv` are pixels.
-    owner : (n,) int: number of the line that each vertex belongs to (see `scanning.belonging`), −1 for none.
+    owner : (n,) int: number of the line that each vertex belongs to (see `line_space.vertex_lines`), −1 for none.
     """
     letter = np.full(len(graph), NOBODY, dtype=np.intp)
     first = 0
@@ -72,16 +72,6 @@ def assign(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -
     a, b = graph.edges.T
     joints = np.flatnonzero((letter[a] != letter[b]) & (letter[a] >= 0) & (letter[b] >= 0))
     return Assignment(letter, joints)
-
-
-def owners_at(own: NDArray[np.integer], uv: Array) -> Indices:
-    """(n,) the line that the ink at places (n, 2) in pixels belongs to, looking one pixel around; −1 for none."""
-    x, y = (np.clip(np.rint(uv[:, k]).astype(np.intp), 1, own.shape[1 - k] - 2) for k in (0, 1))
-    found = own[y, x].astype(np.intp)
-    for dy in (-1, 0, 1):
-        for dx in (-1, 0, 1):
-            found = np.where(found < 0, own[y + dy, x + dx], found)
-    return found
 
 
 class _Line:

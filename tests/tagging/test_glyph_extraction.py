@@ -11,8 +11,8 @@ from handout.errors import InputError
 from handout.hand import file
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import read_page
-from handout.tagging.cropped import cropped
-from handout.tagging.making import make_page, read_hand, read_pen
+from handout.tagging.glyph_extraction import reaches_edge
+from handout.tagging.page_tagging import hand_of_pages, pen_of_pages, tag_page
 from handout.values import LineGraph
 
 
@@ -39,13 +39,13 @@ def test_letters_cut_at_each_edge_are_doubted_and_come_back(small_scan, tmp_path
     cuts = {"upper": (top + 9, 0, 0, 0), "left": (0, left + 9, 0, 0)}
     cuts |= {"lower": (0, 0, height - bottom + 9, 0), "right": (0, 0, 0, width - right + 9)}
     written = read_page(crop(small_scan, *cuts[edge]))
-    made = make_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
     assert inside(made.page.graph, made.page.shape)
     cut = [glyph for glyph in made.glyphs if glyph.confidence == 0.0]
     assert cut and "the edge of the picture cuts" in made.notes[-1]
     assert all(f"{glyph.letter} (line {glyph.line + 1})" in made.notes[-1] for glyph in cut)
     path = tmp_path / "cut.hand"
-    file.save(read_hand("cut", [made]), path)
+    file.save(hand_of_pages("cut", [made]), path)
     assert np.abs(file.check(path).pages[0].graph.uv - made.page.graph.uv).max() <= 1 / 32
 
 
@@ -66,14 +66,14 @@ def test_any_crop_of_a_page_can_be_kept(small_scan, tmp_path_factory, data):
         return  # a crop with too little of the writing is refused with a reason
     assert inside(written.graph, written.scan.shape)
     path = tmp_path_factory.mktemp("crops") / "crop.hand"
-    file.save(read_pen("crop", [written]), path)
+    file.save(pen_of_pages("crop", [written]), path)
     assert len(file.check(path).pages[0].graph) == len(written.graph)
 
 
 def test_a_line_along_the_edge_and_one_across_it_reach_it():
     uv = np.array([[0.0, 50.0], [30.0, 50.0], [99.5, 3.0], [40.0, 97.0]])
     graph = LineGraph(uv * 0.1, np.array([0.3, 0.3, 0.05, 0.35]), np.ones(4), uv, np.zeros((0, 2), dtype=int))
-    assert cropped(graph, (100, 100), 0.1).tolist() == [True, False, True, True]
+    assert reaches_edge(graph, (100, 100), 0.1).tolist() == [True, False, True, True]
 
 
 def test_what_cannot_be_read_back_is_not_written(small_hand, tmp_path):
