@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.plotting import open_port, plan, run
 from handout.plotting.jobs.places import Place, drawn, remaining
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing, Page, Stroke
 
 PROFILE = profiles.find("simulated", "plotter")

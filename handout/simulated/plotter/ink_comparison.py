@@ -24,7 +24,7 @@ _TIE = 0.03  # mm; of two lines that fit as well, the one with less on it was dr
 
 
 @dataclass(frozen=True)
-class Inked:
+class InkComparison:
     """Ink on paper against what was meant.
 
     missing : mm of intended ink that is not there, in gaps longer than `SLACK`; gap : mm, the longest gap.
@@ -54,7 +54,7 @@ class _Piece(NamedTuple):
     off: float
 
 
-def compare(intended: Drawing, drawn: Iterable[Stroke]) -> Inked:
+def compare(intended: Drawing, drawn: Iterable[Stroke]) -> InkComparison:
     """Compare all ink on a sheet, whichever run it came from, with what was meant."""
     from scipy.spatial import cKDTree
 
@@ -83,7 +83,7 @@ def _beside(path: Array, tree: object) -> list[Array]:
     return [path[run] for run in runs if len(run) > 1 and off[run[0]] <= SLACK]
 
 
-def _summed(lines: Sequence[Array], pieces: Sequence[Sequence[_Piece]], stray: float) -> Inked:
+def _summed(lines: Sequence[Array], pieces: Sequence[Sequence[_Piece]], stray: float) -> InkComparison:
     missing = gap = doubled = deviation = 0.0
     dots = 0
     for line, covering in zip(lines, pieces, strict=True):
@@ -99,7 +99,7 @@ def _summed(lines: Sequence[Array], pieces: Sequence[Sequence[_Piece]], stray: f
             reached = max(reached, piece.end)
         hole = whole - reached
         missing, gap = missing + (hole if hole > SLACK else 0.0), max(gap, hole)
-    return Inked(missing, gap, doubled, deviation, stray, dots)
+    return InkComparison(missing, gap, doubled, deviation, stray, dots)
 
 
 def _laid(

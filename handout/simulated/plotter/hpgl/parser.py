@@ -1,14 +1,17 @@
-"""How the simulated plotter reads instructions: two letters, numbers, a semicolon or the letters of the next one."""
+"""How the simulated HP-GL plotter reads: what it receives is cut into instructions, these into names and numbers."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
+
+from handout.simulated.plotter.wire import Framing
 
 _NAME = re.compile(r"[A-Za-z]{2}")
 _REST = re.compile(r"[^A-Za-z;]*")
 _SIGNED = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)")
-_GREATEST = 32767
+_GREATEST = 32767  # of a coordinate, by the manuals
 
 
 class Wrong(Exception):
@@ -54,3 +57,47 @@ def places(numbers: list[float]) -> tuple[list[tuple[int, int]], bool]:
     """Coordinates in whole units, and whether one was left over."""
     whole = [math.floor(number) for number in numbers]
     return list(zip(whole[::2], whole[1::2], strict=False)), len(whole) % 2 == 1
+
+
+_ESCAPE = 0x1B  # of device control instructions
+_WITH_PARAMETERS = frozenset(b"@HIMN")
+_PARAMETER = frozenset(b"0123456789;")
+
+
+class Escapes(Framing):
+    """Instructions end with a semicolon; ``ESC .`` and a letter, some with parameters up to a colon, never wait."""
+
+    def __init__(self) -> None:
+        super().__init__(b";")
+        self._held = b""  # of a device control instruction that is not complete
+
+    def cut(self, data: bytes) -> Iterator[tuple[bytes, bool]]:
+        """See `Framing.cut`."""
+        plain = b""
+        for value in data:
+            byte = bytes([value])
+            if self._held:
+                self._held += byte
+                if _complete(self._held):
+                    yield self._held, True
+                    self._held = b""
+            elif value == _ESCAPE:
+                if plain:
+                    yield plain, False
+                plain, self._held = b"", byte
+            else:
+                plain += byte
+                if byte == b";":
+                    yield plain, False
+                    plain = b""
+        if plain:
+            yield plain, False
+
+
+def _complete(control: bytes) -> bool:
+    """Whether a device control instruction ends with the last of these bytes, rightly or not."""
+    if len(control) == 2:
+        return control[1:] != b"."
+    if len(control) == 3:
+        return control[2] not in _WITH_PARAMETERS
+    return control[-1] not in _PARAMETER
