@@ -40,7 +40,7 @@ from handout.motion.recovery.network import network
 from handout.motion.recovery.prices import Costs
 from handout.motion.recovery.walks import walks
 from handout.page_sizes import page
-from handout.scanning.reading import read_page
+from handout.scanning.written_page import read_page
 from handout.simulated.author import reread
 from handout.simulated.author.simulate import simulate
 from handout.tagging.making import make_page, read_hand

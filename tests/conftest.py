@@ -42,7 +42,7 @@ def small_page(small_scan):
     """The same page read, and its letters found without learning from it."""
     import numpy as np
 
-    from handout.scanning.reading import read_page
+    from handout.scanning.written_page import read_page
     from handout.tagging.making import make_page
 
     written = read_page(small_scan.scan)

@@ -73,8 +73,8 @@ def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     path = Path(picture.paper)
     if sheet.page is not None or not path.is_file():
         return sheet.page_name
-    from handout.scanning.page import LEAST_DPI, MOST_DPI
-    from handout.scanning.picture import read_picture
+    from handout.scanning.checks import LEAST_DPI, MOST_DPI
+    from handout.scanning.picture_files import read_picture
 
     scan = read_picture(path)
     if scan.own is None or not LEAST_DPI - 1 <= scan.own <= MOST_DPI or scan.photographed:
@@ -146,7 +146,7 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
 
 def _scanned(request: _Request, path: Path) -> LinedPaper:
     """On the lines that are found in the picture of a sheet."""
-    from handout.scanning.picture import read_picture
+    from handout.scanning.picture_files import read_picture
     from handout.scanning.printed_lines import find_printed_lines
 
     rgb, page = read_picture(path).rgb, request.layout.page

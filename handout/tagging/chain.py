@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.progress import Tell, silent
-from handout.scanning.feature import SIZE, line_features
+from handout.scanning.line_features import FEATURES, line_features
 from handout.scanning.skeleton import skeleton_graph
 from handout.tagging.alphabet import LETTERS, SPACE, THIRDS
 from handout.tagging.decoder import Decoded
@@ -42,7 +42,7 @@ def column_features(image: Image) -> NDArray[np.float32]:
 
     ink = image > INKY
     count = -(-image.shape[1] // STEP)
-    total = np.zeros((count, SIZE), dtype=np.float32)
+    total = np.zeros((count, FEATURES), dtype=np.float32)
     xy, edges = skeleton_graph(ink, np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, 5)))
     if not len(xy):
         return total

@@ -21,7 +21,7 @@ from handout.hand import file, library
 from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
-from handout.prompting import corpus, counts, pages
+from handout.prompting import corpus, prompt_pages, sentence_choice
 from handout.simulated.author import reread
 from handout.simulated.author.simulate import simulate_pages
 from handout.simulated.author.truth import Simulated
@@ -71,9 +71,9 @@ def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
     """What the author copies: chosen sentences with all printable ASCII and the usual accents, broken into lines."""
     characters = corpus.PRINTABLE + ACCENTED
     sentences = corpus.shipped()
-    target = counts.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
+    target = sentence_choice.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
     lines = lines_a_page(hand.pitch, _LAYOUT)
-    chosen = pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
+    chosen = prompt_pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
     return "\n".join(line for one in chosen.pages for line in one)
 
 

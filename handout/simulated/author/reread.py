@@ -12,8 +12,8 @@ import numpy as np
 
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph
-from handout.scanning.page import Scan
-from handout.scanning.reading import WrittenPage, read_page
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import WrittenPage, read_page
 from handout.simulated.author import judge
 from handout.simulated.author.truth import Simulated, Truth
 from handout.tagging.making import MadePage
