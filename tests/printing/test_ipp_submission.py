@@ -10,15 +10,14 @@ from handout.page_sizes import page
 from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
-from handout.printing.ipp.client import Client, Operation
-from handout.printing.ipp.link import Link, LinkError, address
+from handout.printing.ipp.client import Backoff, Client, Operation
 from handout.printing.ipp.message import decode, encode
-from handout.printing.ipp.patience import Patience
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.serving import Broken
-from handout.printing.ipp.simulated import FAILURES, Faults, SimulatedPrinter
-from handout.printing.queue import Fate, FateUnknown, Ticket
+from handout.printing.ipp.transport import Transport, TransportError, parse_address
+from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
 from handout.profiles import Printer
+from handout.simulated.ipp.printer import FAILURES, Faults, SimulatedPrinter
+from handout.simulated.ipp.server import Broken
 from handout.values import Page
 
 SMALL = page("DL")
@@ -41,14 +40,14 @@ class Clock:
         self.waits.append(seconds)
 
 
-class Wire(Link):
+class Wire(Transport):
     """A link to a simulated printer without a network in between; `silent_at` is a request that is not answered.
 
     What silence means is that the printer did what was asked, and that nothing came back in time.
     """
 
     def __init__(self, printer, silent_at=0):
-        super().__init__(address("ipp://printer.local"))
+        super().__init__(parse_address("ipp://printer.local"))
         self.printer, self.silent_at, self.posts = printer, silent_at, 0
 
     def post(self, request, document=b""):
@@ -56,18 +55,18 @@ class Wire(Link):
         asked, _ = decode(request)
         answer = self.printer.answer(asked, document)
         if self.posts == self.silent_at:
-            raise LinkError("The printer has not answered for 30 s.", handed_over=True)
+            raise TransportError("The printer has not answered for 30 s.", handed_over=True)
         if answer is None:
-            raise LinkError("The printer broke the connection.", handed_over=True)
+            raise TransportError("The printer broke the connection.", handed_over=True)
         if not isinstance(answer, Broken):
             return encode(answer)
         if answer.status == 200:
             return answer.body
         after = answer.headers.get("Retry-After")
-        raise LinkError(
+        raise TransportError(
             f"The printer answered with HTTP status {answer.status}.",
             handed_over=True,
-            passing=answer.status == 503,
+            retryable=answer.status == 503,
             after=float(after) if after else None,
         )
 
@@ -185,13 +184,13 @@ def test_a_passing_503_is_waited_for_as_long_as_it_asks(tmp_path, hand, retry_af
 
 def failing(printer, code, first=True):
     """The request at which this operation comes for the first time in a batch of one row."""
-    seen, done = [], printer._done
+    seen, done = [], printer._carry_out
 
     def noting(request, document):
         seen.append(request.code)
         return done(request, document)
 
-    printer._done = noting
+    printer._carry_out = noting
     return seen
 
 
@@ -228,9 +227,9 @@ def test_a_server_that_is_never_there_again_is_given_up_within_the_bound(tmp_pat
 
 def test_the_pauses_and_their_bound():
     waits, said = [], []
-    patience = Patience(waits.append, said.append)
-    assert patience.pause("Busy.", 0.0) and patience.pause("Busy.") and patience.pause("Busy.", 590.0)
-    assert not patience.pause("Busy.", 20.0) and patience.pause("Busy.") and patience.pause("Busy.", 1.0) is True
+    backoff = Backoff(waits.append, said.append)
+    assert backoff.pause("Busy.", 0.0) and backoff.pause("Busy.") and backoff.pause("Busy.", 590.0)
+    assert not backoff.pause("Busy.", 20.0) and backoff.pause("Busy.") and backoff.pause("Busy.", 1.0) is True
     assert waits[:3] == [0.5, 0.5, 590.0] and said == ["Busy."]
 
 
@@ -239,11 +238,13 @@ def test_over_the_network_a_500_after_the_page_was_taken(tmp_path):
     path.write_bytes(b"%PDF-1.6" + bytes(5000))
     for simple in (True, False):
         with SimulatedPrinter(faults=Faults(fail_at=2 if simple else 3, fail_as="done-500", simple=simple)) as printer:
-            queue = IppQueue(Client(Link(address(printer.uri)), wait=lambda seconds: None), wait=lambda seconds: None)
+            queue = IppQueue(
+                Client(Transport(parse_address(printer.uri)), wait=lambda seconds: None), wait=lambda seconds: None
+            )
             job = queue.send(path, PAGE)
             while not printer.printed:
                 queue.follow(job)
-            assert queue.follow(job) == Fate("completed") and len(printer.printed) == 1
+            assert queue.follow(job) == Outcome("completed") and len(printer.printed) == 1
             assert [kept.document for kept in printer.jobs] == [path.read_bytes()]
 
 
@@ -251,9 +252,9 @@ def test_over_the_network_a_500_after_the_page_was_taken(tmp_path):
 def test_retry_after_is_read_from_the_answer(told, after):
     with SimulatedPrinter() as printer:
         printer.answer = lambda request, document: Broken(503, {"Retry-After": told})
-        with pytest.raises(LinkError) as caught:
-            Link(address(printer.uri)).post(encode_any())
-        assert caught.value.passing and caught.value.handed_over
+        with pytest.raises(TransportError) as caught:
+            Transport(parse_address(printer.uri)).post(encode_any())
+        assert caught.value.retryable and caught.value.handed_over
         if after is not None:
             assert caught.value.after == after
         else:  # a date is set against the printer's own clock, which the answer tells
@@ -270,16 +271,16 @@ def test_a_refusal_of_the_server_itself_is_final():
     with SimulatedPrinter() as printer:
         printer.answer = lambda request, document: Broken(413)
         with pytest.raises(PrinterError, match="413") as caught:
-            Link(address(printer.uri)).post(encode_any())
-        assert not isinstance(caught.value, LinkError)
+            Transport(parse_address(printer.uri)).post(encode_any())
+        assert not isinstance(caught.value, TransportError)
 
 
 def test_what_was_begun_when_the_program_died_is_stopped_at_the_printer(tmp_path, hand):
     printer, clock = simulated()
     queue = queue_of(printer, clock)
     client = queue._client
-    client.create(queue._request(PAGE), client.abilities())
-    assert queue.fate("", PAGE.title).state == "failed"
+    client.create(queue._request(PAGE), client.capabilities())
+    assert queue.outcome("", PAGE.title).state == "failed"
     assert [job.state.name for job in printer.jobs] == ["CANCELED"]
 
 
@@ -289,8 +290,8 @@ def test_an_older_job_that_is_still_listed_proves_that_a_newer_one_never_came(tm
     printer, clock = simulated()
     queue = queue_of(printer, clock)
     queue.follow(queue.send(path, PAGE))
-    assert queue.fate("", "handout a1b2c3 row 3", {PAGE.title}) == Fate("failed", "it did not arrive")
-    assert queue.fate("", "handout a1b2c3 row 3", {"handout ffffff row 2"}).state == "unknown"
+    assert queue.outcome("", "handout a1b2c3 row 3", {PAGE.title}) == Outcome("failed", "it did not arrive")
+    assert queue.outcome("", "handout a1b2c3 row 3", {"handout ffffff row 2"}).state == "unknown"
 
 
 def test_lp_that_does_not_end_may_have_queued_the_page(print_system, tmp_path, monkeypatch):
@@ -302,5 +303,5 @@ def test_lp_that_does_not_end_may_have_queued_the_page(print_system, tmp_path, m
         raise subprocess.TimeoutExpired(command, 60)
 
     monkeypatch.setattr(cups.subprocess, "run", never)
-    with pytest.raises(FateUnknown, match="Whether the page was queued cannot be told"):
+    with pytest.raises(OutcomeUnknown, match="Whether the page was queued cannot be told"):
         CupsQueue("envelopes").send(tmp_path / "a.pdf", PAGE)

@@ -1,4 +1,4 @@
-"""Bytes to a printer and back: one POST a request, over a connection of its own."""
+"""Bytes to a printer and back: one HTTP POST a request, over a connection of its own."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from urllib.parse import urlsplit
 
 from handout.errors import InputError, PrinterError
 
-_PORT = 631
+_PORT = 631  # RFC 8010 §4
 _PIECE = 1 << 15  # bytes of a document handed over at a time
 _MOST = 1 << 24  # bytes of an answer; real ones have a few thousand
-_LATE, _PASSING = 408, (429, 503)  # HTTP: the request did not come in time; ask again later
+_LATE, _RETRYABLE = 408, (429, 503)  # HTTP: the request did not come in time; ask again later
 SCHEMES = ("ipp", "ipps")
 
 
-class LinkError(PrinterError):
+class TransportError(PrinterError):
     """The way to the printer failed, or what answers HTTP in it: what became of a request is not known.
 
-    handed_over : whether all bytes had been sent by then; passing : the printer says that it cannot answer now, and
+    handed_over : whether all bytes had been sent by then; retryable : the printer says that it cannot answer now, and
     has done nothing (HTTP 429 and 503, RFC 9110 §15.6.4); after : s after which it wants to be asked again, if it said.
     """
 
-    def __init__(self, message: str, handed_over: bool, *, passing: bool = False, after: float | None = None) -> None:
+    def __init__(self, message: str, handed_over: bool, *, retryable: bool = False, after: float | None = None) -> None:
         super().__init__(message)
-        self.handed_over, self.passing, self.after = handed_over, passing, after
+        self.handed_over, self.retryable, self.after = handed_over, retryable, after
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def is_address(text: str) -> bool:
     return text.partition("://")[0].lower() in SCHEMES and "://" in text
 
 
-def address(text: str) -> Address:
+def parse_address(text: str) -> Address:
     """Read ``ipp://host[:port][/path]``; the port is 631 and the path /ipp/print where they are left out.
 
     Raises
@@ -73,12 +73,12 @@ def address(text: str) -> Address:
     return Address(parts.scheme, host, port or _PORT, path)
 
 
-class Link:
+class Transport:
     """Sends requests to one printer."""
 
-    def __init__(self, where: Address, timeout: float = 30.0) -> None:
+    def __init__(self, address: Address, timeout: float = 30.0) -> None:
         """`timeout`, s, is the longest silence that is borne; no connection is made yet."""
-        self.where = where
+        self.address = address
         self._timeout = timeout
 
     def post(self, request: bytes, document: bytes = b"") -> bytes:
@@ -86,7 +86,7 @@ class Link:
 
         Raises
         ------
-        LinkError
+        TransportError
             No connection, a broken one, silence, or a fault of the printer's own (HTTP 5xx).
         PrinterError
             The printer refused the request before it looked into it.
@@ -94,21 +94,23 @@ class Link:
         connection = self._connection()
         handed_over = False
         try:
-            connection.putrequest("POST", self.where.path, skip_accept_encoding=True)
+            connection.putrequest("POST", self.address.path, skip_accept_encoding=True)
             connection.putheader("Content-Type", "application/ipp")
             connection.putheader("Content-Length", str(len(request) + len(document)))
             handed_over = _hand_over(connection, request, document)
             return self._answer(connection.getresponse(), handed_over)
         except TimeoutError as error:
-            raise LinkError(f"{self.where.uri} has not answered for {self._timeout:g} s.", handed_over) from error
+            raise TransportError(
+                f"{self.address.uri} has not answered for {self._timeout:g} s.", handed_over
+            ) from error
         except (OSError, http.client.HTTPException) as error:
-            raise LinkError(f"{self.where.uri} {_said(error)}.", handed_over) from error
+            raise TransportError(f"{self.address.uri} {_failure(error)}.", handed_over) from error
         finally:
             connection.close()
 
     def _connection(self) -> http.client.HTTPConnection:
-        host, port = self.where.host, self.where.port
-        if self.where.scheme == "ipp":
+        host, port = self.address.host, self.address.port
+        if self.address.scheme == "ipp":
             return http.client.HTTPConnection(host, port, timeout=self._timeout)
         # a printer signs its own certificate, so that no authority can vouch for it: what it gives is secrecy
         context = ssl.create_default_context()
@@ -117,18 +119,20 @@ class Link:
 
     def _answer(self, response: http.client.HTTPResponse, handed_over: bool) -> bytes:
         if response.status != 200:
-            said = {
+            phrase = {
                 401: "asks for a name and a password, which cannot be given here",
-                404: f"has no printer at {self.where.path}",
+                404: f"has no printer at {self.address.path}",
                 426: "wants an encrypted connection: write the address with ipps://",
             }.get(response.status, f"answered with HTTP status {response.status} {response.reason}".rstrip())
-            if response.status >= 500 or response.status in (_LATE, *_PASSING):
-                passing = response.status in _PASSING
-                raise LinkError(f"{self.where.uri} {said}.", handed_over, passing=passing, after=_after(response))
-            raise PrinterError(f"{self.where.uri} {said}.")
+            if response.status >= 500 or response.status in (_LATE, *_RETRYABLE):
+                retryable = response.status in _RETRYABLE
+                raise TransportError(
+                    f"{self.address.uri} {phrase}.", handed_over, retryable=retryable, after=_after(response)
+                )
+            raise PrinterError(f"{self.address.uri} {phrase}.")
         data = response.read(_MOST + 1)
         if len(data) > _MOST:
-            raise LinkError(f"{self.where.uri} answered with more than {_MOST} bytes.", handed_over=True)
+            raise TransportError(f"{self.address.uri} answered with more than {_MOST} bytes.", handed_over=True)
         return data
 
 
@@ -165,7 +169,7 @@ def _after(response: http.client.HTTPResponse) -> float | None:
         return None
 
 
-def _said(error: Exception) -> str:
+def _failure(error: Exception) -> str:
     """Why a connection failed, as what the printer did."""
     if isinstance(error, socket.gaierror):
         return "is not known on this network"

@@ -1,4 +1,6 @@
-"""What IPP printers say, in words.
+"""Status codes of IPP, states of jobs and printers and their reasons, and what they mean in words.
+
+A reason that a printer gives and nobody understands gets its words in `_REASONS`.
 
 Source: RFC 8011 §5.3.7–5.3.8 and §5.4.11–5.4.12 (states and their reasons), §4.1.6 and appendix B (status codes);
 PWG 5100.13 for what multifunction printers add.
@@ -11,7 +13,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Status codes that are treated each in its own way."""
+    """Status codes after which something particular is done."""
 
     OK = 0x0000
     SUBSTITUTED = 0x0001
@@ -29,9 +31,9 @@ class Status(IntEnum):
     TOO_MANY_JOBS = 0x050B
 
 
-# statuses of a printer that can be asked again a little later
-PASSING = frozenset({Status.UNAVAILABLE, Status.TEMPORARY_ERROR, Status.BUSY, Status.TOO_MANY_JOBS})
-# statuses after which a page may have been taken all the same
+# after these the printer can be asked again a little later
+RETRYABLE = frozenset({Status.UNAVAILABLE, Status.TEMPORARY_ERROR, Status.BUSY, Status.TOO_MANY_JOBS})
+# after these a page may have been taken all the same
 DOUBTFUL = frozenset({Status.INTERNAL_ERROR, Status.DEVICE_ERROR, Status.TEMPORARY_ERROR})
 
 
@@ -52,7 +54,7 @@ class JobState(IntEnum):
         return self >= JobState.CANCELED
 
 
-_STATUS = {
+_PHRASES = {
     0x0400: "it does not understand the request",
     0x0401: "it does not allow that",
     0x0402: "it asks for a name and a password, which cannot be given here",
@@ -133,35 +135,38 @@ _REASONS = {
 }
 _ENDINGS = ("-error", "-warning", "-report")
 # no more sheets can have come out while one of these lasts
-_STOPPING = {
+_BLOCKING = {
     *("media-empty", "media-needed", "media-jam", "media-path-media-jam", "marker-supply-empty", "toner-empty"),
     *("cover-open", "door-open", "interlock-open", "input-tray-missing"),
 }
 
 
-def status(code: int) -> str:
+def phrase(code: int) -> str:
     """A status code as a phrase about the printer."""
-    return _STATUS.get(code, f"it answered with status {code:#06x}")
+    return _PHRASES.get(code, f"it answered with status {code:#06x}")
 
 
-def _plain(keyword: str) -> str:
+def _without_severity(keyword: str) -> str:
     # the keyword as a whole first: document-format-error is no error of "document-format"
     if keyword in _REASONS:
         return keyword
     return next((keyword.removesuffix(ending) for ending in _ENDINGS if keyword.endswith(ending)), keyword)
 
 
-def reasons(keywords: Sequence[str]) -> str:
+def reason_phrase(keywords: Sequence[str]) -> str:
     """Reasons of a state as one phrase, each once and in order; empty if there is nothing to say."""
-    plain = dict.fromkeys(_plain(keyword) for keyword in keywords if keyword not in ("none", "job-printing"))
+    plain = dict.fromkeys(_without_severity(keyword) for keyword in keywords if keyword not in ("none", "job-printing"))
     return ", ".join(dict.fromkeys(_REASONS.get(keyword, keyword.replace("-", " ")) for keyword in plain))
 
 
-def stopping(keywords: Sequence[str]) -> bool:
+def blocks_output(keywords: Sequence[str]) -> bool:
     """Whether a printer with these reasons cannot be bringing out sheets."""
-    return any(_plain(keyword) in _STOPPING and not keyword.endswith(("-warning", "-report")) for keyword in keywords)
+    return any(
+        _without_severity(keyword) in _BLOCKING and not keyword.endswith(("-warning", "-report"))
+        for keyword in keywords
+    )
 
 
 def jammed(keywords: Sequence[str]) -> bool:
     """Whether paper is stuck: an empty tray, by contrast, is what the last sheet leaves behind."""
-    return any(_plain(keyword).endswith("media-jam") for keyword in keywords)
+    return any(_without_severity(keyword).endswith("media-jam") for keyword in keywords)

@@ -1,4 +1,4 @@
-"""One page handed to a printer, once, whatever the connection and the printer's own server do meanwhile.
+"""One page submitted to a printer once, whatever the connection and the printer's own server do meanwhile.
 
 A printer that knows Create-Job and Send-Document gives the job its number before it has the page, so that it can be
 asked about it with certainty.  Others are given the page at once (Print-Job) and asked for a job of the page's title.
@@ -14,32 +14,30 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from handout.errors import PrinterError
-from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, Operation, Refused, Search
-from handout.printing.ipp.fates import stopped
-from handout.printing.ipp.link import LinkError
-from handout.printing.ipp.request import Abilities, Request
-from handout.printing.ipp.words import JobState, Status
-from handout.printing.queue import FateUnknown, Say
+from handout.printing.ipp.request import Capabilities, Request
+from handout.printing.ipp.status import DOUBTFUL, JobState, Status
+from handout.printing.ipp.transport import TransportError
+from handout.printing.queue import OutcomeUnknown, Say
 
 PAUSES = (0.5, 1.0, 2.0)  # s, before asking what became of a page whose connection broke
 _ATTEMPTS = 3  # of a page that is known not to have arrived
 _STEPS = frozenset({Operation.CREATE_JOB, Operation.SEND_DOCUMENT})
 
 
-class Handover:
+class Submission:
     """A page on its way to a printer.
 
     gone : whether a part of the page at least may have left this computer.
     """
 
     def __init__(
-        self, client: Client, abilities: Abilities, request: Request, say: Say, wait: Callable[[float], object]
+        self, client: Client, capabilities: Capabilities, request: Request, say: Say, wait: Callable[[float], object]
     ) -> None:
         """`wait` is called with the seconds before a question is asked again."""
-        self._client, self._abilities, self._request = client, abilities, request
+        self._client, self._capabilities, self._request = client, capabilities, request
         self._say, self._wait = say, wait
-        self._in_steps = abilities.operations >= _STEPS
+        self._in_steps = capabilities.operations >= _STEPS
         self._number: int | None = None  # of the job that has been begun
         self.gone = False
 
@@ -48,37 +46,37 @@ class Handover:
 
         Raises
         ------
-        FateUnknown
+        OutcomeUnknown
             It may have been taken.
         PrinterError
             It was certainly not.
         """
-        patience, attempts = self._client.patience(), 0
+        backoff, attempts = self._client.backoff(), 0
         while True:
             try:
-                return self._once(document)
-            except (LinkError, Refused) as failure:
-                error = _doubt(failure)
-            waited = error.passing and patience.pause(f"{error} Waiting for it.", error.after)
-            found = self._taken(error)
-            if found is not None:
-                return found
+                return self._attempt(document)
+            except (TransportError, Refused) as failure:
+                error = _as_doubtful(failure)
+            waited = error.retryable and backoff.pause(f"{error} Waiting for it.", error.after)
+            number = self._number_if_taken(error)
+            if number is not None:
+                return number
             attempts += not waited
-            if attempts == _ATTEMPTS or (error.passing and not waited):
+            if attempts == _ATTEMPTS or (error.retryable and not waited):
                 raise PrinterError(f"{error} The page did not arrive{_in(attempts)}.") from error
             if not waited:
                 self._say(f"{error} The page did not arrive; sending it again.")
 
-    def _once(self, document: bytes) -> int:
+    def _attempt(self, document: bytes) -> int:
         self._number, self.gone = None, not self._in_steps
         if not self._in_steps:
-            return self._client.print(self._request, self._abilities, document)
-        self._number = self._client.create(self._request, self._abilities)
+            return self._client.print(self._request, self._capabilities, document)
+        self._number = self._client.create(self._request, self._capabilities)
         self.gone = True
         self._client.send(self._number, self._request, document)
         return self._number
 
-    def _taken(self, error: LinkError) -> int | None:
+    def _number_if_taken(self, error: TransportError) -> int | None:
         """The number of the job that has the page; None if the page is not going to be printed.
 
         What arrived in part is stopped.
@@ -88,10 +86,10 @@ class Handover:
         if job is None and self._number is not None:
             job = self._client.job(self._number)  # a printer may keep the names of jobs to itself
         if job is None:
-            refused = error.passing and not self._in_steps
-            if not self.gone or not error.handed_over or refused or self._remembered(search):
+            refused = error.retryable and not self._in_steps
+            if not self.gone or not error.handed_over or refused or self._remembers_jobs(search):
                 return None
-            raise FateUnknown(
+            raise OutcomeUnknown(
                 f"{error} Whether the page arrived cannot be told: the printer lists no job of its name, and none of "
                 "earlier pages either."
             ) from error
@@ -99,36 +97,36 @@ class Handover:
             return None
         if self.gone and error.handed_over and not job.lacking:
             return job.number
-        ended = stopped(self._client, job, self._wait)
+        ended = self._client.cancel_and_wait(job.number)
         return job.number if ended is not None and ended.state == JobState.COMPLETED else None
 
-    def _search(self, error: LinkError) -> Search:
+    def _search(self, error: TransportError) -> Search:
         for pause in PAUSES:
             self._wait(pause)
             try:
                 return self._client.find(self._request.title)
-            except LinkError as silence:
-                if silence.passing:
+            except TransportError as silence:
+                if silence.retryable:
                     break
             except PrinterError:
                 continue
         if not (self.gone and error.handed_over):
             raise PrinterError(f"{error} The page did not arrive whole, so it is not going to be printed.") from error
-        raise FateUnknown(f"{error} Whether the page arrived cannot be told.") from error
+        raise OutcomeUnknown(f"{error} Whether the page arrived cannot be told.") from error
 
-    def _remembered(self, search: Search) -> bool:
+    def _remembers_jobs(self, search: Search) -> bool:
         """Whether the printer lists finished jobs of ours by their names."""
         ours = self._request.title.split()[0]
         return any(name.split()[:1] == [ours] for name in search.over)
 
 
-def _doubt(failure: LinkError | Refused) -> LinkError:
+def _as_doubtful(failure: TransportError | Refused) -> TransportError:
     """A failure after which the page may have been taken; one after which it certainly was not is raised again."""
-    if isinstance(failure, LinkError):
+    if isinstance(failure, TransportError):
         return failure
-    if failure.code not in words.DOUBTFUL:
+    if failure.code not in DOUBTFUL:
         raise failure
-    return LinkError(str(failure), handed_over=True, passing=failure.code == Status.TEMPORARY_ERROR)
+    return TransportError(str(failure), handed_over=True, retryable=failure.code == Status.TEMPORARY_ERROR)
 
 
 def _in(attempts: int) -> str:

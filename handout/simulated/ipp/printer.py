@@ -2,7 +2,7 @@
 
 It speaks IPP 1.1 and 2.0 (Get-Printer-Attributes, Validate-Job, Print-Job, Create-Job, Send-Document,
 Get-Job-Attributes, Get-Jobs, Cancel-Job), knows envelopes and custom sizes, keeps every document that it "prints" byte
-for byte, and refuses what it does not have.  ``python -m handout.printing.ipp printed`` runs one until Ctrl-C;
+for byte, and refuses what it does not have.  ``python -m handout.simulated.ipp printed`` runs one until Ctrl-C;
 ``--help`` names its faults.
 """
 
@@ -20,22 +20,49 @@ from typing import Any
 from handout import atomic
 from handout.printing.documents import MIME
 from handout.printing.ipp.client import Operation
-from handout.printing.ipp.faults import FAILURES, Faults
 from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute
-from handout.printing.ipp.serving import Broken, handler
-from handout.printing.ipp.words import JobState, Status
+from handout.printing.ipp.status import JobState, Status
+from handout.simulated.ipp.server import Broken, handler
 
-__all__ = ["FAILURES", "Faults", "SimulatedJob", "SimulatedPrinter"]
+FAILURES = tuple(f"{when}{how}" for how in ("500", "503", "drop", "error", "text") for when in ("", "done-"))
 _TRAYS, _TYPES = ("auto", "rear", "main"), ("stationery", "envelope")
 # mm, the shorter side first, and the custom sizes: least and greatest
 _SIZES = ((110, 220), (114, 162), (162, 229), (104.775, 241.3), (210, 297), (148, 210))
 _CUSTOM = ((90, 216), (140, 360))
-_NEAR = 20  # 1/100 mm: sizes nearer than this are the same
+_SAME = 20  # 1/100 mm: sizes nearer than this are the same
 _ENDINGS = {mime: ending for ending, mime in MIME.items()}
 _BAD_REQUEST, _BAD_FORMAT, _OTHER_OPERATION = 0x0400, 0x040A, Status.OPERATION_NOT_SUPPORTED
 
 
 _STEPS = (Operation.CREATE_JOB, Operation.SEND_DOCUMENT)
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong at the simulated printer; jobs are counted from 1, and 0 is none."""
+
+    busy: int = 0  # so many print requests are refused as busy first
+    empty_at: int = 0  # the job at which the tray is empty
+    cleared_after: float = 0.0  # s until somebody fills the tray or takes out what has jammed; 0: nobody (see `clear`)
+    jam_at: int = 0  # the job that jams and is given up
+    hold_at: int = 0  # the job that is held
+    lie_at: int = 0  # the job that jams and yet is called completed
+    lost_at: int = 0  # the job in whose document the connection breaks before the printer knows of it
+    torn_at: int = 0  # the same, and the printer keeps the beginning
+    unanswered_at: int = 0  # the job that is taken and printed, with the connection broken before the answer
+    fail_at: int = 0  # the request, of whatever kind, from which requests fail
+    fail_for: int = 1  # how many in a row
+    # how, one of `FAILURES`: an HTTP status; "drop" breaks the connection, "error" is an internal error of IPP, "text"
+    # an answer that is no IPP; with "done-" before it what was asked is done first
+    fail_as: str = "500"
+    retry_after: float = -1.0  # s that it wants to be left alone after a 503; -1: it does not say
+    simple: bool = False  # it knows Print-Job only, not Create-Job and Send-Document
+    slow: float = 0.0  # s before every answer
+    printing: float = 0.02  # s that a sheet takes
+    forgetful: bool = False  # jobs are forgotten when they are over
+    old: bool = False  # it speaks IPP 1.1 only
+    no_envelopes: bool = False  # it takes A4 and A5 only
+    formats: tuple[str, ...] = ("application/pdf", "image/pwg-raster", "image/urf")  # what it prints
 
 
 @dataclass
@@ -120,9 +147,9 @@ class SimulatedPrinter:
         """The connection broke in the middle of a document."""
         with self._lock:
             self.received += 1
-            job = self._asked(request)
+            job = self._job_asked_for(request)
             if self.received == self.faults.torn_at:
-                job = job or self._job(request)
+                job = job or self._new_job(request)
                 job.document, job.stage = document, "whole"
                 job.state, job.reasons = JobState.ABORTED, ("aborted-by-system",)
 
@@ -137,10 +164,10 @@ class SimulatedPrinter:
             self.requests += 1
             failing = self.faults.fail_at <= self.requests < self.faults.fail_at + self.faults.fail_for
             if not (self.faults.fail_at and failing):
-                return self._done(request, document)
+                return self._carry_out(request, document)
             how = self.faults.fail_as.removeprefix("done-")
             if how != self.faults.fail_as:
-                self._done(request, document)
+                self._carry_out(request, document)
                 self._advance()
             return self._failure(request, how)
 
@@ -154,15 +181,15 @@ class SimulatedPrinter:
         after = {"Retry-After": f"{self.faults.retry_after:g}"} if self.faults.retry_after >= 0 else {}
         return Broken(int(how), after if how == "503" else {})
 
-    def _done(self, request: Message, document: bytes) -> Message | None:
+    def _carry_out(self, request: Message, document: bytes) -> Message | None:
         does: dict[int, Callable[[], Message | None]] = {
-            Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._about()),
+            Operation.GET_PRINTER_ATTRIBUTES: lambda: _message(request, Status.OK, self._attributes()),
             Operation.VALIDATE_JOB: lambda: self._refusal(request) or _message(request, Status.OK),
             Operation.PRINT_JOB: lambda: self._print(request, document),
             Operation.CREATE_JOB: lambda: self._create(request),
             Operation.SEND_DOCUMENT: lambda: self._receive(request, document),
-            Operation.GET_JOB_ATTRIBUTES: lambda: self._tell(request),
-            Operation.GET_JOBS: lambda: self._list(request),
+            Operation.GET_JOB_ATTRIBUTES: lambda: self._report_job(request),
+            Operation.GET_JOBS: lambda: self._list_jobs(request),
             Operation.CANCEL_JOB: lambda: self._cancel(request),
         }
         unknown = request.code not in does or (self.faults.simple and request.code in _STEPS)
@@ -170,28 +197,28 @@ class SimulatedPrinter:
 
     def _print(self, request: Message, document: bytes) -> Message | None:
         refusal = self._busy(request) or self._refusal(request)
-        return refusal or self._take(request, self._job(request), document)
+        return refusal or self._accept(request, self._new_job(request), document)
 
     def _create(self, request: Message) -> Message:
         refusal = self._busy(request) or self._refusal(request)
         if refusal is not None:
             return refusal
-        job = self._job(request)
+        job = self._new_job(request)
         job.state, job.reasons, job.stage = JobState.HELD, ("job-data-insufficient",), "lacking"
-        return _message(request, Status.OK, _facts(job))
+        return _message(request, Status.OK, _job_group(job))
 
     def _receive(self, request: Message, document: bytes) -> Message | None:
-        job = self._asked(request)
+        job = self._job_asked_for(request)
         if job is None or job.stage != "lacking":
             return _message(request, Status.NOT_FOUND if job is None else Status.NOT_POSSIBLE)
-        return self._take(request, job, document)
+        return self._accept(request, job, document)
 
-    def _take(self, request: Message, job: SimulatedJob, document: bytes) -> Message | None:
+    def _accept(self, request: Message, job: SimulatedJob, document: bytes) -> Message | None:
         """A document for a job; what is answered."""
         self.received += 1
         job.document, job.format = document, str(_first(request, "document-format", ""))
         job.state, job.reasons, job.stage, job.since = JobState.PROCESSING, ("job-printing",), "whole", self._clock()
-        return None if self.received == self.faults.unanswered_at else _message(request, Status.OK, _facts(job))
+        return None if self.received == self.faults.unanswered_at else _message(request, Status.OK, _job_group(job))
 
     def _busy(self, request: Message) -> Message | None:
         if self.faults.busy <= 0:
@@ -199,10 +226,10 @@ class SimulatedPrinter:
         self.faults = replace(self.faults, busy=self.faults.busy - 1)
         return _message(request, Status.BUSY)
 
-    def _job(self, request: Message) -> SimulatedJob:
-        told = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
+    def _new_job(self, request: Message) -> SimulatedJob:
+        attributes = next((group.attributes for group in request.groups if group.tag == Tag.JOB), ())
         name, kind = (str(_first(request, key, "")) for key in ("job-name", "document-format"))
-        job = SimulatedJob(len(self.jobs) + 1, name, kind, told, b"", since=self._clock())
+        job = SimulatedJob(len(self.jobs) + 1, name, kind, attributes, b"", since=self._clock())
         self.jobs.append(job)
         return job
 
@@ -242,17 +269,17 @@ class SimulatedPrinter:
             self._folder.mkdir(parents=True, exist_ok=True)
             atomic.write(self._folder / f"job-{job.number:03d}.{_ENDINGS.get(job.format, 'prn')}", job.document)
 
-    def _tell(self, request: Message) -> Message:
-        job = self._asked(request)
-        return _message(request, Status.NOT_FOUND) if job is None else _message(request, Status.OK, _facts(job))
+    def _report_job(self, request: Message) -> Message:
+        job = self._job_asked_for(request)
+        return _message(request, Status.NOT_FOUND) if job is None else _message(request, Status.OK, _job_group(job))
 
-    def _list(self, request: Message) -> Message:
+    def _list_jobs(self, request: Message) -> Message:
         over = _first(request, "which-jobs", "not-completed") == "completed"
         known = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
-        return _message(request, Status.OK, *(_facts(job) for job in known))
+        return _message(request, Status.OK, *(_job_group(job) for job in known))
 
     def _cancel(self, request: Message) -> Message:
-        job = self._asked(request)
+        job = self._job_asked_for(request)
         if job is None:
             return _message(request, Status.NOT_FOUND)
         if job.state.over:
@@ -260,7 +287,7 @@ class SimulatedPrinter:
         job.state, job.reasons = JobState.CANCELED, ("job-canceled-by-user",)
         return _message(request, Status.OK)
 
-    def _asked(self, request: Message) -> SimulatedJob | None:
+    def _job_asked_for(self, request: Message) -> SimulatedJob | None:
         number = _first(request, "job-id", 0)
         found = next((job for job in self.jobs if job.number == number), None)
         return None if found is not None and found.state.over and self.faults.forgetful else found
@@ -272,19 +299,19 @@ class SimulatedPrinter:
         column = request.all("media-col", Tag.JOB)
         if not column or not isinstance(column[0].value, tuple):
             return _message(request, _BAD_REQUEST)
-        told = Message(0, (Group(Tag.JOB, column[0].value),))
-        size = _first(told, "media-size", ())
+        media = Message(0, (Group(Tag.JOB, column[0].value),))
+        size = _first(media, "media-size", ())
         sides = [_first(Message(0, (Group(Tag.JOB, size),)), f"{axis}-dimension", 0) for axis in "xy"]
-        wrong = not self._takes(sides[0], sides[1]) or _first(told, "media-source", "auto") not in _TRAYS
-        wrong = wrong or _first(told, "media-type", "stationery") not in _TYPES
+        wrong = not self._has_size(sides[0], sides[1]) or _first(media, "media-source", "auto") not in _TRAYS
+        wrong = wrong or _first(media, "media-type", "stationery") not in _TYPES
         if not wrong:
             return None
         return _message(request, Status.NOT_SUPPORTED, Group(Tag.UNSUPPORTED_GROUP, (Attribute("media-col", column),)))
 
-    def _takes(self, across: int, along: int) -> bool:
+    def _has_size(self, across: int, along: int) -> bool:
         sizes = [tuple(sorted((round(a * 100), round(b * 100)))) for a, b in self._sizes()]
         short, long = sorted((across, along))
-        fits = any(abs(short - a) <= _NEAR and abs(long - b) <= _NEAR for a, b in sizes)
+        fits = any(abs(short - a) <= _SAME and abs(long - b) <= _SAME for a, b in sizes)
         (least, most), (short_least, long_most) = _CUSTOM
         custom = least * 100 <= short <= short_least * 100 and most * 50 <= long <= long_most * 100
         return fits or (custom and not self.faults.no_envelopes)
@@ -292,7 +319,7 @@ class SimulatedPrinter:
     def _sizes(self) -> tuple[tuple[float, float], ...]:
         return _SIZES[4:] if self.faults.no_envelopes else _SIZES
 
-    def _about(self) -> Group:
+    def _attributes(self) -> Group:
         """Its attributes."""
         state = 5 if self._reasons == ("none",) else 3
         resolutions = (Resolution(300, 300), Resolution(600, 600))
@@ -324,7 +351,7 @@ class SimulatedPrinter:
         )
 
 
-def _facts(job: SimulatedJob) -> Group:
+def _job_group(job: SimulatedJob) -> Group:
     return Group(
         Tag.JOB,
         (
