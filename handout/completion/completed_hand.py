@@ -12,7 +12,7 @@ from handout.completion.specimens import Specimen, add_page
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
 from handout.values import Hand
-from handout.writing.drawn import repertoire
+from handout.writing.drawn_line_writer import repertoire
 from handout.writing.text import Borrowed, Repertoire, borrow, borrowed, lacking, normalise, spell
 
 

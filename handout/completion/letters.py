@@ -12,12 +12,11 @@ import numpy as np
 
 from handout.completion.metrics import ScannedHandMetrics
 from handout.completion.specimens import Part, Specimen, drawn, mark_strokes, resized, shifted, with_neighbours
-from handout.hand.drawn import MARKS
+from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
 from handout.hand.letter_classes import SAME_AS_CAPITAL, STEM_AT_LEFT
 from handout.hand.scanned import ScannedHand
 from handout.values import Array
 from handout.writing.lookalikes import PICTURE
-from handout.writing.marks import BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, THROUGH, decomposed
 from handout.writing.text import LEFT_OUT, Repertoire, borrow, instead
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
@@ -25,7 +24,7 @@ _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye
 _GAP = (0.12, 0.55)  # x-heights between a letter and its mark, at least and at most; set by eye
 # x-heights below a letter's top, and share of its width from the left: where apostrophes and ogoneks go; set by eye
 _TOP, _RIGHT = 0.5, 0.45
-_NAMES = {mark: name.replace("-", " ") for name, mark in MARKS.items()}
+_NAMES = {mark: name.replace("-", " ") for name, mark in NAMES.items()}
 
 
 @dataclass(frozen=True)
@@ -164,7 +163,7 @@ class LetterMaker:
         """Where the origin of a mark goes that touches its letter, or stands beside its top; see `writing.accents`."""
         x_height, high = self._metrics.x_height, float(letter[:, 1].max())
         if kind in THROUGH:
-            y = CROSSED.get(base, 0.5) * high
+            y = STROKE_HEIGHT.get(base, 0.5) * high
             near = letter[np.abs(letter[:, 1] - y) <= max(0.1 * x_height, float(np.abs(letter[:, 1] - y).min()))]
             x = near[:, 0].min() if base in STEM_AT_LEFT else 0.5 * (near[:, 0].min() + near[:, 0].max())
             return np.array([float(x), y])

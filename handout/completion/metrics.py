@@ -14,12 +14,12 @@ import numpy as np
 
 from handout.completion.specimens import Part, line, pieces, shifted
 from handout.hand import measures
+from handout.hand.diacritics import BELOW, NOT_ABOVE, decomposed
 from handout.hand.letter_classes import DOTTED, X_HEIGHT
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.motion.trace import trace
 from handout.values import Array, Hand, Indices
-from handout.writing.marks import BELOW, NOT_ABOVE, decomposed
 from handout.writing.specimen import single_letter
 
 _HASTY = 0.85  # of a quick one's

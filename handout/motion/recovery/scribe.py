@@ -19,8 +19,8 @@ from handout.motion.recovery.recorded import clocks, recorded
 from handout.motion.recovery.spanning import Spanning
 from handout.values import Array, Indices
 from handout.writing.scanned.bending import measures as body_sizes
+from handout.writing.scanned.forms import Connector as Ligature
 from handout.writing.scanned.forms import Form, Forms
-from handout.writing.scanned.forms import Way as Ligature
 
 _BAR = 0.7  # of a small letter: no bar is lower
 _ALONG = 0.6  # of a way that lies in a bar
