@@ -27,10 +27,9 @@ import numpy as np
 
 from benchmarks import recorded
 from benchmarks.followed import Tally, tally
-from handout.author import reread
-from handout.author.simulate import simulate
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import pen_paths, stroke_order
 from handout.motion.recovery.letter_forms import HANDS
@@ -38,10 +37,13 @@ from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStr
 from handout.motion.recovery.letter_tracing import trace_letter
 from handout.motion.recovery.network import CostWeights, Ends, build_network, chain_vertices
 from handout.motion.recovery.traversal import beam_search
-from handout.scanning.reading import read_page
+from handout.page_sizes import page
+from handout.scanning.written_page import read_page
+from handout.simulated.author import reread
+from handout.simulated.author.simulate import simulate
 from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
 from handout.writing.scanned.manner import manner
 from handout.writing.scanned.setting import set_line
@@ -60,7 +62,6 @@ KEPT_OUT = (
     "hot, although the night itself felt quite lovely. Please excuse my haste, I just caught the ferry. Yours, Alfred "
     "Vaughan"
 )
-_SMALL = "acemnorsuvwxz"
 _STRAIGHT = CostWeights(against=0.0, jump=0.05)
 Recover = Callable[[LetterLine, str, tuple[str, ...]], LetterStrokes]
 
@@ -164,7 +165,7 @@ def recorded_letters(folder: Path) -> tuple[dict[str, Tally], dict[str, Tally]]:
 def alone(cell: recorded.Cell) -> LetterLine:
     """The line of a recorded letter, which stands alone."""
     graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
-    small = high if cell.recording.text in _SMALL else 0.6 * high
+    small = high if cell.recording.text in X_HEIGHT else 0.6 * high
     return LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
 
 

@@ -18,14 +18,15 @@ from unittest.mock import patch
 
 import numpy as np
 
-from handout.author import judge
-from handout.author.simulate import simulate
-from handout.author.truth import Simulated
 from handout.hand.library import load
 from handout.inking.pen import usual
-from handout.scanning.page import Scan
-from handout.scanning.reading import WrittenPage, read_page
-from handout.writing.layout import Layout, page
+from handout.page_sizes import page
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import WrittenPage, read_page
+from handout.simulated.author import judge
+from handout.simulated.author.simulate import simulate
+from handout.simulated.author.truth import Simulated
+from handout.writing.layout import Layout
 
 PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 HANDS = ("house-joined", "house-quick")
@@ -90,7 +91,8 @@ def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
     yield "all steps", "cut", nullcontext()
     yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
     yield "hysteresis for the cut", "hysteresis", nullcontext()
-    yield "strokes not taken apart", "cut", patch("handout.scanning.linegraph.apart", lambda xy, edges, *_: (xy, edges))
+    whole = patch("handout.scanning.line_graph.separate_strokes", lambda xy, edges, *_: (xy, edges))
+    yield "strokes not taken apart", "cut", whole
 
 
 def main() -> None:

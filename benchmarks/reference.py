@@ -14,26 +14,27 @@ from numpy.typing import NDArray
 
 from handout.calibrating.inks import Inks
 from handout.calibrating.reference import at_dpi
-from handout.colour import convert, gamut
-from handout.colour.applying import apply
+from handout.colour import conversions, gamut
 from handout.colour.chart import chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.colour.ink_match import match
 from handout.colour.models import fit
 from handout.colour.patches import Patches
+from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scan, read
-from handout.colour.strokes import density_of
-from handout.colour.table import build
+from handout.colour.table import apply, build
 from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
-from handout.printing.simulated import Flatbed, Inkjet, Sheet, light, stock, writer
-from handout.printing.simulated.flatbed import SETTINGS
-from handout.printing.simulated.sheet import Written
+from handout.page_sizes import page
+from handout.simulated import spectra
+from handout.simulated.printer import Flatbed, Inkjet, Sheet, stock, writer
+from handout.simulated.scanner.flatbed import SETTINGS
+from handout.simulated.sheet import Written
 from handout.values import Array, Raster
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 DPI, FINE = 300, 600
 _LEAST = 20  # samples in reach, to be judged at all
@@ -80,7 +81,7 @@ def table(name: str, inks: dict[str, object], settings: dict[str, dict[str, obje
 def spectrum(lobes: tuple[tuple[float, float, float], ...]) -> Array:
     """(31,) density."""
     return np.sum(
-        [height * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
+        [height * np.exp(-0.5 * ((spectra.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
     )
 
 
@@ -146,10 +147,10 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)
         printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
-    views = (lambda part: convert.lab(flatbed.see(part)), lambda part: light.lab(light.xyz(part)))
+    views = (lambda part: conversions.lab(flatbed.see(part)), lambda part: spectra.lab(spectra.xyz(part)))
     if reached.sum() < _LEAST:
         return [[np.nan, np.nan]] * 2
-    return [[float(convert.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
+    return [[float(conversions.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
 
 
 if __name__ == "__main__":

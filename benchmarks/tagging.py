@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from handout.scanning.reading import WrittenPage, read_page
+from handout.scanning.written_page import WrittenPage, read_page
 from handout.tagging.align import METHODS, align
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
 from handout.tagging.alphabet import SPACE

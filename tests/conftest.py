@@ -23,9 +23,10 @@ def small_scan(tmp_path_factory):
     import numpy as np
     from PIL import Image
 
-    from handout.author.simulate import simulate
     from handout.hand.library import load
-    from handout.writing.layout import Layout, page
+    from handout.page_sizes import page
+    from handout.simulated.author.simulate import simulate
+    from handout.writing.layout import Layout
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
     made = simulate(WRITTEN, load("house-joined"), rng=np.random.default_rng(5), layout=layout, dpi=300.0)
@@ -41,7 +42,7 @@ def small_page(small_scan):
     """The same page read, and its letters found without learning from it."""
     import numpy as np
 
-    from handout.scanning.reading import read_page
+    from handout.scanning.written_page import read_page
     from handout.tagging.making import make_page
 
     written = read_page(small_scan.scan)

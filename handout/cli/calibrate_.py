@@ -77,10 +77,10 @@ def wizard(**given: Any) -> int:
     handout calibrate wizard --printer pdf -o charts       print the files yourself
     handout calibrate wizard --printer sim --paper cream
     """
-    from handout.calibrating.loop import simulated
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
+    from handout.simulated.print_and_scan import simulated
 
     profile = resolve(given["printer"])
     if profile.file and not profile.simulated and given["output"] is None:
@@ -131,7 +131,7 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     from handout.calibrating import pages, store
     from handout.calibrating.wizard import chart_pages, write_chart_file
     from handout.printing.charts import chart_for
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
 
     profile = resolve(printer)
     if profile.file and output is None and dry_run is None:
@@ -165,9 +165,9 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, a
     from handout.calibrating import inks, prints, reference
     from handout.calibrating.wizard import ScansRefused
     from handout.colour import cgats
-    from handout.colour.chart_tables import ti3
+    from handout.colour.chart_files import ti3
     from handout.colour.reading import read as read_chart
-    from handout.colour.reading.scribble import save as save_scribble
+    from handout.colour.reading.pen_field import save as save_scribble
     from handout.colour.report import write_report
 
     atomic.check_writable(output)

@@ -195,8 +195,8 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, q
     from handout import atomic
     from handout.hand import file
     from handout.inking.swatches import swatches
-    from handout.scanning.page import read_scan
-    from handout.scanning.reading import read_page
+    from handout.scanning.picture_files import read_scan
+    from handout.scanning.written_page import read_page
     from handout.tagging.making import read_pen
 
     path = hand_path(output)

@@ -22,8 +22,8 @@ from handout.tagging.segments import Page, by_line, confidence, page_scale
 from handout.tagging.transcript import Written, in_one, read_transcript
 
 if TYPE_CHECKING:
-    from handout.scanning.reading import WrittenPage
-    from handout.scanning.rules import Rules
+    from handout.scanning.text_lines import TextLines
+    from handout.scanning.written_page import WrittenPage
 
 METHODS = ("segments", "segments-once", "haines_2016")
 _MOST_POOR = 1  # lines that may fit poorly before other line breaks are tried
@@ -45,7 +45,7 @@ def align(
     Parameters
     ----------
     page : scanning.reading.WrittenPage
-        With its mask of ink and the rules of its lines.
+        With its mask of ink and its text lines.
     transcript : str
         What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
         Line breaks that differ from the page's are found.
@@ -64,7 +64,7 @@ def align(
     InputError
         An empty transcript, a page without lines, an unknown method, or the transcript of another page.
     """
-    straight = strips(page.mask.ink, frames(page)) if page.rules.lines else []
+    straight = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
     return align_strips(straight, transcript, method=method, rng=rng, networks=networks, tell=tell)
 
 
@@ -165,18 +165,18 @@ def breadth(page: Page, lines: Sequence[Written]) -> float:
 
 def frames(page: WrittenPage) -> list[Frame]:
     """The lines of a page in its own pixels, 0 the middle of the first one."""
-    return frames_of(page.rules, page.scan.pixel)
+    return frames_of(page.text_lines, page.scan.pixel)
 
 
-def frames_of(rules: Rules, pixel: float) -> list[Frame]:
+def frames_of(text_lines: TextLines, pixel: float) -> list[Frame]:
     """Written lines as frames in pixels of `pixel` mm, 0 the middle of the first one."""
     return [
         Frame(
-            baseline=(rule.curve[0] / pixel - 0.5, rule.curve[1], rule.curve[2] * pixel),
-            x_height=rules.x_height / pixel,
-            slant=rules.slant,
-            middle=rule.middle / pixel - 0.5,
-            reach=(rule.right - rule.left) / 2 / pixel,
+            baseline=(line.curve[0] / pixel - 0.5, line.curve[1], line.curve[2] * pixel),
+            x_height=text_lines.x_height / pixel,
+            slant=text_lines.slant,
+            middle=line.middle / pixel - 0.5,
+            reach=(line.right - line.left) / 2 / pixel,
         )
-        for rule in rules.lines
+        for line in text_lines.lines
     ]

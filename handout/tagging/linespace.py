@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from handout.scanning.belonging import owners
+from handout.scanning.text_lines import line_owners
 from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image
 from handout.values import Array
 
@@ -84,7 +84,7 @@ def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None
     frames : of the lines; their own slants are replaced.
     slant : tangent; without it the page's, found here.
     """
-    own = owners(mask, frames)
+    own = line_owners(mask, frames)
     if slant is None:
         slant = slant_of([straightened(own == i, replace(f, slant=0.0)).image for i, f in enumerate(frames)])
     return [straightened(own == i, replace(frame, slant=slant)) for i, frame in enumerate(frames)]

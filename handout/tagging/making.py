@@ -19,9 +19,8 @@ from handout.hand.joining import Joining
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.progress import Tell, silent, within
-from handout.scanning.belonging import owners
-from handout.scanning.reading import WrittenPage
-from handout.scanning.rules import Rules, find_rules
+from handout.scanning.text_lines import TextLines, find_text_lines, line_owners
+from handout.scanning.written_page import WrittenPage
 from handout.summary import one_line
 from handout.tagging.align import align, frames
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
@@ -76,9 +75,9 @@ def with_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) 
     A transcript may break lines as the page does, and then its number of lines helps; or it may not.
     """
     count = len(read_transcript(transcript))
-    if count == len(written.rules.lines):
+    if count == len(written.text_lines.lines):
         return written
-    other = replace(written, rules=find_rules(written.mask.ink, written.scan.dpi, count))
+    other = replace(written, text_lines=find_text_lines(written.mask.ink, written.scan.dpi, count))
     fits = [_fit(page, transcript, rng) for page in (written, other)]
     return other if fits[1] > fits[0] else written
 
@@ -125,7 +124,7 @@ def make_page(
     written = with_lines(written, transcript, rng)
     alignment = align(written, transcript, method=method, rng=rng, tell=within(tell, 0.0, _ALIGNED))
     tell(_ALIGNED, "the joins")
-    own = owners(written.mask.ink, frames(written))
+    own = line_owners(written.mask.ink, frames(written))
     assignment = assign(written.graph, alignment, owners_at(own, written.graph.uv))
     page = page_of(written, transcript)
     glyphs, missing = _glyphs(page, alignment, _within_reach(written.graph, alignment, assignment.letter))
@@ -149,11 +148,11 @@ def labelled_page(written: WrittenPage, transcript: str, letters: Indices) -> Ma
     InputError
         The page has no lines.
     """
-    if not written.rules.lines:
+    if not written.text_lines.lines:
         raise InputError("no line of writing was found, so its letters stand nowhere.")
     units, graph = graphemes(transcript), written.graph
     known, owner = np.unique(letters, return_inverse=True)
-    near = written.rules.nearest(graph.xy)
+    near = written.text_lines.nearest(graph.xy)
     found: dict[int, list[Letter]] = {}
     for number, at in enumerate(known.tolist()):
         own = owner == number
@@ -197,8 +196,8 @@ def read_pen(name: str, pages: Sequence[WrittenPage], title: str = "") -> Scanne
     """
     if not pages:
         raise InputError(f"{name}: no page, so there is no pen to keep.")
-    blank = Rules((), *_SCRIBBLE)
-    found = tuple(page_of(replace(page, rules=blank), "") for page in pages)
+    blank = TextLines((), *_SCRIBBLE)
+    found = tuple(page_of(replace(page, text_lines=blank), "") for page in pages)
     return ScannedHand(name, title or name, found, ())
 
 
@@ -224,9 +223,9 @@ def page_of(written: WrittenPage, transcript: str) -> ScannedPage:
         shape=(scan.shape[0] + dy, scan.shape[1] + dx),
         graph=LineGraph((uv + 0.5) * scan.pixel, graph.radius, graph.density, uv, graph.edges),
         baselines=np.array(lines).reshape(-1, 5),
-        pitch=written.rules.pitch,
-        x_height=written.rules.x_height,
-        slant=written.rules.slant,
+        pitch=written.text_lines.pitch,
+        x_height=written.text_lines.x_height,
+        slant=written.text_lines.slant,
         pen=written.mask.pen,
         texture=_texture(written.matte.rgba, (dx, dy)),
         paper=_reduced(written.matte.paper),

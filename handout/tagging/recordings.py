@@ -11,8 +11,8 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.inking import curves, plain
-from handout.scanning.page import Scan
-from handout.scanning.reading import prepare
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import prepare
 from handout.tagging.labelled import Piece, labelled, laid, small_letters
 from handout.tagging.recording import Recording, x_height
 from handout.tagging.sources import Say, Source

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.scanning.matting import fill_smooth
-from handout.scanning.page import ENOUGH_DPI, Scan
-from handout.scanning.reading import Prepared, prepare
+from handout.scanning.picture_files import ENOUGH_DPI
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import Prepared, prepare
 
 if TYPE_CHECKING:
-    from handout.prompting.finding import Sheet
-    from handout.scanning.picture import Picture
+    from handout.prompting.sheet_detection import Sheet
+    from handout.scanning.scan import Picture
 
 # printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
 _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
@@ -45,7 +46,7 @@ def filled_sheet(scan: Scan | Picture) -> Filled | None:
     InputError
         There are marks of a sheet, but too few; or its codes cannot be read.
     """
-    from handout.prompting.finding import find_sheet, printed_on, rectify
+    from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
 
     try:
         sheet = find_sheet(np.asarray(scan.rgb))

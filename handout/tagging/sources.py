@@ -13,12 +13,12 @@ import numpy as np
 from handout import units
 from handout.errors import InputError
 from handout.progress import Tell, silent, within
-from handout.scanning.density import Scale, pooled
-from handout.scanning.outline import refuse_oblique
-from handout.scanning.page import check_dpi, scan_of
-from handout.scanning.picture import Picture, count_pages, read_picture, source_of
-from handout.scanning.reading import Prepared, find_ink, finish, prepare
-from handout.scanning.recorded import followed
+from handout.scanning.checks import check_dpi, source_of
+from handout.scanning.density import Scale, pooled_scale
+from handout.scanning.page_layout import refuse_oblique
+from handout.scanning.picture_files import count_pages, read_picture, scan_of
+from handout.scanning.scan import Picture
+from handout.scanning.written_page import Prepared, find_ink, finish, prepare, with_recorded_line
 from handout.tagging.making import MadePage, labelled_page, make_page
 from handout.tagging.sheets import filled_sheet, refuse_mirrored
 from handout.tagging.upright import find_turn, said_of
@@ -169,7 +169,7 @@ def common_scale(sources: Sequence[Source]) -> Scale | None:
 
     Source: seed 000, §5.1.1.
     """
-    return pooled([source.prepared.scale for source in sources]) if len(sources) > 1 else None
+    return pooled_scale([source.prepared.scale for source in sources]) if len(sources) > 1 else None
 
 
 def lettered(
@@ -217,8 +217,8 @@ def _lettered(
     tell(_TURNED, "the lines")
     written = finish(inked)
     if source.movements:
-        written = followed(written, source.movements, timed=source.timed)
-    say(f"  ink and {_counted(len(written.rules.lines), 'line')} found; looking for the letters …")
+        written = with_recorded_line(written, source.movements, timed=source.timed)
+    say(f"  ink and {_counted(len(written.text_lines.lines), 'line')} found; looking for the letters …")
     try:
         if source.letters is not None:
             made = labelled_page(written, source.transcript, source.letters)
@@ -226,7 +226,7 @@ def _lettered(
             made = make_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
-    _refuse_lost(made, len(written.rules.lines))
+    _refuse_lost(made, len(written.text_lines.lines))
     for note in made.notes:
         say(f"  {note}")
     return made

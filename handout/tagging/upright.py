@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
-from handout.scanning.gutter import Gutter, find_gutter
-from handout.scanning.reading import Inked, check_size
-from handout.scanning.rules import Rules, find_rules
+from handout.scanning.checks import check_writing_size
+from handout.scanning.page_layout import Gutter, find_gutter
+from handout.scanning.text_lines import TextLines, find_text_lines
+from handout.scanning.written_page import Inked
 from handout.tagging import align, fit, network
 from handout.tagging.linespace import strips
 from handout.tagging.segments import Page
@@ -43,9 +44,9 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     """
     lines = read_transcript(transcript)
     ink, dpi = inked.mask.ink, inked.prepared.scan.dpi
-    own = fitting(ink, dpi, inked.rules, lines, rng)
-    if own < fit.REFUSED and len(lines) != len(inked.rules.lines):
-        own = max(own, fitting(ink, dpi, find_rules(ink, dpi, len(lines)), lines, rng))
+    own = fitting(ink, dpi, inked.text_lines, lines, rng)
+    if own < fit.REFUSED and len(lines) != len(inked.text_lines.lines):
+        own = max(own, fitting(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
     if own >= fit.REFUSED:
         return 0
     gutter, broad = find_gutter(ink, dpi), _breadth(inked, lines)
@@ -68,12 +69,12 @@ def said_of(quarters: int) -> str:
 
 
 def fitting(
-    ink: NDArray[np.bool_], dpi: float, rules: Rules, lines: Sequence[Written], rng: np.random.Generator
+    ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[Written], rng: np.random.Generator
 ) -> float:
     """How well a text fits the written lines of a page: the middle line's, 0 to 1, as `fit.fit`; 0 without lines."""
-    if not rules.lines:
+    if not text_lines.lines:
         return 0.0
-    return align.typical_fit(strips(ink, align.frames_of(rules, 25.4 / dpi)), lines, rng)
+    return align.typical_fit(strips(ink, align.frames_of(text_lines, 25.4 / dpi)), lines, rng)
 
 
 def _best(
@@ -83,7 +84,7 @@ def _best(
     best = (0.0, 0)
     for quarters in ways:
         turned = np.ascontiguousarray(np.rot90(ink, quarters))
-        best = max(best, (fitting(turned, dpi, find_rules(turned, dpi), lines, rng), quarters))
+        best = max(best, (fitting(turned, dpi, find_text_lines(turned, dpi), lines, rng), quarters))
         if best[0] >= _SURE:
             break
     return best
@@ -91,27 +92,27 @@ def _best(
 
 def _breadth(inked: Inked, lines: Sequence[Written]) -> float:
     """How broad the page's letters would be against the usual ones if this were its text; 1 without lines."""
-    if not inked.rules.lines:
+    if not inked.text_lines.lines:
         return 1.0
-    straight = strips(inked.mask.ink, align.frames_of(inked.rules, inked.prepared.scan.pixel))
+    straight = strips(inked.mask.ink, align.frames_of(inked.text_lines, inked.prepared.scan.pixel))
     return align.breadth(Page([strip.image for strip in straight], network.shipped()), lines)
 
 
 def _reason(inked: Inked, lines: Sequence[Written], own: float, gutter: Gutter | None, broad: float) -> InputError:
     """Why a text does not fit in any way."""
-    scan, rules = inked.prepared.scan, inked.rules
-    check_size(rules, scan)
+    scan, text_lines = inked.prepared.scan, inked.text_lines
+    check_writing_size(text_lines, scan)
     if gutter:
         return InputError(
             f"{scan.source} shows two pages or columns side by side ({gutter.lines[0]} and {gutter.lines[1]} lines, "
             f"{gutter.width:.0f} mm of paper between them at x = {gutter.at:.0f} mm): cut it there, and give each part "
             "as a --scan with its own --text."
         )
-    if not rules.lines:
+    if not text_lines.lines:
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
     if not _MUCH <= broad <= _LITTLE:
         return _amount(inked, lines, broad)
-    return InputError(f"{scan.source}: {fit.refusal(own, (len(rules.lines), len(lines)))}")
+    return InputError(f"{scan.source}: {fit.refusal(own, (len(text_lines.lines), len(lines)))}")
 
 
 def _amount(inked: Inked, lines: Sequence[Written], broad: float) -> InputError:
@@ -119,7 +120,7 @@ def _amount(inked: Inked, lines: Sequence[Written], broad: float) -> InputError:
     letters, given = sum(len(line.letters) for line in lines), len(lines)
     wanted = "the text of this page alone" if broad < _MUCH else "all that is written on the page"
     return InputError(
-        f"{inked.prepared.scan.source} has {len(inked.rules.lines)} lines of writing, and its text "
+        f"{inked.prepared.scan.source} has {len(inked.text_lines.lines)} lines of writing, and its text "
         f"({units.count(given, 'line')}, "
         f"{units.count(letters, 'character')}) is about {1 / broad:.1f} times what they hold: "
         f"give {wanted}, line by line."

@@ -178,7 +178,7 @@ def test_the_text_of_another_page_is_refused(call, small_scan):
 
 def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
     from handout.errors import InputError
-    from handout.scanning.reading import prepare
+    from handout.scanning.written_page import prepare
     from handout.tagging import sheets, sources
 
     prepared = prepare(small_scan.scan)

@@ -6,8 +6,7 @@ from cursive import page
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.places import START, Milestones, Place, place
-from handout.plotting.remaining import drawn
+from handout.plotting.jobs.places import START, Milestones, Place, drawn, place
 from handout.values import Drawing, Page, Stroke
 
 PROFILES = [profiles.find(name, "plotter") for name in ("simulated", "grbl-z")]
@@ -48,6 +47,6 @@ def test_a_dot_is_drawn_when_the_pen_has_rested_on_it():
 def test_lifting_and_lowering_draw_nothing():
     made = plan(DRAWING, PROFILES[1])
     reached = Milestones(made)
-    for at, (block, _) in enumerate(made.course.told):
+    for at, (block, _) in enumerate(made.toolpath.instructions):
         if block is not None:
             assert reached.ink[at + 1] == reached.ink[at]

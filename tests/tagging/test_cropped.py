@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.hand import file
-from handout.scanning.page import Scan
-from handout.scanning.reading import read_page
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import read_page
 from handout.tagging.cropped import cropped
 from handout.tagging.making import make_page, read_hand, read_pen
 from handout.values import LineGraph

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.scanning.belonging import owners
+from handout.scanning.text_lines import line_owners
 from handout.tagging.features import ABOVE, X_HEIGHT
 from handout.tagging.linespace import Frame, slant_of, straightened, strips
 
@@ -66,7 +66,7 @@ def test_touching_lines_are_parted_along_their_strokes():
     # a tail of the upper line runs down into the head of a letter of the lower one, beside an ascender that is free
     tail = [(3.0, 0.9), (3.0, -1.2), (3.4, -1.7)]
     page = drawn(upper, [[(0, 0.5), (8, 0.5)], tail]) | drawn(lower, [[(0, 0.5), (8, 0.5)], [(3.4, 0.5), (3.4, 1.65)]])
-    own = owners(page, [upper, lower])
+    own = line_owners(page, [upper, lower])
     count, _ = cv2.connectedComponents(page.astype(np.uint8))
     assert count == 2, "the two lines must touch for this test"
     assert own[int(upper.base(0.0) + 20), 190] == 0
@@ -79,7 +79,7 @@ def test_specks_go_to_the_nearest_line():
     frames = [Frame((150.0,), 30.0), Frame((300.0,), 30.0)]
     page = drawn(frames[0], [[(5, 0.2), (9, 0.6)], [(6, 1.6), (6.1, 1.6)]]) | drawn(frames[1], [[(5, 0.2), (9, 0.6)]])
     page |= drawn(frames[1], [[(6, 1.7), (6.1, 1.75)], [(8, -0.5), (8, -0.6)]])
-    own = owners(page, frames)
+    own = line_owners(page, frames)
     assert (own[90:112][page[90:112]] == 0).all()
     assert (own[200:][page[200:]] == 1).all()
 

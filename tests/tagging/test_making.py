@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.scanning.page import Scan
-from handout.scanning.reading import read_page
-from handout.scanning.rules import find_rules
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import find_text_lines
+from handout.scanning.written_page import read_page
 from handout.tagging import making
 from handout.tagging.align import align
 from handout.tagging.making import make_page, page_of, read_hand, with_lines
@@ -94,8 +94,8 @@ def test_lines_are_counted_by_the_text_only_where_that_fits(small_page):
     assert with_lines(page, small_page.written, rng) is page
     in_one = small_page.written.replace("\n", " ")
     assert with_lines(page, in_one, rng) is page
-    wrong = replace(page, rules=find_rules(page.mask.ink, page.scan.dpi, 2))
-    assert len(with_lines(wrong, small_page.written, rng).rules.lines) == 3
+    wrong = replace(page, text_lines=find_text_lines(page.mask.ink, page.scan.dpi, 2))
+    assert len(with_lines(wrong, small_page.written, rng).text_lines.lines) == 3
 
 
 def test_places_are_those_of_the_file_where_a_border_was_cut_off(small_page):

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.prompting import finding
-from handout.scanning.page import Scan
+from handout.prompting import sheet_detection
+from handout.scanning.scan import Scan
 from handout.tagging.sheets import filled_sheet
 from handout.values import Page
 
@@ -34,8 +34,8 @@ def sheet(monkeypatch):
         transcript="kept by me", dpi=299.9, page=Page(60.0, 40.0), masks=np.array([[1.0, 1.0, 6.0, 6.0]]),
         bands=np.array([[5.0, 9.0, 55.0, 14.0]]),
     )  # fmt: skip
-    monkeypatch.setattr(finding, "find_sheet", lambda image: found)
-    monkeypatch.setattr(finding, "rectify", lambda image, sheet, dpi: image.copy())
+    monkeypatch.setattr(sheet_detection, "find_sheet", lambda image: found)
+    monkeypatch.setattr(sheet_detection, "rectify", lambda image, sheet, dpi: image.copy())
     return found
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.scanning.page import Scan
-from handout.scanning.reading import find_ink, prepare
-from handout.scanning.rules import find_rules
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import find_text_lines
+from handout.scanning.written_page import find_ink, prepare
 from handout.tagging.upright import find_turn, said_of
 
 OTHER = "Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?"
@@ -25,7 +25,7 @@ def lying(inked, how):
     scan = Scan(np.ascontiguousarray(how(scan.rgb)), scan.dpi, "page.png")
     ink = np.ascontiguousarray(how(inked.mask.ink))
     prepared, mask = replace(inked.prepared, scan=scan), replace(inked.mask, ink=ink)
-    return replace(inked, prepared=prepared, mask=mask, rules=find_rules(ink, scan.dpi))
+    return replace(inked, prepared=prepared, mask=mask, text_lines=find_text_lines(ink, scan.dpi))
 
 
 def rng():
@@ -75,6 +75,6 @@ def test_too_much_and_too_little_text_is_named(inked, text, says):
 def test_two_pages_side_by_side_are_named(inked, small_page):
     empty = np.zeros((len(inked.mask.ink), 150), dtype=bool)
     ink = np.hstack([inked.mask.ink, empty, inked.mask.ink])
-    book = replace(inked, mask=replace(inked.mask, ink=ink), rules=find_rules(ink, 300.0))
+    book = replace(inked, mask=replace(inked.mask, ink=ink), text_lines=find_text_lines(ink, 300.0))
     with pytest.raises(InputError, match=r"shows two pages or columns side by side \(3 and 3 lines"):
         find_turn(book, small_page.written, rng())

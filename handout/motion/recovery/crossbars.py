@@ -13,13 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.network import SHORT, Network, build_network, chain_vertices
 from handout.values import Array, Indices
 
-BARRED = frozenset("tf")  # letters whose bar is a stroke of its own in every joined hand
-DELAYED = frozenset("t")  # of these, those whose bar waits in a hand that joins letters; that of an f often joins it
-CROSSED = frozenset("xX")  # letters that a straight stroke crosses aslant, from above
+DELAYED = frozenset("t")  # letters whose bar waits in a hand that joins letters; that of an f often joins it
 SHARED = 0.8  # of a branch that lies in a bar, at least
 
 
@@ -190,7 +189,7 @@ class WordCrossbars:
             word = [first]
             while glyphs[word[-1]].after != NOBODY:
                 word.append(glyphs[word[-1]].after)
-            bars = self._find(word) if any(glyphs[n].letter in BARRED for n in word) else ()
+            bars = self._find(word) if any(glyphs[n].letter in CROSSED for n in word) else ()
             self._of_word[first] = bars
         return bars
 
@@ -205,7 +204,7 @@ class WordCrossbars:
         chains = list(_level_chains(net, page.x_height / page.pitch))
         bars: list[Crossbar] = []
         for at, (glyph, vertices) in enumerate(zip(word, own, strict=True)):
-            if self._hand.glyphs[glyph].letter not in BARRED:
+            if self._hand.glyphs[glyph].letter not in CROSSED:
                 continue
             theirs = np.searchsorted(every, vertices)
             following = [self._hand.glyphs[n].vertices for n in word[at + 1 :]]

@@ -9,14 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
+from handout.hand.letter_classes import BOWLED, LOOPED_ABOVE, LOOPED_BELOW
 from handout.motion.recovery import letter_forms
 from handout.motion.recovery.network import Network
 from handout.values import Array, Indices
 
 POINTED = frozenset(".:…")  # marks that are points, and nothing else
-TAILED = frozenset("gjyz")  # letters whose tails are looped backwards
-BOWLED = frozenset("acdegoqCGOQ06")  # letters all of whose other loops go anticlockwise
-STEMMED = frozenset("bfhkl")  # letters whose stems are looped, where nothing tells how high they stand
 DOT = 0.35  # x-heights: a piece no longer is a dot
 _DASH = 0.9  # x-heights: one no longer is, too, that lies over all the rest
 _UNDER = 0.1  # x-heights that it may begin lower
@@ -153,15 +151,15 @@ def loop_direction_errors(
     baseline : y of it, None where that is not known.
     x_height : in the unit of the network.
     """
-    if baseline is None and letter not in TAILED | BOWLED | STEMMED:
+    if baseline is None and letter not in LOOPED_BELOW | BOWLED | LOOPED_ABOVE:
         return 0
     weights = letter_forms.WEIGHTS
     stem = np.inf if baseline is None else baseline + weights.loop_above * x_height
-    if letter in STEMMED and baseline is None:
+    if letter in LOOPED_ABOVE and baseline is None:
         heights = np.concatenate([net.xy[path, 1] for path in net.branches])
         low, high = float(heights.min()), float(heights.max())
         stem = low + weights.loop_high * (high - low)
-    tail = -np.inf if letter not in TAILED else np.inf if baseline is None else baseline + _BELOW * x_height
+    tail = -np.inf if letter not in LOOPED_BELOW else np.inf if baseline is None else baseline + _BELOW * x_height
     least = _LEAST * net.half_width**2
     errors, nodes = 0, net.node.tolist()
     for stroke in strokes:
@@ -169,7 +167,7 @@ def loop_direction_errors(
         for step, node in enumerate([*(nodes[end] for end in stroke), nodes[stroke[-1] ^ 1]]):
             if node in seen:
                 loop = [net.extent(end) for end in stroke[seen[node] : step]]
-                known = baseline is not None or letter not in TAILED
+                known = baseline is not None or letter not in LOOPED_BELOW
                 errors += known and _is_reversed(loop, least, tail, -np.inf if letter in BOWLED else stem)
             seen[node] = step
     return errors

@@ -13,10 +13,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT
 from handout.motion.recovery import letter_forms
 from handout.motion.recovery.crossbars import (
-    BARRED,
-    CROSSED,
     DELAYED,
     SHARED,
     branches_beside,
@@ -197,11 +196,11 @@ def _with_crossbars(
     own = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []
-    if not own and not line.own_bars and (letter in BARRED or letter in CROSSED):
+    if not own and not line.own_bars and (letter in CROSSED or letter in CROSSED_ASLANT):
         passed = {e >> 1 for chain in foreign for e in chain}
         loose = [e for e in range(len(net.node)) if net.is_loose(e)]
         starts = [e for e in loose if e >> 1 not in passed and e not in ends.entries]
-        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED)
+        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
             barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
     if not barred:

@@ -8,9 +8,9 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT, CROSSED_CAPITALS
 from handout.hand.scanned import ScannedHand
 from handout.motion.optimal_control import follow
-from handout.motion.recovery.crossbars import BARRED, CROSSED
 from handout.motion.recovery.letter_forms import HANDS
 from handout.motion.recovery.placed_strokes import (
     Part,
@@ -28,7 +28,7 @@ from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_
 from handout.values import POSE, ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # x-heights that the pen goes back over its ink rather than be lifted
-_DELAYED = BARRED | CROSSED | frozenset("AEFHT")  # letters whose last strokes may come after the next letter
+_DELAYED = CROSSED | CROSSED_ASLANT | CROSSED_CAPITALS  # letters whose last strokes may come after the next letter
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 

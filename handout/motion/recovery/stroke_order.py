@@ -11,6 +11,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from handout.hand import measures
+from handout.hand.letter_classes import CROSSED, CROSSED_CAPITALS
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.crossbars import WordCrossbars
 from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
@@ -27,16 +29,14 @@ from handout.motion.recovery.writer_habits import (
     typical_instances,
 )
 from handout.values import POSE, Array, Indices, LineGraph
-from handout.writing.scanned.bending import measures
+from handout.writing.scanned.bending import measures as body_sizes
 from handout.writing.scanned.forms import Form, Forms
 from handout.writing.scanned.forms import Way as Ligature
 
-_BARRED = "tfTFHAE"  # letters whose crossbars may run on into the next letter
 _BAR = 0.7  # x-heights: no crossbar is lower
 _ALONG = 0.6  # of a ligature that lies in a crossbar
 _TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
-_JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
-_JOINING = 0.2  # from which crossbars do
+_JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
 
 
 class StrokeOrderModel:
@@ -52,15 +52,13 @@ class StrokeOrderModel:
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
         self._hand, self._hands = hand, hands
         self.forms = Forms(hand)
-        beside = [glyph for glyph in hand.glyphs if glyph.before != NOBODY]
-        joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
-        self.delays = joined >= _JOINED * max(len(beside), 1)
-        self._joined_hand = joined >= _JOINING * max(len(beside), 1)
-        self.joined_share = (joined + 0.5) / (len(beside) + 1)
-        self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
-        self._x_height = float(np.median([page.x_height / page.pitch for page in hand.pages]))
-        radii = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
-        self.half_widths = self._x_height / float(np.median(radii))
+        joins = measures.joins(hand)
+        self.delays = joins.share >= measures.JOINED_SHARE
+        self._joined_hand = joins.share >= _JOINING
+        self.joined_share = (joins.joined + 0.5) / (joins.pairs + 1)
+        self.width = 2 * measures.half_width(hand)
+        self._x_height = measures.x_height(hand)
+        self.half_widths = measures.x_height_in_half_widths(hand)
         self._crossbars = WordCrossbars(hand, self.forms.paths)
         self._endpoints: dict[int, list[Endpoint]] = {}
         self._instances: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
@@ -96,9 +94,9 @@ class StrokeOrderModel:
 
     @cached_property
     def _measures(self) -> Array:
-        """(n, 4): of every glyph, see `measures`, and how much line it has."""
+        """(n, 4): of every glyph, see `body_sizes`, and how much line it has."""
         bodies = self.forms.bodies
-        size = measures(bodies.xy, bodies.radius, bodies.first, self._x_height)
+        size = body_sizes(bodies.xy, bodies.radius, bodies.first, self._x_height)
         return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
@@ -164,7 +162,7 @@ class StrokeOrderModel:
         """Loose ends of ligatures by which a crossbar of the letter before may come in that no word told of."""
         glyph, form = self._hand.glyphs[number], self.forms[number]
         known = any(bar.glyph == glyph.before for bar in self._crossbars[number])
-        if known or glyph.before == NOBODY or self._hand.glyphs[glyph.before].letter not in _BARRED:
+        if known or glyph.before == NOBODY or self._hand.glyphs[glyph.before].letter not in CROSSED | CROSSED_CAPITALS:
             return []
         ends = [int(section[-1]) for section in sections[: len(form.entries)]]
         rows = zip(ends, form.entries, strict=True)

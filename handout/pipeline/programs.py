@@ -1,0 +1,78 @@
+"""What plotters are told, as files: which machine a suffix is for, and how its dialect writes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from handout.errors import InputError
+
+if TYPE_CHECKING:
+    from handout.plotting import Plan
+    from handout.profiles import Plotter
+    from handout.values import Drawing
+
+# suffix → the plotter it is for if none is named
+USUAL = {
+    ".gcode": "grbl-servo", ".nc": "grbl-servo", ".ngc": "grbl-servo", ".g": "marlin-servo", ".gco": "marlin-servo",
+    ".hpgl": "hpgl", ".plt": "hpgl", ".ebb": "axidraw-v3",
+}  # fmt: skip
+
+
+class Programs:
+    """The programs of a job, each for the machine of its suffix or for the one that was named.
+
+    Attributes
+    ----------
+    sinks : suffix → what makes a file of a page; see `sinks.write_drawings`.
+    seconds : name of the machine → how long all pages made so far would take, s.
+    """
+
+    def __init__(
+        self,
+        device: str | None,
+        paths: Sequence[Path],
+        *,
+        fast: bool = False,
+        fit: bool = False,
+        order: Literal["writing", "travel"] = "writing",
+    ) -> None:
+        self.sinks: dict[str, Callable[[Drawing], bytes]] = {suffix: self._sink(suffix) for suffix in USUAL}
+        self.seconds: dict[str, float] = {}
+        self._fast, self._fit, self._order = fast, fit, order
+        wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in USUAL}
+        self._plotters = {suffix: _plotter(device or USUAL[suffix], path) for suffix, path in wanted.items()}
+
+    def _sink(self, suffix: str) -> Callable[[Drawing], bytes]:
+        def render(drawing: Drawing) -> bytes:
+            from handout.plotting.dialects import dialect
+
+            profile = self._plotters[suffix]
+            plan = self._plan(drawing, profile)
+            self.seconds[profile.name] = self.seconds.get(profile.name, 0.0) + plan.duration
+            return dialect(profile.dialect).file(plan, profile)
+
+        return render
+
+    def _plan(self, drawing: Drawing, profile: Plotter) -> Plan:
+        from handout.plotting import fit_to_bed, plan
+
+        drawing = fit_to_bed(drawing, profile) if self._fit else drawing
+        return plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
+
+
+def _plotter(name: str, path: Path) -> Plotter:
+    """The machine a file is for, which must speak what the suffix of the file promises."""
+    from handout import profiles
+    from handout.plotting.dialects import dialect
+
+    profile = profiles.find(name, "plotter")
+    assert isinstance(profile, profiles.Plotter)
+    known = dialect(profile.dialect).suffixes
+    if path.suffix.lower() not in known:
+        raise InputError(
+            f"{path}: {profile.name} speaks {profile.dialect}, whose files end in {' or '.join(known)}; rename the "
+            "file or name another --device."
+        )
+    return profile

@@ -1,0 +1,223 @@
+"""Connecting to a GRBL controller: is it there, did it keep its place, is it locked, and what are its own limits?"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, field
+
+import msgspec
+
+from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit
+from handout.plotting import bed
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import GLANCE, with_limits
+from handout.plotting.dialects.grbl import protocol
+from handout.plotting.dialects.grbl.conversation import GrblConversation
+from handout.plotting.dialects.grbl.protocol import Banner, Modal, Offset, Reply, Setting, Sizes, Status, Version
+from handout.plotting.ports import Port
+from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
+
+_FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do
+_LEAST = 10.0  # mm of travel that make a bed
+
+
+@dataclass
+class ControllerInfo:
+    """What a controller said about itself.
+
+    kept : whether it has not restarted since it was last driven, so that it may still know its place.
+    offset : mm, what its program's coordinates lie away from the machine's; empty: it does not say.
+    place : mm, where it stands, in the machine's coordinates; empty: it does not say.
+    """
+
+    version: str = ""
+    kept: bool = False
+    locked: bool = False
+    offset: tuple[float, ...] = ()
+    place: tuple[float, ...] = ()
+    sizes: Sizes | None = None
+    settings: dict[int, float] = field(default_factory=dict)
+
+    @property
+    def scale(self) -> float:
+        """mm in what it tells places in: inches with ``$13=1``."""
+        return 25.4 if self.settings.get(13) else 1.0
+
+    def note(self, heard: list[Reply]) -> None:
+        """Take in answers to ``$I``, ``$$``, ``$G``, ``$#``."""
+        offsets = {reply.name: reply.place for reply in heard if isinstance(reply, Offset)}
+        systems = ["G54"]
+        for reply in heard:
+            if isinstance(reply, Setting):
+                self.settings[reply.number] = reply.value
+            elif isinstance(reply, Sizes):
+                self.sizes = reply
+            elif isinstance(reply, Version):
+                self.version = reply.text
+            elif isinstance(reply, Modal):
+                self.kept = not {"F0", "F0.0"} & set(reply.words)
+                systems = [word for word in reply.words if word in protocol.SYSTEMS] or systems
+        if (own := offsets.get(systems[0])) is not None:
+            more = offsets.get("G92", (0.0,) * len(own))
+            self.offset = tuple((a + b) * self.scale for a, b in zip(own, more, strict=True))
+
+
+def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, Plotter, ControllerInfo]:
+    """Wake the controller, unlock it unless it can be homed, read its settings.
+
+    Returns
+    -------
+    GrblConversation
+        Ready to send lines.
+    Plotter
+        The profile with the machine's own limits in place of the file's; `log` is told where they differ.
+    ControllerInfo
+        What it said about itself.
+
+    Raises
+    ------
+    DeviceSilent
+        Nothing answers, or something that is not GRBL.
+    DeviceAlarm
+        It refuses.
+    DoesNotFit
+        Its own soft limits leave no bed.
+    """
+    conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
+    restarted = _wake(conversation, profile)
+    info = _questions(conversation)
+    info.kept &= not restarted
+    stands = conversation.status()
+    info.locked, info.place = stands.state == "Alarm", tuple(at * info.scale for at in stands.field("MPos"))
+    if info.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
+        info.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
+    own = with_settings(profile, info, log)
+    conversation.buffer = own.port.buffer
+    _unlock(conversation, profile, info, log)
+    return conversation, own, info
+
+
+def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
+    """Wait for the greeting, or a report of one that is awake already; whether it has started just now."""
+    waited, garbage = 0.0, False
+    while waited < profile.port.start_up:
+        heard = conversation.replies(GLANCE)
+        if any(isinstance(reply, Banner) for reply in heard):
+            conversation.hear_out()
+            return True
+        if said := [reply for reply in heard if isinstance(reply, Status)]:
+            _let_finish(conversation, said[-1])
+            return False
+        garbage |= bool(heard)
+        waited += GLANCE
+        conversation.port.write(protocol.STATUS)
+    conversation.reset(profile.port.timeout, garbage)
+    return True
+
+
+def _let_finish(conversation: GrblConversation, status: Status) -> None:
+    """It was left in the middle of something: let it come to an end, for a reset would lose its place."""
+    waited, said = 0.0, False
+    while status.state not in ("Idle", "Alarm"):
+        if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
+            conversation.reset(conversation.timeout)
+            return
+        if not said:
+            conversation.log("The plotter is still busy with what it was sent before; waiting until it stands.")
+            said = True
+        waited += GLANCE
+        if waited > _FINISHES:
+            raise DeviceSilent(f"The plotter did not come to rest within {_FINISHES:g} s: stop it, and start again.")
+        conversation.port.write(protocol.STATUS)
+        for reply in conversation.attend():
+            status = reply if isinstance(reply, Status) else status
+        conversation.replies(GLANCE)
+    conversation.hear_out()  # what it still has to say to somebody else
+
+
+def _questions(conversation: GrblConversation) -> ControllerInfo:
+    """Ask who it is.  The end of a line that somebody began may stand in front of the first question: it is refused."""
+    info = ControllerInfo()
+    for _ in range(3):
+        with contextlib.suppress(DeviceAlarm):
+            info.note(conversation.ask(b"$I\n"))
+            break
+    info.note(conversation.ask(b"$$\n"))
+    info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
+    return info
+
+
+def _unlock(conversation: GrblConversation, profile: Plotter, info: ControllerInfo, log: Log) -> None:
+    if profile.homing or not info.locked:
+        return
+    if info.settings.get(22, 0) % 2:
+        log(
+            "The plotter wants to be homed after it was switched on ($22=1), but its profile says that it cannot "
+            "(homing = false); it is unlocked ($X): make sure that its zero is where the profile says."
+        )
+    else:
+        log("The plotter was locked and is unlocked ($X): make sure that its zero is where the profile says.")
+    conversation.ask(b"$X\n")
+
+
+def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
+    """The profile with what ``$$`` and ``$I`` said; `log` is told about every difference that changes the motion.
+
+    Speeds are the lesser of the two, the travel only counts with soft limits on (``$20=1``), all else is the machine's.
+    """
+    settings, pen, port = info.settings, profile.pen, profile.port
+    limits = with_limits(profile, _own_limits(profile, settings), log)
+    if pen.lift == "z" and {112, 122} <= settings.keys():
+        z_speed, z_acceleration = Speed(min(pen.z_speed, settings[112] / 60)), Acceleration(settings[122])
+        pen = msgspec.structs.replace(pen, z_speed=z_speed, z_acceleration=z_acceleration)
+    if settings.get(32) and pen.lift == "servo":
+        log("Laser mode is on ($32=1): a servo may twitch on moves; switch it off with $32=0.")
+    if info.sizes is not None:
+        port = msgspec.structs.replace(port, queue=info.sizes.queue, buffer=info.sizes.buffer)
+    return msgspec.structs.replace(profile, bed=_own_bed(profile, info), limits=limits, pen=pen, port=port)
+
+
+def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float]:
+    """What the machine says in place of keys of the profile's `limits`."""
+    limits = profile.limits
+    own: dict[str, float] = {}
+    if {110, 111} <= settings.keys():
+        fastest = min(settings[110], settings[111]) / 60
+        own["draw_speed"] = Speed(min(limits.draw_speed, fastest))
+        own["travel_speed"] = Speed(min(limits.travel_speed, fastest))
+    if {120, 121} <= settings.keys():
+        own["acceleration"] = Acceleration(min(settings[120], settings[121]))
+    if 11 in settings:
+        own["junction_deviation"] = Length(settings[11])
+    if 100 in settings:
+        own["steps_per_mm"] = settings[100]
+    return own
+
+
+def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:
+    """The part of the bed that soft limits (``$20=1``) leave.
+
+    Machine coordinates run from −travel to 0 (with the option Z of ``$I``, from 0 to travel where ``$23`` says so); a
+    plot's coordinates lie the machine's offset (G54, G92) away from them.
+    """
+    settings = info.settings
+    if not settings.get(20) or not {130, 131} <= settings.keys():
+        return profile.bed
+    least, greatest = bed.reach(profile)
+    sizes = []
+    for axis, name in enumerate("xy"):
+        travel = settings[130 + axis]
+        ahead = info.sizes is not None and info.sizes.forward and int(settings.get(23, 0)) >> axis & 1
+        zero = info.offset if profile.bed.zero == "kept" else info.place
+        shift = zero[axis] if len(zero) > axis else 0.0
+        low, high = (0.0, travel) if ahead else (-travel, 0.0)
+        low = max(low - shift, float(least[axis]))
+        high = min(high - shift, float(greatest[axis]))
+        size = 2 * min(-low, high) if profile.bed.origin == "centre" else high - low
+        if size < _LEAST or not low <= 0.05 or not high >= -0.05:
+            raise DoesNotFit(
+                f"The plotter's soft limits ($20=1, ${130 + axis}={travel:g}) leave {name} from {low:.4g} to "
+                f"{high:.4g} mm of a page laid at 0: set its work zero (G54) to that corner or switch them off ($20=0)."
+            )
+        sizes.append(Length(size))
+    return msgspec.structs.replace(profile.bed, width=sizes[0], height=sizes[1])

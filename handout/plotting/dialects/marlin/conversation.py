@@ -1,0 +1,329 @@
+"""A conversation with a Marlin controller: numbered lines out, replies in, lines again that it asks for.
+
+What makes it safe: Marlin takes a numbered line only if its number is the next one and its checksum is right, so what
+is lost, damaged or sent twice is asked for again, and every line is executed once and in order.  Its ``ok`` says that
+one more line has been worked through, and serves to keep no more lines under way than it has room for.  Where an ``ok``
+may have been lost, a harmless numbered question tells both what it is missing and what it has worked through.
+
+One gap is left, and it is why lines are sent one at a time where the connection is quick enough (`window` is 1): when
+Marlin finds a damaged line it throws away what it has received, which may end in the middle of the next line, just
+behind its number.  What comes after that is a command without a number, which Marlin obeys.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import RESTARTED, Conversation, unanswered
+from handout.plotting.dialects.marlin import protocol
+from handout.plotting.dialects.marlin.protocol import (
+    Busy,
+    Error,
+    Ok,
+    Position,
+    Reply,
+    Resend,
+    Start,
+    Struck,
+    Unhomed,
+    Unknown,
+)  # fmt: skip
+from handout.plotting.ports import Port
+
+WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
+_AGAIN = 1.0  # s between two questions
+_BUSY = 2.5  # s without a word from a machine that says every 2 s that it is busy
+_SETTLE = 0.05  # s without a word after which all that was under way has been judged
+_STUCK = 4  # times the time-out that it may answer without getting on
+_LONGEST = 600.0  # s that it may say that it is busy with one command, besides the time its moves take
+_KEPT = 64  # lines that are remembered after they were worked through
+_PATIENCE = 40  # times in a row that it may ask for the same line; one damaged line makes up to four
+_MANY = 20  # lines sent again after which the user is told
+_OPTIONAL = (b"M205", b"M220", b"M84", b"M503", b"M115", b"G21")  # commands that a controller may do without
+
+
+class Line(NamedTuple):
+    """A line of the program or of the conversation; `command` program commands are executed when it is."""
+
+    number: int
+    data: bytes
+    command: int
+    framed: bytes
+
+
+Worked = Callable[[Line, Ok], None]
+
+
+class MarlinConversation(Conversation[Reply]):
+    """A port with a Marlin controller behind it.
+
+    Its methods raise DeviceSilent when nothing is answered or nothing gets through; DeviceAlarm when the machine stops
+    or does not know a command; PortError when the connection breaks.
+
+    Parameters
+    ----------
+    buffer : bytes the controller can receive before it reads them.
+    worked : told every line that has been worked through, once and in order.
+
+    Attributes
+    ----------
+    window : lines that may be under way.
+    echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
+    again : how many lines were sent more than once.
+    grace : how long it may be silent besides `timeout` because it moves, s.
+    struck : it has stopped by itself in the middle of what it had in hand; restarted : it has started anew.
+    """
+
+    def __init__(self, port: Port, buffer: int, timeout: float, log: Log, worked: Worked) -> None:
+        super().__init__(port, timeout, log, protocol.reply)
+        self.buffer, self._worked = buffer, worked
+        self.window, self.echoes, self.again, self.grace = 1, True, 0, 0.0
+        self.struck = self.restarted = False
+        self._quiet = self._prodded = 0.0
+        self._prods = 0
+        self._waiting = False  # for a person
+        self._settling = False  # what is under way has not all been judged
+        self._listener: list[Reply] | None = None
+        self.start(0)
+
+    def start(self, number: int) -> None:
+        """Count from here: the last line the controller knows is `number`."""
+        self._lines: deque[Line] = deque()
+        self._last = self._done = self._told = number  # written; worked through; told to `worked`
+        self._next = number + 1  # the next to write; at most _last + 1, less when lines are sent again
+        self._placed = False  # whether a question for its place was answered since anything else was written
+        self._stuck = self._busy = self._paused = 0.0  # s since it got on: without a word of being busy; in all; paused
+        self._skip = 0  # answers to come that acknowledge nothing
+        self._asked, self._times = -1, 0
+
+    @property
+    def under_way(self) -> int:
+        """Lines written and not known to be worked through."""
+        return self._last - self._done
+
+    def send(self, data: bytes, command: int) -> None:
+        """Write a line as soon as the controller has room for it, after those that it wants again."""
+        while True:
+            line = Line(self._last + 1, data, command, protocol.framed(self._last + 1, data))
+            if self._next > self._last and self._room(line):
+                self._append(line)
+                return
+            self._on()
+
+    def drain(self) -> None:
+        """Wait until every line has been worked through."""
+        while self.under_way:
+            self._on()
+
+    def ask(self, data: bytes) -> list[Reply]:
+        """Send a line and wait until it was worked through; everything said until then."""
+        heard: list[Reply] = []
+        self._listener = heard
+        try:
+            self.send(data, self._lines[-1].command if self._lines else 0)
+            self.drain()
+        finally:
+            self._listener = None
+        return heard
+
+    def _on(self) -> None:
+        """Write the next line that it wants again, or hear what it says."""
+        if self._next <= self._last and self._room(self._line(self._next)):
+            self._write(self._line(self._next))
+            self.again += 1
+            if self.again == _MANY:
+                self.log(
+                    f"What is sent arrives damaged now and then ({_MANY} lines were sent again so far); nothing is "
+                    "lost, but a shorter or shielded cable would be faster."
+                )
+        else:
+            self.hear()
+
+    def _append(self, line: Line) -> None:
+        self._last = line.number
+        self._lines.append(line)
+        self._write(line)
+        while self._lines[0].number < self._done - _KEPT:
+            self._lines.popleft()
+
+    def _write(self, line: Line) -> None:
+        self._next = line.number + 1
+        self._placed &= line.data == protocol.WHERE
+        self.port.write(line.framed)
+
+    def _line(self, number: int) -> Line:
+        return self._lines[number - self._lines[0].number]
+
+    def _room(self, line: Line) -> bool:
+        """Whether the controller surely has room for a line."""
+        before = range(self._done + 1, line.number)
+        if len(before) >= self.window:
+            return False
+        return not before or sum(len(self._line(n).framed) for n in before) + len(line.framed) <= self.buffer - 1
+
+    def hear(self) -> None:
+        """Hear what it says next.  A controller that says nothing is asked.
+
+        Raises
+        ------
+        DeviceSilent
+            It does not answer that either.
+        """
+        glance = self.glance
+        while not (replies := self.replies(glance)):
+            self._quiet += glance
+            self._wait(glance)
+            if self._is_told():
+                self._up_to(self._last, Ok())
+                return
+            if self._quiet > self.timeout + self.grace:
+                raise unanswered(f"{self._quiet:g}")
+            if self._quiet >= self._prodded:
+                self._prod()
+                self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
+        self._quiet, self._prodded, self._prods = 0.0, 0.0, 0
+        if any(isinstance(reply, Busy) or reply == Resend(self._last + 1) for reply in replies):
+            self._prodded = _BUSY  # it is well, and has all it was sent
+        while replies:
+            for reply in replies:
+                self.take(reply)
+            replies = self.replies(_SETTLE) if self._settling else []
+        self._settling = False
+
+    def _is_told(self) -> bool:
+        """Whether only questions for its place are open, of which one was answered: it is silent, so all were.
+
+        They wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost, the
+        controller will ask for it.
+        """
+        open_ = [line for line in self._lines if line.number > self._done]
+        return self._placed and bool(open_) and all(line.data == protocol.WHERE for line in open_)
+
+    def _wait(self, seconds: float) -> None:
+        """Time passes in which it does not get on; DeviceSilent, or DeviceHeld, when that was too much."""
+        if self._waiting:
+            self._paused += seconds
+            if self._paused > self.patience:
+                raise DeviceHeld(
+                    f"The plotter has waited {self._paused:.0f} s for somebody to press its button, and nobody did."
+                )
+            return
+        self._stuck, self._busy = self._stuck + seconds, self._busy + seconds
+        if self._stuck > _STUCK * self.timeout + self.grace:
+            raise DeviceSilent(
+                f"The plotter answers but has not worked through what it was sent for {self._stuck:.0f} s: something "
+                "was lost on the way; use a shorter or shielded cable."
+            )
+        if self._busy > _LONGEST + self.grace:
+            raise DeviceSilent(f"The plotter has said for {self._busy:.0f} s that it is busy: switch it off and on.")
+
+    def go_on(self) -> None:
+        """Press its button for it, as far as that can be done; it may wait no longer than for an answer."""
+        if self._waiting:
+            self.port.write(b"\n" + protocol.GO_ON)
+        self.patience, self._waiting, self._paused = self.timeout, False, 0.0
+
+    def _prod(self) -> None:
+        """End a line that may have lost its own end; and if that does not help, ask something harmless.
+
+        The question has the next number.  If a line before it is missing, the controller asks for that; if not, its
+        answer shows that all lines before were worked through, though an ``ok`` was lost.
+        """
+        self._prods += 1
+        if self._prods % 2:
+            self.port.write(b"\n")
+        elif self._next <= self._last:
+            self._write(self._line(self._next))
+        elif self.under_way and self._lines[-1].data == protocol.WHERE and self._asked != self._last + 1:
+            self._write(self._lines[-1])
+        else:
+            number, command = self._last + 1, self._lines[-1].command if self._lines else 0
+            self._append(Line(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
+
+    def take(self, reply: Reply) -> None:
+        if self._listener is not None:
+            self._listener.append(reply)
+        if isinstance(reply, Ok):
+            if self._skip:
+                self._skip -= 1
+            else:
+                self._up_to(self._done + 1 if reply.line is None else reply.line, reply)
+        elif isinstance(reply, Resend):
+            self._resend(reply.line)
+        elif isinstance(reply, Position):
+            asked = next(
+                (each for each in self._lines if each.number > self._done and each.data == protocol.WHERE), None
+            )
+            if asked is not None:
+                self._up_to(asked.number - 1, Ok())
+                self._placed = True
+        elif isinstance(reply, Unknown):
+            self._unknown(reply)
+        elif isinstance(reply, Busy):
+            self._stuck = 0.0
+            if reply.waits_for_person and not self._waiting:
+                self.log("The plotter waits for somebody to press its button, and goes on then.")
+            self._waiting = reply.waits_for_person
+        else:
+            self.struck |= isinstance(reply, Error | Struck | Start)
+            self.restarted |= isinstance(reply, Start)
+            _trouble(reply)
+
+    def _up_to(self, number: int, reply: Ok) -> None:
+        """Lines up to this number were worked through."""
+        if not self._done < number < self._next:
+            return
+        self._waiting = False
+        self._stuck = self._busy = self._paused = 0.0
+        while self._done < number:
+            self._done += 1
+            if self._done > self._told:
+                self._told = self._done
+                self._worked(self._line(self._done), reply if self._done == number else Ok())
+
+    def _resend(self, number: int) -> None:
+        """Go back to the line it asks for, once everything that was under way has been judged."""
+        self._times = self._times + 1 if number == self._asked and number <= self._last else 1
+        self._asked = number
+        if self._times > _PATIENCE:
+            raise DeviceSilent(
+                f"The plotter has asked {self._times} times in a row for the same line: what is sent to it arrives "
+                "damaged; use a shorter or shielded cable, away from motors, or a lower baud."
+            )
+        self._skip, self._settling = int(self.echoes), True
+        if self._lines and self._lines[0].number <= number <= self._last + 1:  # or the number itself was damaged
+            self._next = number
+            self._done = min(self._done, number - 1)
+
+    def _unknown(self, reply: Unknown) -> None:
+        said = reply.command.encode()
+        waiting = [line for line in self._lines if line.number > self._done and said.startswith(line.data.strip())]
+        if not waiting:  # a line that lost its number, or the rest of one
+            self._skip, self._settling = 1, True
+            self._next = self._done + 1
+        elif not waiting[0].data.startswith(_OPTIONAL):
+            raise DeviceAlarm(
+                f"The plotter does not know {reply.command!r}: its firmware was built without it; check pen.lift and "
+                "the commands of the profile."
+            )
+
+
+def _trouble(reply: Reply) -> None:
+    """Stop where the machine has."""
+    if isinstance(reply, Error):
+        raise DeviceAlarm(f"The plotter reports {reply.description}.")
+    if isinstance(reply, Unhomed):
+        raise DeviceAlarm(
+            "The plotter does not move before it has found its zero: set homing = true in the profile, or home it at "
+            "its own panel."
+        )
+    if isinstance(reply, Struck):
+        raise DeviceAlarm(
+            f"The plotter hit a limit switch ({reply.text}) and no longer knows where it is: bring it back to its zero."
+        )
+    if isinstance(reply, Start):
+        raise DeviceAlarm(RESTARTED)

@@ -1,0 +1,327 @@
+"""The dialect of Marlin: blocks → commands, lines → replies, how a line is numbered.  Nothing here waits or remembers.
+
+Source: Marlin's documentation and sources, read for facts (G-code reference; queue of commands, planner, messages): a
+line ``Nn …*cs`` is taken if n is the last number + 1 and cs the XOR of all bytes before the asterisk; if not, what has
+been received is thrown away and ``Resend: n`` says which line is wanted.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+import re
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from handout.plotting import pen_lift
+from handout.plotting.dialect import Command
+from handout.plotting.planning.blocks import Block, Move, Pause, Pen
+from handout.profiles import Pen as PenProfile
+from handout.profiles import Plotter
+
+STANDING = b"M400\n"  # answered when all motion is done
+WHERE = b"M114\n"
+WHO = b"M115\n"
+SETTINGS = b"M503\n"
+NUMBER = b"M110\n"
+HERE = b"G92X0Y0\n"  # the pen stands at zero
+LEVEL = b"G92Z0\n"  # and its Z axis
+STOP_DEAD, GO_ON = b"M410\n", b"M108\n"
+RELEASE = b"M84\n"  # motors off
+LONGEST = 95  # bytes of a line that Marlin keeps (MAX_CMD_SIZE); the rest is cut off silently
+# Millimetres, absolute; no percentage from the knob; no slower segments when the queue runs low; motors stay powered
+# while a person changes a pen, or their place would be lost.
+MODES = (b"G21\n", b"G90\n", b"M220S100\n", b"M205B0\n", b"M84S0\n")
+_AT_ONCE = 3  # moves with which Marlin begins; with fewer it waits a tenth of a second for more
+_WORTH = 1.0  # mm of a move that is cut into so many
+
+_HEATERS = "its heater protection struck; nothing has to be hot for drawing: switch its heaters off (M104 S0, M140 S0)"
+_SENSOR = "put it back, or give its firmware a dummy sensor (998, 999)"
+# part of what Marlin says after "Error:" → what it means and what to do
+ERRORS: tuple[tuple[str, str], ...] = (
+    ("kill() called", "it was stopped for good (M112, or its own protection); switch it off and on"),
+    ("Printer stopped", "it stopped after an error; switch it off and on, or send M999"),
+    ("Thermal Runaway", _HEATERS),
+    ("Heating failed", _HEATERS),
+    ("MINTEMP", f"a temperature sensor is not connected; {_SENSOR}"),
+    ("MAXTEMP", f"a temperature sensor has a short circuit; {_SENSOR}"),
+    ("Homing Failed", "a switch was not found; look at switches and cables, and that nothing is in the way"),
+    ("Servo", "it has no servo of that number; build it with NUM_SERVOS, or lift the pen otherwise (pen.lift)"),
+    ("out of range", "a number that it does not have"),
+)  # fmt: skip
+
+
+class Ok(NamedTuple):
+    """A command was worked through; a move of it may still wait in the queue.
+
+    With ADVANCED_OK it says which line, how many moves and how many commands it has room for.
+    """
+
+    line: int | None = None
+    moves: int | None = None
+    commands: int | None = None
+
+
+class Resend(NamedTuple):
+    """The line it wants next."""
+
+    line: int
+
+
+class Fault(NamedTuple):
+    """A line came damaged or out of order; a `Resend` follows."""
+
+    text: str
+
+
+class Error(NamedTuple):
+    """Something is wrong with the machine."""
+
+    text: str
+
+    @property
+    def description(self) -> str:
+        meaning = next((said for part, said in ERRORS if part.lower() in self.text.lower()), "")
+        return f"“{self.text}”" + (f": {meaning}" if meaning else "")
+
+
+class Unhomed(NamedTuple):
+    """It moves only when it has been homed."""
+
+
+class Struck(NamedTuple):
+    """A limit switch was hit."""
+
+    text: str
+
+
+class Busy(NamedTuple):
+    """It is alive and works, or waits for a person."""
+
+    waits_for_person: bool
+
+
+class Start(NamedTuple):
+    """The controller has started."""
+
+
+class Identity(NamedTuple):
+    """Its firmware, from ``M115``."""
+
+    name: str
+
+
+class Capability(NamedTuple):
+    """One of the things it can do, from ``M115``."""
+
+    name: str
+    able: bool
+
+
+class Settings(NamedTuple):
+    """A line of ``M503``: its command, such as M201, and the values by letter."""
+
+    code: str
+    values: dict[str, float]
+
+
+class Position(NamedTuple):
+    """Where the last move it has taken leads to, mm; that is where it stands once all motion is done."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Unknown(NamedTuple):
+    """A command it does not know; an `Ok` follows."""
+
+    command: str
+
+
+class Note(NamedTuple):
+    """Anything else it says."""
+
+    text: str
+
+
+Reply = (
+    Ok | Resend | Fault | Error | Unhomed | Struck | Busy | Start | Identity | Capability | Settings | Position
+    | Unknown | Note
+)  # fmt: skip
+
+_OK = re.compile(r"ok(?: +N(\d+))?(?: +P(\d+))?(?: +B(\d+))?(?: .*)?")
+_RESEND = re.compile(r"(?:Resend:? *|rs +)N?(\d+)", re.IGNORECASE)
+_FAULT = re.compile(r"checksum mismatch|Line Number is not Last Line|No (?:Checksum|Line Number) with", re.IGNORECASE)
+_SETTINGS = re.compile(r"(?:echo:)?\s*(M\d+)((?:\s+[A-Z]-?\d+(?:\.\d+)?)+)\s*(?:;.*)?")
+_POSITION = re.compile(r"X:\s*(-?[\d.]+) +Y:\s*(-?[\d.]+) +Z:\s*(-?[\d.]+)")
+_UNKNOWN = re.compile(r'(?:echo:)?Unknown (?:command|[GMT] code): "?([^"]*)"?', re.IGNORECASE)
+_UNHOMED = re.compile(r"home +(?:axis +)?[xyz ]+first", re.IGNORECASE)
+
+
+def reply(line: bytes) -> Reply:
+    """What a line from the controller means."""
+    text = line.decode("ascii", "replace").strip()
+    plain = text.removeprefix("echo:")
+    if match := _OK.fullmatch(text):
+        return Ok(*(None if part is None else int(part) for part in match.groups()))
+    if match := _RESEND.fullmatch(text):
+        return Resend(int(match.group(1)))
+    if text.lower().startswith("error:"):
+        said = text[6:].strip()
+        return Fault(said) if _FAULT.search(said) else Error(said)
+    if plain.startswith("busy:"):
+        return Busy("paused" in plain)
+    if text == "start":
+        return Start()
+    return _told(text, plain)
+
+
+def _told(text: str, plain: str) -> Reply:
+    """What it tells about itself."""
+    if text.startswith("FIRMWARE_NAME:"):
+        return Identity(re.split(r" [A-Z_]+:", text[14:])[0])
+    if match := re.fullmatch(r"Cap:(\w+):([01])", text):
+        return Capability(match.group(1), match.group(2) == "1")
+    if match := _SETTINGS.fullmatch(text):
+        values = {word[0]: float(word[1:]) for word in match.group(2).split()}
+        return Settings(match.group(1), values)
+    if match := _POSITION.match(text):
+        return Position(*(float(part) for part in match.groups()))
+    if match := _UNKNOWN.match(text):
+        return Unknown(match.group(1))
+    if _UNHOMED.search(plain):
+        return Unhomed()
+    if "endstops hit" in plain.lower():
+        return Struck(plain)
+    return Note(plain)
+
+
+def framed(number: int, data: bytes) -> bytes:
+    """A command as one line with its number and its checksum."""
+    body = b"N%d %s" % (number, data.rstrip(b"\n"))
+    return b"%s*%d\n" % (body, functools.reduce(operator.xor, body))
+
+
+def opening(profile: Plotter) -> list[bytes]:
+    """How numbers are meant; and the zero, if it is where the pen stands."""
+    here = [HERE] if profile.bed.zero == "here" else []
+    return [*MODES, *here]
+
+
+def closing() -> list[bytes]:
+    """Answered when all motion is done.  Motors stay powered, since zero would be lost with them."""
+    return [STANDING]
+
+
+def pen(down: bool, profile: PenProfile) -> list[bytes]:
+    """Lower or lift the pen and wait for it; a servo acts at once, so that the moves before must be done."""
+    if profile.lift == "command":
+        own = profile.down_command if down else profile.up_command
+        rest = float(profile.down_time if down else profile.up_time)
+        return [STANDING, *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
+    lines = [] if profile.lift == "z" else [STANDING]
+    for value, wait in pen_lift.way(profile, down):
+        if profile.lift == "z":
+            speed = pen_lift.lowering_speed(profile) if down else profile.z_speed
+            lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
+        else:
+            lines.append(f"M280P0S{round(value)}\n".encode())
+        lines += [pause(wait)] if wait > 0 else []
+    return lines
+
+
+def set_pen(profile: PenProfile, value: float) -> list[bytes]:
+    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), *closing()]
+
+
+def pause(seconds: float) -> bytes:
+    """Stand still when all motion is done."""
+    return f"G4P{round(seconds * 1000)}\n".encode()
+
+
+def homing(profile: Plotter) -> list[bytes]:
+    """Lift the pen and find the zero of X and Y.  Z is left alone: a pen reaches lower than its switch allows for."""
+    if profile.pen.lift == "z":
+        rise = f"G1Z{_number(profile.pen.up - profile.pen.down)}F{_number(profile.pen.z_speed * 60, 1)}\n".encode()
+        return [b"G91\n", rise, b"G90\n", b"G28XY\n"]
+    return [*pen(False, profile.pen), b"G28XY\n"]
+
+
+def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
+    """The commands of a plan, from how numbers are meant to a stop that is answered when all motion is done.
+
+    What Marlin remembers is not repeated: an axis that does not change, the feed, the pen.
+    """
+    yield from (Command(line, 0) for line in opening(profile))
+    down: bool | None = None
+    written = _Written()
+    for index, block in enumerate(blocks):
+        if isinstance(block, Pen):
+            if block.down != down:
+                *first, last = pen(block.down, profile.pen)
+                yield from (Command(line, index) for line in first)
+                yield Command(last, index + 1)
+                written.turned(profile.pen)
+            down = block.down
+        elif isinstance(block, Pause):
+            yield Command(pause(block.seconds), index + 1)
+        else:
+            assert isinstance(block, Move)  # timed moves are for machines that keep time
+            lone = _rests(blocks, index - 1, profile) and _rests(blocks, index + 1, profile)
+            *first, last = written.move(block, _AT_ONCE if lone else 1)
+            yield from (Command(line, index) for line in first)
+            yield Command(last, index + 1)
+    yield from (Command(line, len(blocks)) for line in closing())
+
+
+def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
+    """Whether the machine comes to rest at a block (or beyond the ends of the plan)."""
+    if not 0 <= index < len(blocks):
+        return True
+    block = blocks[index]
+    if isinstance(block, Pen):
+        return profile.pen.lift != "z" or pen_lift.wait(profile.pen, block.down, 0.0) > 0
+    return isinstance(block, Pause)
+
+
+class _Written:
+    """What the machine remembers of the moves before."""
+
+    def __init__(self) -> None:
+        self.x = self.y = self.z = self.feed = ""
+
+    def turned(self, pen: PenProfile) -> None:
+        """The pen has been moved, by commands that may have changed all of it if they are the user's own."""
+        self.z = ""
+        self.feed = self.feed if pen.lift == "servo" else ""
+        if pen.lift == "command":
+            self.x = self.y = ""
+
+    def move(self, block: Move, pieces: int) -> Iterator[bytes]:
+        """The words of a move that the machine does not know yet.
+
+        A move that stands alone is cut into pieces, since Marlin would wait for more before it begins.
+        """
+        if pieces > 1 and self.x and self.y:
+            start = float(self.x), float(self.y)
+            if math.dist(start, (block.x, block.y)) > _WORTH:
+                for share in (piece / pieces for piece in range(1, pieces)):
+                    x, y = (a + share * (b - a) for a, b in zip(start, (block.x, block.y), strict=True))
+                    yield self._line(Move(x, y, block.feed))
+        yield self._line(block)
+
+    def _line(self, block: Move) -> bytes:
+        x, y, feed = _number(block.x), _number(block.y), _number(block.feed, 1)
+        z = self.z if block.z is None else _number(block.z)
+        words = [("X", x, self.x), ("Y", y, self.y), ("Z", z, self.z), ("F", feed, self.feed)]
+        self.x, self.y, self.z, self.feed = x, y, z, feed
+        return f"G1{''.join(letter + now for letter, now, before in words if now != before)}\n".encode()
+
+
+def _number(value: float, digits: int = 3) -> str:
+    """As short as it can be written."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text

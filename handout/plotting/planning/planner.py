@@ -1,0 +1,69 @@
+"""The steps from a drawing to a plan, in order; `plan` is where the time of every stroke is decided.
+
+1. `order`: in which order the strokes are drawn.
+2. `bed`: where the page lies on the machine; what lies outside is refused.
+3. `Request.path`: all strokes as one trajectory, on the clock of the drawing.
+4. `_PLANNERS`, by who makes the speeds of the machine (`Dialect.motion`):
+   `feed_segments` for controllers with a planner of their own, which are given feeds (GRBL, Marlin);
+   `time_slices` for boards that do each move in the time they are told (EBB);
+   `vectors` for plotters that draw every stroke at one speed (HP-GL).
+   Each of them cuts the trajectory, lays out the `toolpath`, times it, and makes the `Plan`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.plotting import bed
+from handout.plotting.dialects import dialect
+from handout.plotting.planning import feed_segments, time_slices, vectors
+from handout.plotting.planning.order import shortened
+from handout.plotting.planning.plan import Order, Plan, Request, Speed
+from handout.plotting.planning.segments import on_one_clock
+from handout.profiles import Plotter
+from handout.values import Drawing, Stroke
+
+# who makes the speeds of a machine, as its `Dialect` says → what plans for it
+_PLANNERS = {"planned": feed_segments.plan, "timed": time_slices.plan, "vectors": vectors.plan}
+
+
+def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order = "writing") -> Plan:
+    """Turn a drawing into motion within a machine's limits, at the speeds of the hand as far as it can keep them.
+
+    Parameters
+    ----------
+    speed : multiple of the speed of the drawing, or "fast": as fast as the machine can, as a drawing
+        without times is always drawn.
+    order : "writing" keeps the order of the strokes; "travel" shortens the way between them: by moving whole words
+        about, or in a drawing without times in any way.
+
+    Raises
+    ------
+    DoesNotFit
+        Part of the drawing lies outside the bed.
+    InputError
+        Nothing to draw, or a speed that is not positive.
+    """
+    drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
+    speed = speed if drawing.timed else "fast"
+    placement = bed.place(drawing.page, profile)
+    paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
+    bed.check(np.concatenate(paths), profile)
+    path = on_one_clock([stroke.t for stroke in drawing.strokes], paths)
+    return _PLANNERS[dialect(profile.dialect).motion](Request(drawing, profile, speed, order, placement, path))
+
+
+def _ordered(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> tuple[Stroke, ...]:
+    """The strokes in the order asked for; refuses what cannot be planned."""
+    if not drawing.strokes:
+        raise InputError("The page has no strokes: there is nothing to plot.")
+    if speed != "fast" and not (isinstance(speed, int | float) and 0.01 <= speed <= 100):
+        raise InputError(f'speed: {speed} is not "fast" and not between 0.01 and 100 times the speed of the hand.')
+    if order not in ("writing", "travel"):
+        raise InputError(f'order: {order!r} is neither "writing" nor "travel".')
+    if order == "writing":
+        return drawing.strokes
+    return shortened(drawing, bed.place(drawing.page, profile).to_page(np.zeros((1, 2)))[0])

@@ -1,0 +1,268 @@
+"""Lines of writing for training, with the place of every letter known.
+
+They come out of the product itself: text is composed in a hand, given a writer's habits, and traced by the motor
+engine; the traced strokes are drawn into the image of a straightened, upright line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.motion.trace import trace
+from handout.tagging.alphabet import JUNK, SPACE, THIRDS, fold, state
+from handout.tagging.features import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
+from handout.tagging.network import LabelledColumns
+from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
+from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke
+from handout.writing.compose import compose
+from handout.writing.layout import Layout
+from handout.writing.variation import warp
+from handout.writing.words import slurred
+
+_MM = 3.0  # x-height of the composed page
+_PAGE = Page(170.0, 5000.0)
+_BEFORE = 0.1  # x-heights from where a letter's box begins in its drawing to where the letter begins
+_OVER = 0.35  # x-heights by which the last letter of a word may reach beyond its box
+_MARGIN = 40  # pixels of paper on both sides
+_FIRM = 0.5  # points' worth of belief that a placed letter is as broad and as upright as it was drawn
+_LED_INTO = frozenset("tiuwpjrsnmvylhbfkT")
+_STRIKES_OUT = 0.25  # share of writers who strike words out …
+_STRUCK = 0.06  # … and of the words that they strike out
+# of a line's columns that are learned from: neighbours are nearly alike, and space is frequent and easy
+_SHARE, _SHARE_OF_SPACE = 0.75, 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class LetterSpan:
+    """A letter of the alphabet and where it begins and ends along its line."""
+
+    letter: str
+    left: float
+    right: float
+
+
+@dataclass(frozen=True, eq=False)
+class SyntheticLine:
+    """A straightened line and the letters on it.
+
+    image : (HEIGHT, w) uint8, 255 where there is ink.
+    spans : letters from left to right, in pixels.
+    """
+
+    image: Image
+    spans: tuple[LetterSpan, ...]
+
+
+def write_lines(
+    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, *, struck: bool = False
+) -> list[SyntheticLine]:
+    """The lines of `text` as `hand` writes it with these habits.
+
+    struck : strike out a word now and then.
+    """
+    layout = Layout(_PAGE, x_height=_MM, jitter=float(rng.uniform(0.8, 1.7)))
+    manuscript, *_ = compose(text, hand, layout, rng, fallback=True)
+    lines = [_Loose(line, hand, habits, rng) for line in manuscript.lines]
+    changed = Manuscript(tuple(line.line for line in lines), manuscript.page, manuscript.x_height)
+    hasty = replace(hand, smooth=min(hand.smooth * habits.haste, 0.5))
+    drawing = trace(changed, hasty, rng)
+    owner = {placed.word: number for number, line in enumerate(changed.lines) for placed in line.placed}
+    strokes: list[list[Stroke]] = [[] for _ in lines]
+    for stroke in drawing.strokes:
+        strokes[owner[stroke.word]].append(stroke)
+    return [_draw(line, own, habits, rng, struck) for line, own in zip(lines, strokes, strict=True) if own]
+
+
+class _Loose:
+    """A composed line with a writer's habits: upright space, x-heights, y up from the baseline."""
+
+    def __init__(self, line: Line, hand: Hand, habits: WriterHabits, rng: np.random.Generator) -> None:
+        self._baseline, self._slant = line.baseline, hand.slant
+        self.boxes: list[tuple[str, int, float, float]] = []
+        placed: list[Placed] = []
+        shift = 0.0
+        for number, (_, group) in enumerate(groupby(line.placed, key=lambda p: p.word)):
+            word = list(group)
+            if number:
+                shift += habits.gap - hand.word_space + float(rng.normal(0.0, 0.15))
+            for i, unit in enumerate(word):
+                lifted = not unit.joined
+                shift += (habits.tight if lifted else 0.5 * habits.tight) if i else 0.0
+                placed.append(self._moved(unit, shift, habits, (i == 0, i == len(word) - 1), rng))
+        self.line = replace(line, placed=tuple(placed))
+
+    def upright(self, xy: Array) -> Array:
+        """Page to upright space."""
+        up = (self._baseline - xy[:, 1]) / _MM
+        return np.column_stack([xy[:, 0] / _MM - self._slant * up, up])
+
+    def _page(self, xy: Array) -> Array:
+        return np.column_stack([(xy[:, 0] + self._slant * xy[:, 1]) * _MM, self._baseline - xy[:, 1] * _MM])
+
+    def _moved(
+        self, unit: Placed, shift: float, habits: WriterHabits, at: tuple[bool, bool], rng: np.random.Generator
+    ) -> Placed:
+        """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
+        strokes = [self.upright(stroke) + np.array([shift, 0.0]) for stroke in unit.strokes]
+        left, scale = _origin(unit, strokes)
+        box = (left - _BEFORE, left + scale * unit.glyph.width - _BEFORE)
+        self.boxes.append((fold(unit.glyph.letter), unit.word, *box))
+        if habits.slur and unit.glyph.letter in "nmuhrwia":
+            strokes = [slurred(stroke, habits.slur) for stroke in strokes]
+        first, last = at
+        if first and habits.swash and unit.glyph.letter in _LED_INTO:
+            strokes[0] = _led_in(strokes[0], habits.swash * rng.uniform(0.7, 1.2), rng)
+        if last and habits.tail and unit.glyph.letter.isalpha():
+            k = unit.glyph.late.index(True) - 1 if True in unit.glyph.late else len(strokes) - 1
+            strokes[k] = _led_out(strokes[k], habits.tail * rng.uniform(0.7, 1.2), rng)
+        return replace(unit, strokes=tuple(self._page(stroke) for stroke in strokes))
+
+
+def _origin(unit: Placed, strokes: Sequence[Array]) -> tuple[float, float]:
+    """Where x = 0 of the glyph's drawing has come to, and how broad 1 has become: least squares with a firm prior."""
+    drawn, now = np.vstack(unit.glyph.strokes), np.vstack(strokes)
+    a, b = (drawn - drawn.mean(axis=0)).T
+    normal = np.array([[a @ a + _FIRM, a @ b], [a @ b, b @ b + _FIRM]])
+    x = now[:, 0] - now[:, 0].mean()
+    scale, lean = np.linalg.solve(normal, np.array([a @ x + _FIRM, b @ x]))
+    return float(now[:, 0].mean() - drawn.mean(axis=0) @ (scale, lean)), float(scale)
+
+
+def _led_in(stroke: Array, length: float, rng: np.random.Generator) -> Array:
+    """A stroke that rises into the first one from the left, more or less bent."""
+    start = stroke[0]
+    if len(stroke) < 2 or start[1] < 0.3:
+        return stroke
+    low = start - (length, min(start[1], 1.1) * rng.uniform(0.3, 1.0))
+    middle = 0.5 * (start + low) + (rng.normal(0.0, 0.05), rng.normal(-0.08, 0.08))
+    return np.vstack([low, middle, stroke])
+
+
+def _led_out(stroke: Array, length: float, rng: np.random.Generator) -> Array:
+    """A stroke that runs on to the right from the last one."""
+    end = stroke[-1]
+    if len(stroke) < 2 or not -0.4 < end[1] < 1.2:
+        return stroke
+    far = np.array([end[0] + length, np.clip(end[1] + rng.normal(0.1, 0.3), -0.3, 1.3)])
+    middle = 0.5 * (end + far) + (0.0, rng.normal(-0.05, 0.08))
+    return np.vstack([stroke, middle, far])
+
+
+def _draw(
+    line: _Loose, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
+) -> SyntheticLine:
+    paths = [line.upright(stroke.xy) for stroke in strokes]
+    words = [stroke.word for stroke in strokes]
+    boxes = _clipped(line.boxes, paths, words)
+    if struck:
+        boxes = _strike(boxes, paths, words, rng)
+    ends = np.array([[x, 0.5] for _, _, left, right in boxes for x in (left, right)])
+    everything = _bent(np.vstack([*paths, ends]), habits, rng)
+    x = everything[:, 0] * X_HEIGHT
+    shift = _MARGIN - float(x[: -len(ends)].min())
+    pieces = np.split(np.column_stack([x + shift, ABOVE - everything[:, 1] * X_HEIGHT]), _ends_of(paths))
+    edges = pieces[-1][:, 0]
+    spans = tuple(
+        LetterSpan(letter, float(a), float(b))
+        for (letter, *_), a, b in zip(boxes, edges[::2], edges[1::2], strict=True)
+        if b > a
+    )
+    return SyntheticLine(_drawn(pieces[:-1], habits.pen * X_HEIGHT), spans)
+
+
+def _ends_of(paths: Sequence[Array]) -> Array:
+    return np.cumsum([len(path) for path in paths])
+
+
+def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
+    """Upright space with the writer's proportions and wobble."""
+    x, y = xy.T.copy()
+    y = np.where(y > 1, 1 + (y - 1) * habits.ascender, np.where(y < 0, y * habits.descender, y))
+    xy = np.column_stack([x * habits.breadth + habits.shear * (y - 0.5), y])
+    xy = xy + warp(xy, rng, habits.wobble, 1.5, 5.0)
+    return habits.size * xy + (0.0, habits.rise)
+
+
+Box = tuple[str, int, float, float]  # letter, word, left, right
+
+
+def _clipped(boxes: Sequence[Box], paths: Sequence[Array], words: Sequence[int]) -> list[Box]:
+    """The boxes of each word end where its ink does, unless that is far beyond them."""
+    done: list[Box] = []
+    for word, group in groupby(boxes, key=lambda box: box[1]):
+        own = sorted(group, key=lambda box: box[2] + box[3])
+        ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
+        lefts = [max(own[0][2] - _OVER, float(ink.min())), *(box[2] for box in own[1:])]
+        rights = [*lefts[1:], min(own[-1][3] + _OVER, float(ink.max()) + 0.05)]
+        done += [(box[0], word, a, b) for box, a, b in zip(own, lefts, rights, strict=True)]
+    return done
+
+
+def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.random.Generator) -> list[Box]:
+    """Some words crossed out by one or more strokes, which are added to `paths`; their letters become one of junk."""
+    done: list[Box] = []
+    for word, group in groupby(boxes, key=lambda box: box[1]):
+        own = list(group)
+        if rng.random() > _STRUCK:
+            done += own
+            continue
+        left, right = own[0][2], own[-1][3]
+        for _ in range(int(rng.integers(1, 5))):
+            n = int(rng.integers(2, 6))
+            knots = np.column_stack([np.linspace(left, right, n), 0.5 + rng.normal(0.0, 0.35, n)])
+            paths.append(knots + rng.normal(0.0, 0.05, (n, 2)))
+            words.append(word)
+        done.append((JUNK, word, left, right))
+    return done
+
+
+def _drawn(paths: Sequence[Array], pen: float) -> Image:
+    """(HEIGHT, w) uint8: the strokes as a round pen draws them."""
+    import cv2
+
+    width = int(max(path[:, 0].max() for path in paths)) + _MARGIN
+    fine = np.zeros((2 * HEIGHT, 2 * width), np.uint8)
+    points = [np.rint(path * 2 * 8).astype(np.int32) for path in paths]
+    cv2.polylines(fine, points, False, 255, max(2, round(2 * pen)), cv2.LINE_AA, 3)
+    return np.asarray(cv2.resize(fine, (width, HEIGHT), interpolation=cv2.INTER_AREA))
+
+
+def synthetic_lines(
+    hands: Sequence[Hand], sentences: Sequence[str], count: int, rng: np.random.Generator
+) -> Iterator[SyntheticLine]:
+    """At least `count` lines; every two or three are by another writer."""
+    source, written = texts(sentences, rng), 0
+    while written < count:
+        text, writer, habits = next(source), random_writer(hands, rng), random_habits(rng)
+        lines = write_lines(text, writer, habits, rng, struck=rng.random() < _STRIKES_OUT)
+        written += len(lines)
+        yield from lines
+
+
+def sampled_columns(
+    line: SyntheticLine, rng: np.random.Generator, share: float = _SHARE, share_of_space: float = _SHARE_OF_SPACE
+) -> LabelledColumns:
+    """A random share of the columns of a line, and another share of its columns of space, with their states."""
+    features = describe(line.image)
+    states = column_states([(s.letter, s.left, s.right) for s in line.spans], len(features))
+    chosen = rng.random(len(states)) < np.where(states == state(SPACE), share_of_space, share)
+    return LabelledColumns(features[chosen], states[chosen])
+
+
+def column_states(spans: Sequence[tuple[str, float, float]], columns: int) -> NDArray[np.intp]:
+    """(columns,) int: the state of every column, given letters with their left and right ends in pixels."""
+    states = np.full(columns, state(SPACE), dtype=np.intp)
+    x = np.arange(columns) * STEP
+    for letter, left, right in spans:
+        first, end = np.searchsorted(x, (left, right))
+        if letter in (JUNK, SPACE):
+            states[first:end] = state(letter)
+            continue
+        third = ((x[first:end] - left) * (THIRDS / max(right - left, 1e-6))).astype(np.intp)
+        states[first:end] = state(letter, 0) + np.minimum(third, THIRDS - 1)
+    return states
