@@ -45,8 +45,7 @@ from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
-from handout.writing.scanned.manner import manner
-from handout.writing.scanned.setting import set_line
+from handout.writing.scanned.layout_model import layout_model, set_line
 
 TEXT = (
     "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "
@@ -91,7 +90,7 @@ METHODS: dict[str, Recover] = {"ours": ours, "no forms": without_forms, "left to
 
 def as_written(hand: ScannedHand) -> Manuscript:
     """The first page of a hand, every glyph where it was written."""
-    known, scan, lines, word = manner(hand), hand.pages[0], dict[int, list[int]](), -1
+    known, scan, lines, word = layout_model(hand), hand.pages[0], dict[int, list[int]](), -1
     for number, glyph in enumerate(hand.glyphs):
         if glyph.page == 0:
             lines.setdefault(glyph.line, []).append(number)

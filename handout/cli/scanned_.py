@@ -299,13 +299,13 @@ def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[ND
     import numpy as np
 
     from handout.writing.scanned.explaining import choices_sheet, reasons
-    from handout.writing.scanned.scribe import ScannedScribe
+    from handout.writing.scanned.line_writer import ScannedLineWriter
 
     seed = jobs.seed(given)
     hand, borrowed = jobs.supplied(text, hand, given["fallback"], seed)
-    scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
-    explained = scribe.explained(text)
-    why = reasons(scribe.stock, explained)
+    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), given["jitter"])
+    explained = writer.explained(text)
+    why = reasons(writer.index, explained)
     found = {"hand": hand.name, "text": text, "seed": seed, "why": why}
     return choices_sheet(hand, explained), found | ({"borrowed": borrowed} if borrowed else {})
 

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from handout.hand import measures
+from handout.hand.diacritics import BELOW, NOT_ABOVE, decomposed
 from handout.hand.letter_classes import DOTTED, X_HEIGHT
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
@@ -22,7 +23,6 @@ from handout.page_sizes import page
 from handout.values import Array, Hand, Indices
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
-from handout.writing.marks import BELOW, NOT_ABOVE, decomposed
 
 _HASTY = 0.85  # of a quick one's
 _DOT = 0.4  # x-heights: a dot is no larger

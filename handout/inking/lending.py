@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from handout.errors import InputError
-from handout.hand.drawn import MARKS
+from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
 from handout.hand.letter_classes import SAME_AS_CAPITAL, STEM_AT_LEFT
 from handout.hand.scanned import ScannedHand
 from handout.inking.author import Author
@@ -24,13 +24,12 @@ from handout.inking.specimen_sheet import with_sheet
 from handout.inking.specimens import Part, Specimen, drawn, mark_strokes, moved, resized, with_neighbours
 from handout.values import Array
 from handout.writing.lookalikes import PICTURE
-from handout.writing.marks import BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, THROUGH, decomposed
 from handout.writing.text import LEFT_OUT, Borrowed, Repertoire, borrow, instead, lacking, normalise, spell
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other
 _GAP = (0.12, 0.55)  # x-heights between a letter and its mark
-_NAMES = {mark: name.replace("-", " ") for name, mark in MARKS.items()}
+_NAMES = {mark: name.replace("-", " ") for name, mark in NAMES.items()}
 _TOP, _RIGHT = 0.5, 0.45  # x-heights below a letter's top, share of its width: where apostrophes and ogoneks go
 
 
@@ -252,7 +251,7 @@ class _Workshop:
         """Where the origin of a mark goes that touches its letter, or stands beside its top; see `writing.accents`."""
         small, high = self._author.small, float(letter[:, 1].max())
         if kind in THROUGH:
-            y = CROSSED.get(base, 0.5) * high
+            y = STROKE_HEIGHT.get(base, 0.5) * high
             near = letter[np.abs(letter[:, 1] - y) <= max(0.1 * small, float(np.abs(letter[:, 1] - y).min()))]
             x = near[:, 0].min() if base in STEM_AT_LEFT else 0.5 * (near[:, 0].min() + near[:, 0].max())
             return np.array([float(x), y])

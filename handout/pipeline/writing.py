@@ -26,7 +26,7 @@ from handout.sinks import OF_INK, check_outputs
 from handout.values import Drawing, Hand, Manuscript
 from handout.writing import text as texts
 from handout.writing.compose import each_page
-from handout.writing.drawn import repertoire
+from handout.writing.drawn_line_writer import repertoire
 from handout.writing.layout import Layout
 
 if TYPE_CHECKING:

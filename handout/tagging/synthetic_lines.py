@@ -20,9 +20,9 @@ from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
+from handout.writing.drawn_line_writer import slurred
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
-from handout.writing.words import slurred
 
 _MM = 3.0  # x-height of the composed page
 _PAGE = Page(170.0, 5000.0)

@@ -30,8 +30,7 @@ from handout.motion.recovery.writer_habits import (
 )
 from handout.values import POSE, Array, Indices, LineGraph
 from handout.writing.scanned.bending import measures as body_sizes
-from handout.writing.scanned.forms import Form, Forms
-from handout.writing.scanned.forms import Way as Ligature
+from handout.writing.scanned.forms import Connector, Form, Forms
 
 _BAR = 0.7  # x-heights: no crossbar is lower
 _ALONG = 0.6  # of a ligature that lies in a crossbar
@@ -288,7 +287,7 @@ def _letter_line(form: Form, x_height: float) -> tuple[LetterLine, tuple[Indices
     return LetterLine(xy, radius, density, np.concatenate(edges), x_height, entries, exits), tuple(sections)
 
 
-def outwards(form: Form) -> Iterator[tuple[Ligature, int]]:
+def outwards(form: Form) -> Iterator[tuple[Connector, int]]:
     """A form's ligatures, entries first, and the step with which their vertices go away from its body."""
     yield from ((way, -1) for way in form.entries)
     yield from ((way, 1) for way in form.exits)

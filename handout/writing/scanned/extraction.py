@@ -52,7 +52,7 @@ class Lines:
 
 
 @dataclass(frozen=True, eq=False)
-class Strokes:
+class Connectors:
     """The ways that leave the glyphs of a hand, or those that come to them; those of one glyph together.
 
     lines : of each way, from the letter on the left to the one on the right.
@@ -73,7 +73,7 @@ class Strokes:
         return np.asarray(self.away < np.repeat(reach, self.lines.count))
 
 
-class Taken:
+class ExtractedStrokes:
     """The bodies of all glyphs of a hand, and the ways between them.
 
     Parameters
@@ -85,7 +85,7 @@ class Taken:
     Attributes
     ----------
     bodies : Lines, one a glyph: what is not on the way to another, with the ends of those ways.
-    entries, exits : Strokes
+    entries, exits : Connectors
     """
 
     def __init__(self, hand: ScannedHand, ways: Mapping[int, tuple[Indices, ...]], centre: Array) -> None:
@@ -140,7 +140,7 @@ class Taken:
         low, high = np.minimum(*codes.T), np.maximum(*codes.T)
         return np.asarray(low * self._count + high % self._count)
 
-    def _strokes(self, codes: Indices, first: Indices, *, leaving: bool) -> Strokes:
+    def _strokes(self, codes: Indices, first: Indices, *, leaving: bool) -> Connectors:
         begin, end, size = first[:-1], first[1:] - 1, np.diff(first)
         away = np.arange(len(codes)) - np.repeat(begin, size)
         if not leaving:
@@ -149,7 +149,7 @@ class Taken:
         own = np.maximum(np.minimum.reduceat(theirs, begin), 1) if len(begin) else size
         of = codes[begin] // self._count
         anchor = np.searchsorted(self._codes, codes[begin if leaving else end]) - self.bodies.first[of]
-        return Strokes(self._lines(codes, first), of, away, own, anchor)
+        return Connectors(self._lines(codes, first), of, away, own, anchor)
 
     def _lines(self, codes: Indices, first: Indices) -> Lines:
         number, vertex = codes // self._count, codes % self._count

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from handout.writing.scanned.joining import matches
-from handout.writing.scanned.setting import _clear, bent, gaps, heights, set_line
-from handout.writing.scanned.settling import settled
+from handout.writing.scanned.layout_model import _clear, bent, gaps, heights, resolve_collisions, set_line
 
 
 def whole(manner, numbers, new_word, seed=0, variation=1.0):
@@ -13,7 +12,7 @@ def whole(manner, numbers, new_word, seed=0, variation=1.0):
     dx = gaps(manner, numbers, new_word, rng, variation)
     y = heights(manner, numbers, new_word, rng, variation)
     bends = bent(manner, numbers, rng, variation)
-    dx = settled(manner.spacing, np.array(numbers), np.array(new_word), dx, y, bends)
+    dx = resolve_collisions(manner.spacing, np.array(numbers), np.array(new_word), dx, y, bends)
     x = np.concatenate([[0.0], np.cumsum(dx)])
     return x, y, set_line(manner, numbers, x, y, new_word, bends)
 

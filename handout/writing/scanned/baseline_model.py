@@ -13,7 +13,7 @@ import numpy as np
 
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array
-from handout.writing.lining import HOUSE, Lining
+from handout.writing.baseline_model import USUAL_BASELINES, BaselineModel
 
 LEAST = 5  # lines of a page that tell something
 _PRIOR = 3.0  # lines that what is usual among people counts for
@@ -26,7 +26,7 @@ _BEND_MEAN, _RISE = 0.6, (0.35, 1.3)
 
 
 @dataclass(frozen=True, eq=False)
-class _Lines:
+class _PageLines:
     """Lines of one page, x-heights, with the page's slope taken out; y down.
 
     number : (n,): which line of an evenly ruled sheet each is.
@@ -43,33 +43,33 @@ class _Lines:
 
 
 @lru_cache(maxsize=4)
-def lining(hand: ScannedHand) -> Lining:
+def baseline_model(hand: ScannedHand) -> BaselineModel:
     """How the lines of a hand's pages lie; what pages of fewer than five lines cannot tell is taken to be usual."""
     pages = [_lines(hand, number, page) for number, page in enumerate(hand.pages) if page.transcript]
     pages = [page for page in pages if len(np.unique(page.number)) >= LEAST]
     if not pages:
-        return HOUSE
+        return USUAL_BASELINES
     edges = [_edge(page) for page in pages]
     long = [page.reach >= _LONG * np.median(page.reach) for page in pages]
     tilts = [(page.slope - np.median(page.slope[kept]))[kept] for page, kept in zip(pages, long, strict=True)]
     sags = np.concatenate([page.sag[kept] for page, kept in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + _PRIOR)
     mean = float(np.median(sags))
-    return Lining(
-        edge=_deviation([rest for rest, _ in edges], HOUSE.edge, _EDGE),
-        edge_memory=_memory([rest for rest, _ in edges], HOUSE.edge_memory, 2),
+    return BaselineModel(
+        edge=_deviation([rest for rest, _ in edges], USUAL_BASELINES.edge, _EDGE),
+        edge_memory=_memory([rest for rest, _ in edges], USUAL_BASELINES.edge_memory, 2),
         edge_drift=share * float(np.clip(np.mean([drift for _, drift in edges]), -_DRIFT, _DRIFT)),
-        tilt=_deviation(tilts, HOUSE.tilt, _TILT),
-        tilt_memory=_memory(tilts, HOUSE.tilt_memory, 1),
+        tilt=_deviation(tilts, USUAL_BASELINES.tilt, _TILT),
+        tilt_memory=_memory(tilts, USUAL_BASELINES.tilt_memory, 1),
         most_rise=float(np.clip(_OF_PITCH * hand.pitch, *_RISE)),
-        bend=_deviation([sags - mean], HOUSE.bend, _BEND),
+        bend=_deviation([sags - mean], USUAL_BASELINES.bend, _BEND),
         bend_mean=share * float(np.clip(mean, -_BEND_MEAN, _BEND_MEAN)),
         reach=float(np.median(np.concatenate([page.reach for page in pages]))),
-        pitch=_deviation([_uneven(page) for page in pages], HOUSE.pitch, _PITCH),
+        pitch=_deviation([_uneven(page) for page in pages], USUAL_BASELINES.pitch, _PITCH),
     )
 
 
-def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _Lines:
+def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _PageLines:
     """What is known of the lines of a page that have letters."""
     size = page.x_height / page.pixel  # pixels an x-height
     begins: dict[int, float] = {}
@@ -79,7 +79,7 @@ def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _Lines:
             begins[glyph.line] = min(begins.get(glyph.line, x), x)
     lines = np.array(sorted(begins), dtype=np.intp)
     if not len(lines):
-        return _Lines(*[np.zeros(0)] * 6)
+        return _PageLines(*[np.zeros(0)] * 6)
     _, slope, curve, middle, reach = page.baselines[lines].T
     skew = float(np.median(slope))
     height = page.base(lines, middle)
@@ -87,10 +87,10 @@ def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _Lines:
     left = np.array([begins[int(line)] for line in lines]) + skew * height
     level = height - skew * (middle - middle.mean())
     place = np.rint((level - level.min()) / page.unit)
-    return _Lines(place, left / size, level / size, skew - slope, -curve * reach**2 / size, reach / size)
+    return _PageLines(place, left / size, level / size, skew - slope, -curve * reach**2 / size, reach / size)
 
 
-def _edge(page: _Lines) -> tuple[Array, float]:
+def _edge(page: _PageLines) -> tuple[Array, float]:
     """Where lines begin about the course of the left edge, and how far right that goes from line to line."""
     own = np.abs(page.left - np.median(page.left)) < 2 * _INDENTED
     if own.sum() < LEAST:
@@ -110,7 +110,7 @@ def _course(x: Array, y: Array) -> tuple[float, float]:
     return slope, float(np.median(y) - slope * np.median(x))
 
 
-def _uneven(page: _Lines) -> Array:
+def _uneven(page: _PageLines) -> Array:
     """How far lines stand from even distances."""
     return page.height - np.polyval(np.polyfit(page.number, page.height, 1), page.number)
 

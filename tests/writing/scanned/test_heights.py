@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.writing.scanned.flow import LEAST, smoothed
 from handout.writing.scanned.forms import is_mark
+from handout.writing.scanned.heights import LEAST, smoothed
 from handout.writing.scanned.joining import matches, rises
-from handout.writing.scanned.setting import heights
+from handout.writing.scanned.layout_model import heights
 
 
 def dense(height, rise, deviation, hold):
@@ -48,7 +48,7 @@ def test_the_source_stands_at_its_own_heights(small_manner, small_lines):
 
 def test_ligatures_of_the_source_tell_its_own_rise_without_a_doubt(small_manner):
     forms, centre, tried = small_manner.forms, small_manner.forms.centre, 0
-    for a, b in small_manner.beside.pairs(parted=False).tolist():
+    for a, b in small_manner.neighbours.pairs(parted=False).tolist():
         pairs = matches(forms[a], forms[b])
         if pairs:
             assert rises(forms[a], forms[b], pairs) == pytest.approx(centre[b, 1] - centre[a, 1], abs=1e-12)
@@ -59,7 +59,7 @@ def test_ligatures_of_the_source_tell_its_own_rise_without_a_doubt(small_manner)
 def test_a_second_letter_that_joins_lower_is_lifted(small_manner):
     """The sign: an entry that lies deeper under its centre puts the centre higher."""
     forms = small_manner.forms
-    a, b = next((a, b) for a, b in small_manner.beside.pairs(parted=False).tolist() if matches(forms[a], forms[b]))
+    a, b = next((a, b) for a, b in small_manner.neighbours.pairs(parted=False).tolist() if matches(forms[a], forms[b]))
     deeper = replace(
         forms[b], entries=tuple(replace(way, xy=way.xy - np.array([0.0, 0.1])) for way in forms[b].entries)
     )
@@ -68,7 +68,7 @@ def test_a_second_letter_that_joins_lower_is_lifted(small_manner):
 
 
 def test_marks_stand_at_their_own_height(small_manner):
-    flow, letters = small_manner.flow, [glyph.letter for glyph in small_manner.forms.hand.glyphs]
+    flow, letters = small_manner.heights, [glyph.letter for glyph in small_manner.forms.hand.glyphs]
     assert [letter for letter, mark in zip(letters, flow.marks, strict=True) if mark] == [","]
     comma = letters.index(",")
     others = np.delete(np.arange(len(letters)), comma)
@@ -93,7 +93,7 @@ def test_marks_are_not_letters_nor_digits(letter, mark):
 
 def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
     """What is left of the heights when the letters' own are taken away; with the paper's weight it is far more."""
-    flow = small_manner.flow
+    flow = small_manner.heights
     source = np.std((flow.height - flow.told)[~flow.marks])
 
     def wander(used):
@@ -110,7 +110,7 @@ def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
 
 
 def test_shapes_tell_heights(small_manner):
-    flow = small_manner.flow
+    flow = small_manner.heights
     letters = ~flow.marks
     miss = np.sqrt(np.mean((flow.height - flow.told)[letters] ** 2))
     assert miss < 0.95 * np.std(flow.height[letters])
@@ -119,9 +119,9 @@ def test_shapes_tell_heights(small_manner):
 
 def test_what_a_glyph_has_itself_is_left_out(small_manner):
     """One glyph a tenth higher is told to be where it was."""
-    from handout.writing.scanned.flow import _told
+    from handout.writing.scanned.heights import _told
 
-    flow = small_manner.flow
+    flow = small_manner.heights
     moved = flow.height.copy()
     moved[4] += 0.1
     assert _told(flow.forms, moved, ~flow.marks)[4] == pytest.approx(flow.told[4], abs=1e-3)

@@ -4,24 +4,22 @@ import numpy as np
 import pytest
 
 from handout.writing.scanned.bending import unbent
-from handout.writing.scanned.setting import bent, gaps, heights
-from handout.writing.scanned.settling import settled
-from handout.writing.scanned.sides import LETTERS, apart
-from handout.writing.scanned.spacing import hanging, kinds
+from handout.writing.scanned.layout_model import bent, gaps, heights, resolve_collisions
+from handout.writing.scanned.spacing import LETTERS, apart, hanging, kinds
 
 
 def _set(manner, numbers, new_word, seed):
     rng = np.random.default_rng(seed)
     dx = gaps(manner, numbers, new_word, rng)
     y, bends = heights(manner, numbers, new_word, rng), bent(manner, numbers, rng)
-    return dx, y, bends, settled(manner.spacing, numbers, new_word, dx, y, bends)
+    return dx, y, bends, resolve_collisions(manner.spacing, numbers, new_word, dx, y, bends)
 
 
 def test_what_is_not_bent_stays(small_manner, jumbles):
     numbers, new_word = jumbles[0]
     dx = gaps(small_manner, numbers, new_word, np.random.default_rng(0))
-    y = small_manner.flow.height[numbers]
-    found = settled(small_manner.spacing, numbers, new_word, dx, y, [unbent()] * len(numbers))
+    y = small_manner.heights.height[numbers]
+    found = resolve_collisions(small_manner.spacing, numbers, new_word, dx, y, [unbent()] * len(numbers))
     assert (found >= dx - 1e-9).all() and found == pytest.approx(dx, abs=0.03)
 
 

@@ -8,8 +8,7 @@ import pytest
 from handout.hand.scanned import ScannedHand
 from handout.values import LineGraph
 from handout.writing.scanned.bending import unbent
-from handout.writing.scanned.manner import manner
-from handout.writing.scanned.setting import bent, gaps, heights, set_line
+from handout.writing.scanned.layout_model import bent, gaps, heights, layout_model, set_line
 
 
 def test_reach_is_the_ink_on_both_sides(small_hand, small_manner):
@@ -42,7 +41,7 @@ def two_pages(small_hand):
         for glyph in small_hand.glyphs
     ]
     pages = (small_hand.pages[0], at_twice_the_size(small_hand.pages[0]))
-    return manner(ScannedHand("two", "Two pages", pages, (*small_hand.glyphs, *moved)))
+    return layout_model(ScannedHand("two", "Two pages", pages, (*small_hand.glyphs, *moved)))
 
 
 def test_pages_of_two_sizes_are_one_hand(small_hand, two_pages):
@@ -52,7 +51,7 @@ def test_pages_of_two_sizes_are_one_hand(small_hand, two_pages):
         assert np.allclose(one.xy, other.xy) and np.allclose(one.radius, other.radius)
         assert np.array_equal(one.edges, other.edges) and len(one.exits) == len(other.exits)
     assert np.allclose(two_pages.spread.size[:count], two_pages.spread.size[count:])
-    assert (two_pages.beside.after[:count] < count).all()
+    assert (two_pages.neighbours.after[:count] < count).all()
 
 
 def test_the_page_a_glyph_is_from_makes_no_difference(small_hand, two_pages):
@@ -63,7 +62,7 @@ def test_the_page_a_glyph_is_from_makes_no_difference(small_hand, two_pages):
     lines = []
     for glyphs in (numbers, mixed):
         dx = gaps(two_pages, glyphs, new_word, rng, variation=0)
-        x, y = np.concatenate([[0], np.cumsum(dx)]), two_pages.flow.height[glyphs]
+        x, y = np.concatenate([[0], np.cumsum(dx)]), two_pages.heights.height[glyphs]
         lines.append(set_line(two_pages, glyphs, x, y, new_word, bent(two_pages, glyphs, rng, variation=0)))
         assert heights(two_pages, glyphs, new_word, rng, variation=0) == pytest.approx(y, abs=0.3)
     for one, other in zip(*lines, strict=True):

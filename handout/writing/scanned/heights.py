@@ -24,8 +24,8 @@ from scipy.spatial.distance import cdist
 
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
-from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
+from handout.writing.scanned.glyph_index import Neighbours
 from handout.writing.scanned.joining import matches, partners, rises
 
 LEAST = 0.01  # line space: deviation of a rise that is never undercut
@@ -38,7 +38,7 @@ _LENGTH, _NOISE = 2.5, 0.2  # of the process: deviations of the shapes, and shar
 
 
 @dataclass(frozen=True, eq=False)
-class Flow:
+class HeightModel:
     """How high the glyphs of a hand stand; line space.
 
     height : (n,) float: of each centre over the source's baseline.
@@ -47,7 +47,7 @@ class Flow:
     meets : least deviation of the rise that ligatures tell.
     hold : deviation of a letter's height from its own.
     marks : (n,) bool: punctuation, which stands at its own height.
-    beside : which glyphs were neighbours.
+    neighbours : which glyphs were neighbours.
     """
 
     forms: Forms
@@ -57,7 +57,7 @@ class Flow:
     meets: float
     hold: float
     marks: NDArray[np.bool_]
-    beside: Beside
+    neighbours: Neighbours
 
     def over(self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float) -> Array:
         """(n,): see `heights`."""
@@ -84,8 +84,8 @@ class Flow:
 
     def _sourced(self, numbers: Indices, new_word: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n − 1,) whether each glyph and the next were neighbours in the source, in one word or not as here."""
-        beside, second = self.beside, numbers[1:]
-        return np.asarray((beside.after[numbers[:-1]] == second) & (beside.parted[second] == new_word[1:]))
+        neighbours, second = self.neighbours, numbers[1:]
+        return np.asarray((neighbours.after[numbers[:-1]] == second) & (neighbours.parted[second] == new_word[1:]))
 
     def _rises(
         self, numbers: Indices, chain: Indices, new_word: NDArray[np.bool_], joined: list[Array | None]
@@ -132,14 +132,14 @@ def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) ->
     return np.asarray(height + solveh_banded(band, force))
 
 
-def flow(forms: Forms, beside: Beside) -> Flow:
+def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
     told = _told(forms, height, ~marks)
-    deviation = np.array([_misses(beside.pairs(parted), height - told, marks) for parted in (False, True)])
+    deviation = np.array([_misses(neighbours.pairs(parted), height - told, marks) for parted in (False, True)])
     meets = _meeting(forms, told, float(deviation[0]))
-    return Flow(forms, height, told, deviation, meets, HOLD, marks, beside)
+    return HeightModel(forms, height, told, deviation, meets, HOLD, marks, neighbours)
 
 
 def _meeting(forms: Forms, told: Array, deviation: float) -> float:

@@ -1,4 +1,4 @@
-"""Glyphs that are not like the others of their letter: a stroke of the neighbour's in them, or one of their own lost.
+"""The cost of glyphs that are not like others of their letter: with a neighbour's stroke, or without one of their own.
 
 Where a line of writing is cut wrongly the reading may still be sure of itself; what gives it away is the size, and
 that a glyph looks more like other letters than like its own.
@@ -34,7 +34,7 @@ _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # whe
 Looks = NDArray[np.float32]  # half the room and half the time, of what takes most of both
 
 
-def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
+def outlier_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: cost of glyphs with the given bodies for not being like others of their letters."""
     letters = np.array([glyph.letter for glyph in hand.glyphs])
     x, y, each, first = _lines(hand, bodies)

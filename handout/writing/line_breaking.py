@@ -8,7 +8,7 @@ from itertools import pairwise
 from statistics import median
 from typing import Generic
 
-from handout.writing.scribe import Unit, W
+from handout.writing.line_writer import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from handout.writing.scanned.oddity import _short, _stem, _strange
+from handout.writing.scanned.outlier_cost import _short, _stem, _strange
 
 
 def _sizes(tops: list[float], feet: list[float]) -> np.ndarray:

@@ -1,23 +1,27 @@
-"""A word as it is written: its glyphs chosen, set side by side and given life, before it has a place on a line.
+"""The line writer of a drawn hand: chooses the forms of each word, sets them side by side and gives them life.
 
 Word space is letter space (x-height 1, baseline 0, y up) with the word's first letter at x = 0, slanted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, islice, pairwise
 
 import numpy as np
 
-from handout.values import Array, Glyph, Hand
+from handout.hand.diacritics import DOTLESS
+from handout.values import Array, Glyph, Hand, Placed
 from handout.writing import variation as varying
 from handout.writing.accents import accented
+from handout.writing.baseline_model import USUAL_BASELINES
 from handout.writing.choice import Chooser, joined
 from handout.writing.clearance import bounded, dotted, too_near
-from handout.writing.text import Letter, spelt
-from handout.writing.variation import Drift, Variation, walk, warp
+from handout.writing.line_writer import Piece, ToPage, Unit
+from handout.writing.slips import Struck
+from handout.writing.text import Letter, Repertoire, spelt
+from handout.writing.variation import USUAL, Drift, Variation, walk, warp
 
 _MOST_SLURRED = 0.3  # beyond it nobody reads the word
 _CAPITALS = 0.12  # x-heights between two capitals, besides their widths
@@ -66,7 +70,7 @@ class Word:
         )
 
 
-class Writer:
+class WordWriter:
     """Writes the words of one text, one after the other; its slant and size drift from word to word."""
 
     def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
@@ -179,3 +183,69 @@ def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...],
     sizes = [len(stroke) for glyph in glyphs for stroke in glyph.strokes]
     pieces = iter(np.split(flat, np.cumsum(sizes)[:-1]))
     return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
+
+
+_MOST_SPACES = 12
+
+
+def repertoire(hand: Hand) -> Repertoire:
+    """What a drawn hand can write."""
+    return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
+
+
+class DrawnLineWriter:
+    """Writes one text in a drawn hand; see `line_writer.LineWriter`.
+
+    Parameters
+    ----------
+    hand : Hand
+    rng : numpy.random.Generator
+    jitter : float
+        Scale of all variation.
+    """
+
+    def __init__(self, hand: Hand, rng: np.random.Generator, jitter: float) -> None:
+        self._hand, self._rng, self._jitter = hand, rng, jitter
+        self.name, self.pitch, self.repertoire = hand.name, hand.pitch, repertoire(hand)
+        self.baseline_model = USUAL_BASELINES
+
+    def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[Word]]]]:
+        """(indent, units) of one paragraph after the other.
+
+        A word is written when it is asked for, once, whatever the lines will be.
+        """
+        # what is struck out has a stream of its own: all else stays as it is without
+        streams = self._rng, self._rng.spawn(1)[0]
+        writers = [WordWriter(self._hand, rng, self._jitter) for rng in streams]
+        return (self._paragraph(writers, paragraph) for paragraph in pieces)
+
+    def _paragraph(self, writers: Sequence[WordWriter], pieces: Sequence[Piece]) -> tuple[float, Iterator[Unit[Word]]]:
+        units = self._units(writers, pieces)
+        first = list(islice(units, 1))
+        return (first[0].gap if first else 0.0), chain(first, units)
+
+    def _units(self, writers: Sequence[WordWriter], pieces: Sequence[Piece]) -> Iterator[Unit[Word]]:
+        spaces = 0
+        for piece in pieces:
+            if isinstance(piece, int):
+                spaces = piece
+                continue
+            writer = writers[isinstance(piece, Struck)]
+            word = writer.word(piece)
+            yield Unit(word, self._gap(spaces, writer.rng))
+            spaces = 0
+
+    def _gap(self, spaces: int, rng: np.random.Generator) -> float:
+        if not spaces:
+            return 0.0
+        usual = self._hand.word_space
+        wide = usual * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
+        # a writer has one habit of spacing: neither a closed gap nor one that reads as two
+        slack = rng.normal(0.0, USUAL.word_gap * self._jitter)
+        return wide + min(max(slack, -0.28 * usual), 0.5 * usual)
+
+    def place(self, words: Sequence[Word], starts: Sequence[float], scale: float, to_page: ToPage) -> Iterator[Placed]:
+        """The glyphs of a line, their points on the page."""
+        for number, (word, start) in enumerate(zip(words, starts, strict=True)):
+            for glyph, strokes, join, at in zip(word.glyphs, word.strokes, word.joins, word.at, strict=True):
+                yield Placed(glyph, tuple(to_page(s * scale + (start, 0.0)) for s in strokes), join, number, at)
