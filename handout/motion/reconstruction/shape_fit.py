@@ -12,12 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
-from handout.motion import lognormal
-from handout.motion.lognormal import MOST_BENT, REACH, Complex, Pulses
+from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction import key_points
-from handout.motion.reconstruction.key_points import Index
+from handout.motion.reconstruction.key_points import Index, arc_length, extent, resampled
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.trace import arc_length, extent, resampled
+from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
 from handout.values import Array
 
 ASYMMETRY, DURATION = 0.1, 0.3

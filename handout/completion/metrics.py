@@ -12,17 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
+from handout.completion.specimens import Part, line, pieces, shifted
 from handout.hand import measures
 from handout.hand.diacritics import BELOW, NOT_ABOVE, decomposed
 from handout.hand.letter_classes import DOTTED, X_HEIGHT
 from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
-from handout.inking.specimens import Part, line, moved, pieces
 from handout.motion.trace import trace
-from handout.page_sizes import page
 from handout.values import Array, Hand, Indices
-from handout.writing.compose import compose
-from handout.writing.layout import Layout
+from handout.writing.specimen import single_letter
 
 _HASTY = 0.85  # of a quick one's
 _DOT = 0.4  # x-heights: a dot is no larger
@@ -30,14 +28,17 @@ _WIDER = (0.7, 1.45)
 _LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
 
 
-class Author:
-    """What putting letters together asks of a scanned hand."""
+class ScannedHandMetrics:
+    """What is measured of a scanned hand so that letters can be added to it, each when it is first asked for.
+
+    radius : half the width of the line; slant : dx/dy; x_height : of a small letter.  All in line space.
+    """
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
         self.radius = measures.letter_half_width(hand)
         self.slant = measures.slant(hand)
-        self.small = measures.x_height(hand)
+        self.x_height = measures.x_height(hand)
 
     @cached_property
     def house(self) -> Hand:
@@ -73,7 +74,7 @@ class Author:
         if glyph.letter not in ("i", "j") or len(parts) < 2:
             return np.zeros(0, dtype=np.intp)
         heights = [line(self.hand, number, part).xy[:, 1].mean() for part in parts[1:]]
-        over = [part for part, y in zip(parts[1:], heights, strict=True) if y > 0.9 * self.small]
+        over = [part for part, y in zip(parts[1:], heights, strict=True) if y > 0.9 * self.x_height]
         return np.concatenate([np.zeros(0, dtype=np.intp), *over])
 
     def stem(self, number: int) -> Array:
@@ -96,7 +97,7 @@ class Author:
                 size = np.ptp(graph.xy, axis=0).max()
                 low = float(graph.xy[:, 1].min())
                 over = low - float(self.stem(number)[:, 1].max())
-                if size < _DOT * self.small and over > 0:
+                if size < _DOT * self.x_height and over > 0:
                     found.append((self._part(number, own), over))
         return found
 
@@ -119,21 +120,21 @@ class Author:
             kept = [part for part, xy in loose if xy[:, 1].mean() < 0]
             over = 0.0
         else:
-            kept = [part for part, xy in loose if xy[:, 1].mean() > max(top, 0.8 * self.small)]
+            kept = [part for part, xy in loose if xy[:, 1].mean() > max(top, 0.8 * self.x_height)]
             over = top
         if kept:
             whole = np.concatenate(kept)
             xy = line(self.hand, number, whole).xy
             shift = float(xy[:, 1].min()) - over if mark not in BELOW else float(xy[:, 1].min())
             part = self._part(number, np.sort(whole))
-            yield [Part(moved(part.graph, np.array([0.0, shift])), part.source, part.role)]
+            yield [Part(shifted(part.graph, np.array([0.0, shift])), part.source, part.role)]
 
     def _part(self, number: int, vertices: Indices) -> Part:
         """Some of a glyph's vertices, with their lowest point at 0 and their middle over it."""
         graph = line(self.hand, number, vertices)
         low = graph.xy.min(axis=0)
         middle = low + np.array([0.5 * float(np.ptp(graph.xy[:, 0])), 0.0])
-        return Part(moved(graph, -middle), self.hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
+        return Part(shifted(graph, -middle), self.hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
 
     def drawn(self, letter: str, rng: np.random.Generator) -> list[Array]:
         """Strokes of the drawn hand's letter, as high, wide and slanting as the author writes; [] if it has none."""
@@ -141,14 +142,14 @@ class Author:
             return []
         strokes = _traced(letter, self.house, rng)
         top = max(self._usual_tall, *(float(xy[:, 1].max()) for xy in strokes))
-        rise = ((self.tall if letter.islower() else self.capital) - self.small) / (top - 1)
+        rise = ((self.tall if letter.islower() else self.capital) - self.x_height) / (top - 1)
         return [self._leant(xy, rise) for xy in strokes]
 
     def _leant(self, upright: Array, rise: float) -> Array:
         """Upright x-heights to line space; what is over small letters is `rise` an x-height."""
-        x, y = upright.T * self.small
+        x, y = upright.T * self.x_height
         over = np.maximum(upright[:, 1] - 1, 0)
-        high = np.minimum(y, self.small) + rise * over
+        high = np.minimum(y, self.x_height) + rise * over
         return np.column_stack([x * self._wider + self.slant * high, high])
 
     def recognised(self, letter: str, number: int) -> bool:
@@ -176,7 +177,7 @@ class Author:
             if len(numbers) < 2:
                 continue
             own = [self._upright_width(self.hand.outline(int(i))[:, :2], self.slant) for i in numbers]
-            theirs = np.ptp(np.concatenate(_traced(letter, self.house, rng))[:, 0]) * self.small
+            theirs = np.ptp(np.concatenate(_traced(letter, self.house, rng))[:, 0]) * self.x_height
             ratios.append(float(np.median(own)) / max(float(theirs), 1e-6))
         return float(np.clip(np.median(ratios), *_WIDER)) if ratios else 1.0
 
@@ -187,14 +188,11 @@ class Author:
 
 def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:
     """Strokes of a letter as a drawn hand writes it: x-heights, upright, the baseline at y = 0."""
-    size = 10.0
-    layout = Layout(page("200x200mm"), (50.0, 50.0, 50.0, 50.0), x_height=size)
-    (sheet,) = compose(letter, house, layout, rng, pages=1)
-    (written,) = sheet.lines
-    found = []
+    size = 10.0  # mm: large, so that what depends on mm is small in x-heights
+    sheet = single_letter(letter, house, rng, size)
+    baseline = sheet.lines[0].baseline
+    strokes = []
     for stroke in trace(sheet, house, rng).strokes:
-        xy = stroke.xy
-        y = (written.height_at(xy[:, 0]) - xy[:, 1]) / size
-        x = (xy[:, 0] - 50.0) / size
-        found.append(np.column_stack([x - house.slant * y, y]))
-    return found
+        x, y = stroke.xy[:, 0] / size, (baseline - stroke.xy[:, 1]) / size
+        strokes.append(np.column_stack([x - house.slant * y, y]))
+    return strokes

@@ -1,6 +1,6 @@
-"""How like the usual ways of writing a letter some ways over its line are: elastic matching of paths.
+"""How far ways of writing a letter are from its forms: elastic matching of paths by dynamic time warping.
 
-Source: dynamic time warping (Sakoe and Chiba 1978).
+Source: Sakoe and Chiba 1978.
 """
 
 from __future__ import annotations
@@ -11,19 +11,15 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from handout.motion.recovery.models import Models, frame
+from handout.motion.recovery import letter_forms
+from handout.motion.recovery.letter_forms import LetterForms, frame_of
 from handout.values import Array
 
 _PLACES = 48  # of a line that forms are compared with
-_NEAR = 0.82  # of a letter's size: places so far apart are unlike
-_FARTHEST = 3.6  # what it costs at most
-_AIMED = 0.59  # cost of a right angle between directions
-_OPEN = 0.4  # cost of every place on the way from another letter that is skipped
-_MOST_OPEN = 0.5  # of a path
-_LIFTED = 0.04  # of every lift that one has and the other has not
+_MOST_OPEN = 0.5  # of a path: more is not skipped on the way from or to another letter
 
 
-def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
+def nearest_forms(forms: LetterForms, xy: Array, most: int) -> tuple[LetterForms, Array]:
     """The forms of a letter that lie nearest to a line, those of built-in hands before others, the nearest first.
 
     Parameters
@@ -32,43 +28,44 @@ def fitting(letter: Models, xy: Array, most: int) -> tuple[Models, Array]:
 
     Returns
     -------
-    Models : of `most` forms of each kind at most.
+    LetterForms : of `most` forms of each kind at most.
     (f, s, 2) float: these, laid over the line.
     """
     places = xy[:: max(1, len(xy) // _PLACES)]
     middle = xy.mean(axis=0)
-    laid = letter.xy @ frame(xy - middle).T + middle
+    laid = forms.xy @ frame_of(xy - middle).T + middle
     flat = laid.reshape(-1, 2)
     apart = (flat**2).sum(axis=1)[:, None] + (places**2).sum(axis=1)
     apart += (-2 * flat) @ places.T
     square = apart.reshape(*laid.shape[:2], -1)
     there, back = (np.sqrt(np.maximum(square.min(axis=k), 0.0)).mean(axis=1) for k in (2, 1))
     nearest = np.argsort(there + back, kind="stable")
-    own = letter.drawn[nearest]
-    chosen = np.concatenate([nearest[own][:most], nearest[~own][:most]])
-    return letter.take(chosen), laid[chosen]
+    drawn = forms.drawn[nearest]
+    chosen = np.concatenate([nearest[drawn][:most], nearest[~drawn][:most]])
+    return forms.take(chosen), laid[chosen]
 
 
-def unlikeness(
-    ways: Sequence[Sequence[Array]], letter: Models, laid: Array, *, entered: bool = False, left: bool = False
+def form_distances(
+    ways: Sequence[Sequence[Array]], forms: LetterForms, laid: Array, *, entered: bool = False, left: bool = False
 ) -> Array:
     """How far each way of writing is from each form of a letter.
 
     Parameters
     ----------
     ways : for each its strokes, (n, 2) float, in order, y up.
-    letter : Models of f forms; laid : (f, s, 2) float: these, laid over the letter.
+    forms : LetterForms, f of them; laid : (f, s, 2) float: these, laid over the letter.
     entered, left : whether the pen comes from another letter, and goes to one: the way from there need not be like.
 
     Returns
     -------
     (w, f) float ≥ 0: mean cost along both paths; about .2 for the same way of writing, 1 and more for others.
     """
+    weights = letter_forms.WEIGHTS
     sampled = _evenly(ways, laid.shape[1])
     size = float(np.sqrt((sampled[0].std(axis=0) ** 2).sum()))
-    lifts = np.array([len(strokes) for strokes in ways])[:, None] - letter.strokes
-    opened, closed = (_OPEN if joined else np.inf for joined in (entered, left))
-    return _warped(sampled, laid, max(size, 1e-9), opened, closed) + _LIFTED * np.abs(lifts)
+    lifts = np.array([len(strokes) for strokes in ways])[:, None] - forms.strokes
+    opened, closed = (weights.open if joined else np.inf for joined in (entered, left))
+    return _warped(sampled, laid, max(size, 1e-9), opened, closed) + weights.lifted * np.abs(lifts)
 
 
 def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
@@ -91,7 +88,7 @@ def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
     return found
 
 
-def aims(paths: Array) -> Array:
+def directions(paths: Array) -> Array:
     """(…, s, 2): directions along paths (…, s, 2)."""
     step = np.empty_like(paths)
     step[..., 1:-1, :] = paths[..., 2:, :] - paths[..., :-2, :]
@@ -138,16 +135,17 @@ def _warped(ours: Array, theirs: Array, size: float, opened: float, closed: floa
 def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:
     """(2 s - 1, s, f · w): of place i of one path at place k - i of the other, at [k, i], where there are both."""
     (ways, count), forms = ours.shape[:2], len(theirs)
+    weights = letter_forms.WEIGHTS
     middle = ours[0].mean(axis=0)
-    scale = 1 / (size * _NEAR)
-    a, aim_a = (_by_place(values) for values in ((ours - middle) * scale, aims(ours)))
-    b, aim_b = (_by_place(values) for values in ((theirs - middle) * scale, aims(theirs)))
+    scale = 1 / (size * weights.near)
+    a, aim_a = (_by_place(values) for values in ((ours - middle) * scale, directions(ours)))
+    b, aim_b = (_by_place(values) for values in ((theirs - middle) * scale, directions(theirs)))
     # squared distance and, once that is cut off, what the directions add: each in one product
-    free = np.float32(_AIMED)
+    free = np.float32(weights.aimed)
     one_a, one_b = np.ones((len(a), 1), np.float32), np.ones((len(b), 1), np.float32)
     square_a, square_b = ((values**2).sum(axis=1, keepdims=True) for values in (a, b))
     cost = np.hstack([b, square_b + free, one_b]) @ np.hstack([-2 * a, one_a, square_a]).T
-    np.minimum(cost, np.float32(_FARTHEST) + free, out=cost)
+    np.minimum(cost, np.float32(weights.farthest) + free, out=cost)
     cost += (-free * aim_b) @ aim_a.T
     # every pair of paths beside the next, and what a step needs together: a view in which i and k - i count
     found = np.empty((2 * count - 1, count, forms * ways), dtype=np.float32)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from handout.motion import lognormal
-from handout.motion.lognormal import Complex, Pulses
+from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.reconstruction.plan import LognormalPlan, from_pulses
+from handout.motion.sigma_lognormal_model import Complex, Pulses
 from handout.values import Array
 
 ENOUGH = 25.0  # dB, of velocities

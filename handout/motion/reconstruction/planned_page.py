@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from handout.motion import lognormal
-from handout.motion.reconstruction import geometry, timing
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.reconstruction import recording_fit, shape_fit
+from handout.motion.reconstruction.key_points import extent, resampled, snr
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.trace import extent, resampled, snr
 from handout.summary import one_line
 from handout.values import Array, Drawing, Page, Stroke
 
@@ -71,7 +71,7 @@ def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
 def _sparse(stroke: Stroke) -> bool:
     """Whether a stroke has too few samples for the time that it took."""
     lasted = float(stroke.t[-1] - stroke.t[0])
-    return lasted > timing.SHORTEST and (len(stroke.t) - 1) / lasted < _SPARSE
+    return lasted > recording_fit.SHORTEST and (len(stroke.t) - 1) / lasted < _SPARSE
 
 
 def _dot(stroke: Stroke, start: float) -> Fit:
@@ -83,10 +83,10 @@ def _dot(stroke: Stroke, start: float) -> Fit:
 
 def _timed(stroke: Stroke) -> Fit:
     start = float(stroke.t[0])
-    if extent(stroke.xy) <= _DOT or len(stroke.t) < 3 or stroke.t[-1] - start < timing.SHORTEST:
+    if extent(stroke.xy) <= _DOT or len(stroke.t) < 3 or stroke.t[-1] - start < recording_fit.SHORTEST:
         return _dot(stroke, start)
-    recording = timing.prepared(stroke.t, stroke.xy)
-    plan = timing.from_recording(stroke.t, stroke.xy)
+    recording = recording_fit.prepared(stroke.t, stroke.xy)
+    plan = recording_fit.from_recording(stroke.t, stroke.xy)
     place = np.column_stack([recording.place.real, recording.place.imag])
     velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
     speed = snr(velocity, plan.velocity(recording.t), about_mean=False)
@@ -96,7 +96,7 @@ def _timed(stroke: Stroke) -> Fit:
 def _shaped(stroke: Stroke, start: float) -> Fit:
     if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
         return _dot(stroke, start)
-    plan = _later(geometry.from_shape(stroke.xy), start)
+    plan = _later(shape_fit.from_shape(stroke.xy), start)
     count = 400
     return Fit(plan, snr(resampled(stroke.xy, count), resampled(plan.at(sampled(plan)), count)), None, stroke.word)
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from handout.motion import lognormal
-from handout.motion.lognormal import MOST_BENT, Pulses
-from handout.motion.reconstruction import geometry, key_points
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.reconstruction import key_points, shape_fit
+from handout.motion.reconstruction.key_points import arc_length, extent, resampled
 from handout.motion.reconstruction.plan import LognormalPlan
-from handout.motion.reconstruction.trace import arc_length, extent, resampled
+from handout.motion.sigma_lognormal_model import MOST_BENT, Pulses
 from handout.values import Array
 
 _ROUNDS = 10
@@ -33,10 +33,10 @@ def from_shape(xy: Array, *, robust: bool = False) -> LognormalPlan:
     length = float(arc_length(xy)[-1])
     even = resampled(xy, max(8, round(length / extent(xy) * key_points.SAMPLES) + 1))
     if robust:
-        guess = geometry.first_guess(even)
+        guess = shape_fit.first_guess(even)
     else:
         index = key_points.find(even, cusps=False).index
-        guess = geometry.first_guess(even, index=index, bend=_circle)
+        guess = shape_fit.first_guess(even, index=index, bend=_circle)
     wanted = guess.targets.copy()
     targets, pulses = wanted.copy(), guess.pulses()
     when = _meetings(pulses, guess)
@@ -45,7 +45,7 @@ def from_shape(xy: Array, *, robust: bool = False) -> LognormalPlan:
         z = targets @ np.array([1.0, 1j])
         reached = z[0] + np.diff(z) @ done
         targets = targets + wanted - np.column_stack([reached.real, reached.imag])
-    return geometry.plan_of(targets, guess.dt, guess.theta)
+    return shape_fit.plan_of(targets, guess.dt, guess.theta)
 
 
 def _meetings(pulses: Pulses, plan: LognormalPlan) -> Array:
