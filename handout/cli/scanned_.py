@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from handout.completion.completed_hand import Outlook
     from handout.hand.scanned import ScannedHand
-    from handout.inking.lending import Outlook
     from handout.prompting.coverage import Lack
 
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -40,8 +40,8 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
+    from handout.completion.completed_hand import outlook
     from handout.hand import file, library, report
-    from handout.inking.lending import outlook
     from handout.prompting.coverage import lacks
 
     paths = _overlays(output)

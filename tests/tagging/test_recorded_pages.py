@@ -11,7 +11,7 @@ from handout.errors import InputError
 from handout.hand import file
 from handout.hand.library import load
 from handout.hand.places import graphemes
-from handout.motion.recovery.pages import paths
+from handout.motion.recovery.pen_paths import pen_paths
 from handout.motion.trace import trace, written
 from handout.sources.unipen import from_unipen
 from handout.tagging.page_sources import tagged_pages
@@ -99,9 +99,9 @@ def test_what_is_written_in_it_is_traced_as_the_pen_went(told, read):
     hand = read[1]
     rng = np.random.default_rng(2)
     sheet = compose("till", hand, Layout(Page(60, 30), (8, 8, 8, 8)), rng)[0]
-    found = paths(sheet.lines[0].placed, hand)
+    found = pen_paths(sheet.lines[0].placed, hand)
     # the recorded hand joins all four and goes back for dot and bar
-    assert [path.late for path in found] == [False, True, True]
+    assert [path.delayed for path in found] == [False, True, True]
     assert found[0].xy[-1, 0] > found[0].xy[0, 0] + 5
     drawing = trace(sheet, hand, rng)
     pace = [np.median(np.concatenate([s.speed for s in d.strokes if s.length > 2])) for d in (drawing, told.drawing)]
