@@ -10,7 +10,7 @@ The way of a scan: `page_sources` → `page_tagging.tag_page` → `alignment.ali
 - `segmentation`: the usual method, with a round of self-training; `haines_2016`: the one of the paper, for comparison
 - `transcript`: a transcript as lines of letters; `transcript_fit`: which line has which text, and how well it fits
 - `alphabet`: the letters that the networks tell apart; add one here, then train anew
-- `line_space`: straightened lines and the features of their columns; `network`: reads these; `decoder`: lays letters along
+- `line_space`: straightened lines and features of their columns; `network`: reads these; `decoder`: lays letters along
 - `letter_assignment`: which letter every vertex of the line graph belongs to
 - `glyph_extraction`: what a hand keeps of a page; `overlay`: an aligned page as a picture
 - `recording`, `recorded_pages`: recorded pens and single-line fonts as pages
