@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from handout.completion.completed_hand import Outlook
     from handout.hand.scanned import ScannedHand
-    from handout.inking.lending import Outlook
     from handout.prompting.coverage import Lack
 
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -40,8 +40,8 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
+    from handout.completion.completed_hand import outlook
     from handout.hand import file, library, report
-    from handout.inking.lending import outlook
     from handout.prompting.coverage import lacks
 
     paths = _overlays(output)
@@ -195,15 +195,15 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, q
     from handout import atomic
     from handout.hand import file
     from handout.inking.swatches import swatches
-    from handout.scanning.page import read_scan
-    from handout.scanning.reading import read_page
-    from handout.tagging.making import read_pen
+    from handout.scanning.picture_files import read_scan
+    from handout.scanning.written_page import read_page
+    from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
     atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
-    hand = read_pen(path.stem, pages)
+    hand = pen_of_pages(path.stem, pages)
     radius, pieces = swatches(hand)[0].radius, sum(len(one.start) for one in swatches(hand))
     file.save(hand, path)
     result = {"files": [str(path)], "pieces": pieces, "width": round(2 * radius, 3)}
@@ -299,13 +299,13 @@ def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[ND
     import numpy as np
 
     from handout.writing.scanned.explaining import choices_sheet, reasons
-    from handout.writing.scanned.scribe import ScannedScribe
+    from handout.writing.scanned.line_writer import ScannedLineWriter
 
     seed = jobs.seed(given)
     hand, borrowed = jobs.supplied(text, hand, given["fallback"], seed)
-    scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
-    explained = scribe.explained(text)
-    why = reasons(scribe.stock, explained)
+    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), given["jitter"])
+    explained = writer.explained(text)
+    why = reasons(writer.index, explained)
     found = {"hand": hand.name, "text": text, "seed": seed, "why": why}
     return choices_sheet(hand, explained), found | ({"borrowed": borrowed} if borrowed else {})
 

@@ -18,29 +18,9 @@ import msgspec
 import numpy as np
 
 from handout.errors import InputError
+from handout.hand.diacritics import NAMES
 from handout.values import Array, Glyph, Hand, readonly
 
-# name in the file → combining character
-MARKS = {
-    "grave": "\u0300",
-    "acute": "\u0301",
-    "circumflex": "\u0302",
-    "tilde": "\u0303",
-    "diaeresis": "\u0308",
-    "ring": "\u030a",
-    "caron": "\u030c",
-    "cedilla": "\u0327",
-    "macron": "\u0304",
-    "breve": "\u0306",
-    "dot": "\u0307",
-    "double-acute": "\u030b",
-    "ogonek": "\u0328",
-    "comma-below": "\u0326",
-    "turned-comma": "\u0312",
-    "apostrophe": "\u0315",
-    "slash": "\u0338",
-    "bar": "\u0335",
-}
 _PLACES = frozenset({"start", "middle", "end", "alone"})
 _LAST = frozenset({"end", "alone"})
 _HIGH_EXIT_KEPT = 0.72  # share of a high exit stroke that is written at the end of a word
@@ -120,7 +100,7 @@ def read(path: Path) -> Hand:
             for letter, forms in file.letters.items()
         }
         marks = {
-            MARKS[name]: tuple(_glyph(name, n, form, _points(form.pen, 1.0), 1.0) for n, form in enumerate(forms))
+            NAMES[name]: tuple(_glyph(name, n, form, _points(form.pen, 1.0), 1.0) for n, form in enumerate(forms))
             for name, forms in file.marks.items()
         }
     except (KeyError, ValueError) as error:

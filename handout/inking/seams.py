@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.layer import Layer
-from handout.scanning.cut import minimum_cut
+from handout.scanning.graph_cut import minimum_cut
 
 _FINE = 64.0  # capacities become whole numbers: so much finer than they would
 _NEAR, _OF_RADIUS = 1.5, 0.3  # pixels, and share of the radius, within which two lines are one

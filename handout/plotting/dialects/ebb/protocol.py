@@ -46,7 +46,7 @@ class Error(NamedTuple):
     text: str
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"{self.text!r}, {ERRORS.get(self.number, 'an error unknown here')}"
 
 
@@ -90,12 +90,6 @@ def reply(line: bytes) -> Reply:
     if match := _VALUES.fullmatch(text):
         return Values(match.group(1) or "", tuple(int(number) for number in match.group(2).split(",")))
     return Note(text)
-
-
-def lines(data: bytes) -> tuple[list[bytes], bytes]:
-    """The complete lines of what was read, and the rest."""
-    *complete, rest = re.split(rb"[\r\n]+", data)
-    return [line for line in complete if line], rest
 
 
 def command(name: str, *numbers: int) -> bytes:

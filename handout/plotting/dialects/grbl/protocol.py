@@ -64,7 +64,7 @@ class Error(NamedTuple):
     number: int
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"error:{self.number}, {ERRORS.get(self.number, 'unknown')}"
 
 
@@ -74,7 +74,7 @@ class Alarm(NamedTuple):
     number: int
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"ALARM:{self.number}: {ALARMS.get(self.number, 'unknown')}"
 
 

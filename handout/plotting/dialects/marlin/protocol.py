@@ -81,7 +81,7 @@ class Error(NamedTuple):
     text: str
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         meaning = next((said for part, said in ERRORS if part.lower() in self.text.lower()), "")
         return f"“{self.text}”" + (f": {meaning}" if meaning else "")
 
