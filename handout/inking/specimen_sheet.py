@@ -9,8 +9,8 @@ import numpy as np
 
 from handout.hand.places import Place
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.inking.replacing import replace_pen
-from handout.inking.specimens import DRAWN, Part, Specimen
+from handout.inking.pen_replacement import NO_SOURCE, replace_pen
+from handout.inking.specimens import Part, Specimen
 from handout.inking.texture import texture
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 
@@ -89,8 +89,8 @@ def _inked(
     own, foreign = [], []
     for number, (one, graphs) in enumerate(zip(specimens, laid, strict=True)):
         pairs = list(zip(one.parts, graphs, strict=True))
-        own.append(_line(one, number, [(g, p.source) for p, g in pairs if p.source != DRAWN]))
-        foreign.append(_line(one, number, [(g, 0) for p, g in pairs if p.source == DRAWN]))
+        own.append(_line(one, number, [(g, p.source) for p, g in pairs if p.source != NO_SOURCE]))
+        foreign.append(_line(one, number, [(g, 0) for p, g in pairs if p.source == NO_SOURCE]))
     drawn = Manuscript(tuple(foreign), page, like.x_height)
     if any(line.placed for line in foreign):
         drawn = replace_pen(drawn, hand)

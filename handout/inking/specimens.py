@@ -12,9 +12,9 @@ import numpy as np
 
 from handout.hand.places import Place
 from handout.hand.scanned import NOBODY, ScannedHand
+from handout.inking.pen_replacement import NO_SOURCE
 from handout.values import Array, Hand, Indices, LineGraph
 
-DRAWN = -1  # source of a line that has no ink yet
 _STEP = 0.03  # x-heights between vertices of a line that is drawn
 
 
@@ -97,7 +97,7 @@ def resized(hand: ScannedHand, number: int, letter: str, factor: float) -> Speci
     """The body of a glyph made larger or smaller, to be inked anew: a pen's line does not grow with its letters."""
     graph = line(hand, number, hand.body(number))
     same = LineGraph(graph.xy * factor, graph.radius, graph.density, graph.uv, graph.edges)
-    return Specimen(letter, (Part(same, DRAWN, _mine(same)),))
+    return Specimen(letter, (Part(same, NO_SOURCE, _mine(same)),))
 
 
 def drawn(strokes: Sequence[Array], radius: float) -> Part:
@@ -109,7 +109,7 @@ def drawn(strokes: Sequence[Array], radius: float) -> Part:
         count += len(stroke)
     xy = np.concatenate(list(strokes))
     graph = LineGraph(xy, np.full(count, radius), np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
-    return Part(graph, DRAWN, _mine(graph))
+    return Part(graph, NO_SOURCE, _mine(graph))
 
 
 def mark_strokes(house: Hand, mark: str, rng: np.random.Generator) -> list[Array]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import InputError
-from handout.hand.joining import Joining
+from handout.hand.ligatures import LigatureFinder
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.progress import Tell, silent, within
@@ -307,7 +307,7 @@ def _struck(letter: Letter) -> bool:
 
 def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> list[ScannedGlyph]:
     """The glyphs with their neighbours, of which nothing between is missing, and the ligatures towards those."""
-    joining = Joining(page, owner)
+    joining = LigatureFinder(page, owner)
     done = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:
