@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.measures import half_width
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.inking.swatches import FEATURES, Swatches, Track, swatches, tracks
 from handout.inking.texture import texture
 from handout.motion.optimal_control import follow
 from handout.values import ActionPlan, Array, Drawing, Glyph, Ink, Line, LineGraph, Manuscript, Placed
 
-NO_SOURCE = -1  # page of ink that is drawn, and has none yet
 _ONE = 0.12  # mm within which two lines are one
 _LONGEST = 0.4  # mm that a cut line is joined over
 
@@ -244,7 +243,7 @@ def _strokes_as_line(placed: Placed, sample: ScannedHand) -> Placed:
     count = int(first[-1])
     radius = np.full(count, half_width(sample))
     graph = LineGraph(np.concatenate(ways), radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
-    return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, NO_SOURCE, NOBODY))
+    return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, NO_PAGE, NOBODY))
 
 
 def _way(points: Array) -> Array:
