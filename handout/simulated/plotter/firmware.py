@@ -35,9 +35,9 @@ class Firmware(Protocol):
     acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.
     """
 
-    now = 0.0
+    now: float = 0.0
     read_time: float
-    acknowledgement = b"ok"
+    acknowledgement: bytes = b"ok"
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None: ...
 
