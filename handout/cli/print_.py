@@ -14,7 +14,7 @@ from handout.cli import jobs, options, progress, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
-    from handout.calibrating.through import Ink, Through
+    from handout.calibrating.calibrated_ink import CalibratedInk, Ink
     from handout.printing.journal import Journal
     from handout.printing.report import Report
     from handout.printing.rows import Row
@@ -148,16 +148,17 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     return done.exit_code
 
 
-def _through(given: Mapping[str, Any], ink: Ink, say: Callable[[str], None]) -> Through | None:
+def _through(given: Mapping[str, Any], ink: Ink, say: Callable[[str], None]) -> CalibratedInk | None:
     """The way of pages through the printer's calibration; None if there is none, or none is wanted."""
-    from handout.calibrating import through
+    from handout.calibrating import calibrated_ink
 
-    found, doubts = through.choose(given["printer"], given["stock"], given["calibration"])
+    found, doubts = calibrated_ink.choose(given["printer"], given["stock"], given["calibration"])
     for doubt in doubts:
         say(f"warning: {doubt}")
     if found is None:
         return None
-    return through.Through(ink, found, through.pen_of(found, given["hand"], say), given["hand"], options.pen(given))
+    pen = calibrated_ink.pen_of(found, given["hand"], say)
+    return calibrated_ink.CalibratedInk(ink, found, pen, given["hand"], options.pen(given))
 
 
 def _fed(profile: Printer, given: Mapping[str, Any]) -> Printer:
