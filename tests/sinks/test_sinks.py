@@ -12,7 +12,7 @@ from sample_drawings import loops, same
 
 from handout.errors import HandoutError, InputError
 from handout.sinks import Paper, Pen, check_outputs, suffixes, write_drawing, write_drawings
-from handout.sinks.drawing_json import from_json
+from handout.sources.drawing_json import from_json
 from handout.sources.inkml import from_inkml
 from handout.values import Drawing
 
