@@ -30,8 +30,8 @@ from handout.scanning.written_page import WrittenPage, read_page
 from handout.score.features import LineFeatures, measure_lines
 from handout.score.repetition import repetition
 from handout.score.written_lines import read_page as read_grey
-from handout.tagging.align import frames
-from handout.tagging.making import make_page, read_hand, with_lines
+from handout.tagging.line_space import frames
+from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
 
 AROUND = 0.5  # mm of paper that go with the ink of a line
 
@@ -98,7 +98,7 @@ def hand_without(author: Author, fold: int) -> ScannedHand:
         return only(author.whole, kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
-    return read_hand(f"{author.path.stem}-{fold}", [make_page(read_page(scan), text, rng=rng)])
+    return hand_of_pages(f"{author.path.stem}-{fold}", [tag_page(read_page(scan), text, rng=rng)])
 
 
 def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
@@ -116,7 +116,7 @@ def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
 def without(author: Author, fold: int) -> tuple[Scan, str]:
     """The scan and the text of the page without its kept-out lines."""
     text = "\n".join(author.text)
-    written = with_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
+    written = with_transcript_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
     if len(written.text_lines.lines) != len(author.text):
         raise ValueError(
             f"{author.name}: the scan has {len(written.text_lines.lines)} lines, its text {len(author.text)}"

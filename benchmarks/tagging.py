@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.tagging.align import METHODS, align
-from handout.tagging.alignment import AlignedLine, Alignment, Letter
+from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, align
 from handout.tagging.alphabet import SPACE
 from handout.tagging.transcript import read_transcript
 

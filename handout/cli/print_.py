@@ -73,7 +73,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.journal import Journal
     from handout.printing.printers import resolve
-    from handout.sinks import write_drawings
+    from handout.sinks import Look, write_drawings
 
     if given["slips"]:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
@@ -128,7 +128,7 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
                 copies=given["copies"],
                 x_height=job.layout.x_height if chosen else None,
                 ink=through or ink,
-                sink=lambda drawing, path: write_drawings([drawing], [path], **look),
+                sink=lambda drawing, path: write_drawings([drawing], [path], Look(**look)),
                 about={"seed": job.seed, "hand": job.hand.name},
                 progress=lambda done, total, stage: tell(done / max(total, 1), f"{stage} {done}/{total}"),
                 journal=journal,

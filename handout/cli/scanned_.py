@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from handout.completion.completed_hand import Outlook
     from handout.hand.scanned import ScannedHand
-    from handout.inking.lending import Outlook
     from handout.prompting.coverage import Lack
 
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -40,8 +40,8 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
+    from handout.completion.completed_hand import outlook
     from handout.hand import file, library, report
-    from handout.inking.lending import outlook
     from handout.prompting.coverage import lacks
 
     paths = _overlays(output)
@@ -197,13 +197,13 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, q
     from handout.inking.swatches import swatches
     from handout.scanning.picture_files import read_scan
     from handout.scanning.written_page import read_page
-    from handout.tagging.making import read_pen
+    from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
     atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
-    hand = read_pen(path.stem, pages)
+    hand = pen_of_pages(path.stem, pages)
     radius, pieces = swatches(hand)[0].radius, sum(len(one.start) for one in swatches(hand))
     file.save(hand, path)
     result = {"files": [str(path)], "pieces": pieces, "width": round(2 * radius, 3)}

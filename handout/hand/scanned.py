@@ -21,7 +21,8 @@ from handout.hand.places import Place
 from handout.summary import one_line
 from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
-NOBODY = -1
+NOBODY = -1  # instead of the number of a glyph
+NO_PAGE = -1  # the page of a line that has no ink yet
 _MOST_PIXELS = 400_000_000
 _OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look

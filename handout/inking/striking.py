@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from handout.hand.measures import half_width
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
 from handout.inking.replacing import replace_pen
-from handout.inking.specimens import DRAWN
 from handout.motion.optimal_control import follow
 from handout.values import ActionPlan, Array, Glyph, Ink, LineGraph, Manuscript, Placed
 
@@ -53,7 +52,7 @@ def _lined(placed: Placed, sample: ScannedHand) -> Placed:
     count = int(first[-1])
     radius = np.full(count, half_width(sample))
     graph = LineGraph(np.concatenate(ways), radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
-    return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, DRAWN, NOBODY))
+    return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, NO_PAGE, NOBODY))
 
 
 def _way(points: Array) -> Array:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from handout import __version__, units
+from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.haste import hasten
@@ -22,12 +23,11 @@ from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, check_outputs
+from handout.sinks import OF_INK, Look, check_outputs, write_drawings
 from handout.values import Drawing, Hand, Manuscript
-from handout.writing import text as texts
 from handout.writing.compose import each_page
-from handout.writing.drawn_line_writer import repertoire
 from handout.writing.layout import Layout
+from handout.writing.text import Borrowed
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -69,7 +69,7 @@ class WritingTask:
         """What the user is told of the lined paper."""
         return () if self.paper is None else self.paper.notes
 
-    def on_paper(self, look: pictures.Look) -> pictures.Look:
+    def on_paper(self, look: Look) -> Look:
         """How pictures look, with the paper's lines where they are written on."""
         return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
 
@@ -127,7 +127,9 @@ def write(
     task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
-    files = task.on_paper(look).write(drawings, paths, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    files = write_drawings(
+        drawings, paths, task.on_paper(look), extra=extra, tell=within(listener.progress, _WRITTEN, 1.0)
+    )
     notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
 
@@ -266,26 +268,16 @@ def set_pages(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
     rng = np.random.default_rng([task.seed] if row is None else [task.seed, row])
-    task, borrowed = complete(text, task)
+    hand, lacking = complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     sheets = each_page(
-        text, task.hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
+        text, hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
     )
-    borrowed = borrowed if row is None else [{"row": row, **letter} for letter in borrowed]
+    task = replace(task, hand=hand)
     return task, (_with_borrowed(sheet, borrowed) for sheet in sheets) if borrowed else sheets
 
 
-def complete(text: str, task: WritingTask) -> tuple[WritingTask, list[Facts]]:
-    """The task with a hand that has every letter of a text, as far as it may be lent some; and those that were."""
-    if isinstance(task.hand, Hand):
-        needed = texts.borrowed(texts.normalise(text), repertoire(task.hand)) if task.fallback else []
-        return task, [letter_facts(letter) for letter in needed]
-    from handout.inking.lending import lend
-
-    hand, lent = lend(task.hand, text, fallback=task.fallback, seed=task.seed)
-    return replace(task, hand=hand), [letter_facts(letter) for letter in lent]
-
-
-def letter_facts(letter: texts.Borrowed) -> Facts:
+def letter_facts(letter: Borrowed) -> Facts:
     """What `--json` prints of a letter that the hand lacked."""
     count = len(letter.at)
     return {"letter": letter.letter, "from": letter.source, "own": letter.own, "count": count, "at": list(letter.at)}

@@ -18,14 +18,13 @@ from handout.plotting.bed import Placement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
 from handout.simulated.plotter import firmware
-from handout.simulated.plotter.faults import Faults
 from handout.simulated.plotter.firmware import Wait
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.options import Faults, Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
-_Z_STEPS = 250.0
+_Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 

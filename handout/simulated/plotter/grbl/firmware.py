@@ -9,15 +9,14 @@ from collections.abc import Iterator, Sequence
 from handout.profiles import Plotter
 from handout.simulated.plotter.firmware import Say, Wait
 from handout.simulated.plotter.grbl import parser
-from handout.simulated.plotter.grbl.parser import Modes, Refused
-from handout.simulated.plotter.grbl.settings import Settings
+from handout.simulated.plotter.grbl.parser import Modes, Refused, Settings
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.queue import Queue, Steps
 from handout.simulated.plotter.stepper import Stepper
 from handout.simulated.plotter.wire import Wire
 
-_STORED = 80
+_STORED = 80  # characters of a line that GRBL keeps, blanks and comments left out
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"
 _WRITING = 0.004  # s it is deaf while it writes into its memory
 _SELDOM = 10  # answers to ? between two that tell the offset
