@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from benchmarks.parts import DPI, LUMA
 from handout.hand import file, library
-from handout.hand.pictures import on_paper
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
@@ -143,7 +142,7 @@ def closed_up(written: WrittenPage, given: list[int]) -> NDArray[np.uint8]:
 def _on_white(page: ScannedPage) -> NDArray[np.uint8]:
     """(h, w) uint8: luma of a page's ink on white."""
     white = replace(page, paper=np.full((1, 1, 3), 255, dtype=np.uint8))
-    return np.asarray(np.rint(on_paper(white) @ LUMA), dtype=np.uint8)
+    return np.asarray(np.rint(white.on_paper() @ LUMA), dtype=np.uint8)
 
 
 def _around(owner: NDArray[np.int16], reach: float) -> NDArray[np.int16]:

@@ -11,6 +11,7 @@ import click
 from handout import units
 from handout.cli import progress, results
 from handout.errors import InputError
+from handout.inking.pen import TEXTURED
 from handout.progress import within
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from handout.tagging.recording import Recording
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
-_PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised
 
@@ -42,7 +42,7 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
 @click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
-@click.option("--pen", type=click.Choice(_PENS), help="What it was written with; default: told from the ink.")
+@click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink.")
 @click.option("--title", help="What to call the hand, for people.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")

@@ -76,14 +76,14 @@ def _overlays(output: str | None) -> Path | None:
 
 def _draw(hand: ScannedHand, path: Path | None) -> list[Path]:
     """The overlays as files."""
-    from handout.hand import pictures
+    from handout.hand import report
 
     if path is None:
         return []
     count = len(hand.pages)
     files = [path] if count == 1 else [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(1, count + 1)]
     for number, file in enumerate(files):
-        _write_png(file, pictures.overlay(hand, number), hand.pages[number].dpi)
+        _write_png(file, report.overlay(hand, number), hand.pages[number].dpi)
     return files
 
 
@@ -277,14 +277,14 @@ def _these(known: dict[str, Path]) -> str:
 def show(hand: ScannedHand, output: Sequence[str], text: str | None, given: Mapping[str, Any]) -> None:
     """The letters of a scanned hand side by side, or those that would write a text, as PNG files."""
     from handout import atomic
-    from handout.hand import pictures, report
+    from handout.hand import report
 
     paths = [Path(file) for file in output]
     for path in paths:
         if path.suffix.lower() != ".png":
             raise InputError(f"The letters of a scanned hand are written as PNG: use {path.stem}.png.")
         atomic.check_writable(path)
-    pixels, found = (pictures.contact_sheet(hand), report.facts(hand)) if text is None else _choices(hand, text, given)
+    pixels, found = (report.contact_sheet(hand), report.facts(hand)) if text is None else _choices(hand, text, given)
     for path in paths:
         _write_png(path, pixels, 200.0)
     said = f"Wrote {', '.join(map(str, paths))}"

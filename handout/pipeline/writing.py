@@ -14,8 +14,8 @@ from handout import __version__, units
 from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.haste import hasten
-from handout.hand.ink_colours import ink_colours
+from handout.hand.drawn import hasten
+from handout.hand.measures import ink_colours
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.pipeline import pictures, programs
@@ -307,7 +307,7 @@ def draw(
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
         drawing = _in_colour(drawing, task)
     if not isinstance(task.hand, Hand) and wanted & INK:
-        from handout.inking.scanned import drawn
+        from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.joining import Joining
+from handout.hand.ligatures import LigatureFinder
 from handout.hand.places import Place, graphemes, places
 from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedPage, Texture
 from handout.scanning.scan import Scan
@@ -137,7 +137,7 @@ def extract_glyphs(
 
 def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> list[ScannedGlyph]:
     """The glyphs with their neighbours, where no letter between is missing, and the ligatures towards those."""
-    joining = Joining(page, owner)
+    joining = LigatureFinder(page, owner)
     joined = list(glyphs)
     for i, (a, b) in enumerate(pairwise(glyphs)):
         if a.word == b.word and a.line == b.line and b.at == a.at + 1:

@@ -26,6 +26,7 @@ from handout.scanning.page_layout import refuse_oblique
 from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
 from handout.scanning.scan import Picture, Scan
 from handout.scanning.written_page import Prepared, find_ink, finish, prepare, with_recorded_line
+from handout.tagging.alignment import Method
 from handout.tagging.orientation import find_turn, orientation_name
 from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
 from handout.values import Indices, Stroke
@@ -191,7 +192,7 @@ def tagged_pages(
     pen: str | None,
     say: Say,
     *,
-    method: str = "segments",
+    method: str | Method = "segments",
     tell: Tell = silent,
 ) -> Iterator[TaggedPage]:
     """The pages with their letters, one after the other, all on one scale of densities.
@@ -202,7 +203,7 @@ def tagged_pages(
     seed : the same one gives the same pages.
     pen : one of `mask.PENS`, optional.
     say : takes sentences to show the user.
-    method : of the alignment, one of `align.METHODS`.
+    method : of the alignment, as `alignment.align` takes it.
     tell : told how far it has come.
 
     Raises
@@ -224,7 +225,7 @@ def _tagged(
     rng: np.random.Generator,
     pen: str | None,
     say: Say,
-    method: str,
+    method: str | Method,
     tell: Tell,
 ) -> TaggedPage:
     tell(0.0, "the ink")

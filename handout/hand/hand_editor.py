@@ -9,7 +9,7 @@ import numpy as np
 import regex
 from numpy.typing import NDArray
 
-from handout.hand.joining import Joining
+from handout.hand.ligatures import LigatureFinder
 from handout.hand.places import Place
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.values import Array, Indices, readonly_indices
@@ -22,11 +22,11 @@ _NEAR = 1.0  # mm from a place to the ink it means
 Spot = tuple[float, float]
 
 
-class NotDone(Exception):
+class CorrectionError(Exception):
     """A correction cannot be made; its text says why."""
 
 
-class Correcting:
+class HandEditor:
     """The glyphs of a hand under correction; a glyph that is gone is None until the numbers are closed up."""
 
     def __init__(self, hand: ScannedHand) -> None:
@@ -35,7 +35,7 @@ class Correcting:
         self._order = list(range(len(hand.glyphs)))
         self._owners: dict[int, Indices] = {}
         self._trees: dict[int, cKDTree] = {}
-        self._joinings: dict[int, Joining] = {}
+        self._finders: dict[int, LigatureFinder] = {}
         self._page = 0
 
     def done(self) -> ScannedHand:
@@ -52,15 +52,15 @@ class Correcting:
 
         count = len(self._hand.pages)
         if not 0 <= page < count:
-            raise NotDone(f"there is no such page; the hand has {count}, numbered from 0")
+            raise CorrectionError(f"there is no such page; the hand has {count}, numbered from 0")
         self._page = page
         if page not in self._owners:
-            owner = np.full(len(self._paper.graph), NOBODY, dtype=np.intp)
+            owner = np.full(len(self._scan.graph), NOBODY, dtype=np.intp)
             for i, glyph in enumerate(self._glyphs):
                 if glyph is not None and glyph.page == page:
                     owner[glyph.vertices] = i
             self._owners[page] = owner
-            self._trees[page] = cKDTree(self._paper.graph.uv)
+            self._trees[page] = cKDTree(self._scan.graph.uv)
 
     def label(self, at: Spot, text: str, place: Place | None) -> None:
         """Name a letter, or make one of writing that belongs to none."""
@@ -78,7 +78,7 @@ class Correcting:
         number, vertex = self._number(at), self._vertex(other)
         second = int(self._owner[vertex])
         if second == number:
-            raise NotDone(f"both places are on one letter, {self._glyph(number).letter!r}, already")
+            raise CorrectionError(f"both places are on one letter, {self._glyph(number).letter!r}, already")
         letter = self._glyph(number).letter if text is None else _one_letter(text)
         if second == NOBODY:
             self._given(number, self._loose(vertex))
@@ -124,16 +124,16 @@ class Correcting:
         number = self._number(at)
         glyph = self._glyph(number)
         if not glyph.ligatures:
-            raise NotDone(f"{glyph.letter!r} there is not joined to a next letter")
+            raise CorrectionError(f"{glyph.letter!r} there is not joined to a next letter")
         self._glyphs[number] = replace(glyph, ligatures=())
 
     def link(self, at: Spot, other: Spot) -> None:
         """Put one letter after another in a word."""
         number, second = self._number(at), self._number(other)
         if number == second:
-            raise NotDone("both places are on one letter: name the next one too")
+            raise CorrectionError("both places are on one letter: name the next one too")
         if self._glyph(number).line != self._glyph(second).line:
-            raise NotDone("the two letters are on different lines")
+            raise CorrectionError("the two letters are on different lines")
         self._part(number)
         self._part(self._glyph(second).before)
         self._glyphs[number] = replace(self._glyph(number), after=second)
@@ -146,7 +146,7 @@ class Correcting:
         self._glyphs[number] = replace(self._glyph(number), place=place)
 
     @property
-    def _paper(self) -> ScannedPage:
+    def _scan(self) -> ScannedPage:
         return self._hand.pages[self._page]
 
     @property
@@ -160,40 +160,40 @@ class Correcting:
         return glyph
 
     def _on_page(self, at: Spot) -> None:
-        height, width = self._paper.shape
+        height, width = self._scan.shape
         if not (-width < at[0] < 2 * width and -height < at[1] < 2 * height):
-            raise NotDone(f"no letter at ({at[0]:g}, {at[1]:g}): the scan has {width} x {height} pixels")
+            raise CorrectionError(f"no letter at ({at[0]:g}, {at[1]:g}): the scan has {width} x {height} pixels")
 
     def _vertex(self, at: Spot) -> int:
         """The vertex that a place means."""
         self._on_page(at)
         away, vertex = self._trees[self._page].query(at)
-        if not away * self._paper.pixel <= _NEAR:
-            near = f"the nearest is {away * self._paper.pixel:.1f} mm away" if np.isfinite(away) else "there is none"
-            raise NotDone(f"no writing within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g}); {near}")
+        if not away * self._scan.pixel <= _NEAR:
+            near = f"the nearest is {away * self._scan.pixel:.1f} mm away" if np.isfinite(away) else "there is none"
+            raise CorrectionError(f"no writing within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g}); {near}")
         return int(vertex)
 
     def _number(self, at: Spot) -> int:
         """The glyph that a place means: of those within reach the one whose ink is nearest."""
         self._on_page(at)
-        near = self._trees[self._page].query_ball_point(at, _NEAR / self._paper.pixel)
+        near = self._trees[self._page].query_ball_point(at, _NEAR / self._scan.pixel)
         owned = [v for v in near if self._owner[v] != NOBODY]
         if not owned:
-            raise NotDone(f"no letter within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g})")
-        away = np.linalg.norm(self._paper.graph.uv[owned] - np.array(at), axis=1)
+            raise CorrectionError(f"no letter within {_NEAR:g} mm of ({at[0]:g}, {at[1]:g})")
+        away = np.linalg.norm(self._scan.graph.uv[owned] - np.array(at), axis=1)
         return int(self._owner[owned[int(away.argmin())]])
 
     def _loose(self, vertex: int) -> Indices:
         """The vertices without a letter that hang together with one of them."""
         loose = self._owner == NOBODY
-        edges = self._paper.graph.edges
+        edges = self._scan.graph.edges
         piece = _pieces(edges[loose[edges].all(axis=1)], len(loose))
         return np.flatnonzero(loose & (piece == piece[vertex]))
 
     def _new(self, vertices: Indices, text: str, place: Place) -> None:
-        middle = self._paper.graph.uv[vertices].mean(axis=0)
-        height = np.array([self._paper.to_line(i, middle)[0, 1] for i in range(len(self._paper.baselines))])
-        line = int(np.abs(height - 0.5 * self._paper.x_height / self._paper.pitch).argmin())
+        middle = self._scan.graph.uv[vertices].mean(axis=0)
+        height = np.array([self._scan.to_line(i, middle)[0, 1] for i in range(len(self._scan.baselines))])
+        line = int(np.abs(height - 0.5 * self._scan.x_height / self._scan.pitch).argmin())
         word = max((g.word for g in self._glyphs if g is not None and g.page == self._page), default=-1) + 1
         self._owner[vertices] = len(self._glyphs)
         self._order.append(len(self._glyphs))
@@ -238,9 +238,9 @@ class Correcting:
 
     def _rejoin(self, number: int) -> None:
         """Find the ligatures of a glyph, and of the one before it, again."""
-        if self._page not in self._joinings:
-            self._joinings[self._page] = Joining(self._paper, self._owner)
-        joining = self._joinings[self._page]
+        if self._page not in self._finders:
+            self._finders[self._page] = LigatureFinder(self._scan, self._owner)
+        joining = self._finders[self._page]
         for one in (number, self._glyph(number).before):
             if one != NOBODY and self._glyph(one).after != NOBODY:
                 glyph = self._glyph(one)
@@ -248,14 +248,14 @@ class Correcting:
 
     def _crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""
-        uv, edges = self._paper.graph.uv, self._paper.graph.edges
+        uv, edges = self._scan.graph.uv, self._scan.graph.edges
         p, q = uv[edges[:, 0]], uv[edges[:, 1]]
         across = (_side(a, b, p) > 0) != (_side(a, b, q) > 0)
         across &= _side(p, q, a) * _side(p, q, b) <= 0
         same = self._owner[edges[:, 0]] == self._owner[edges[:, 1]]
         within = np.flatnonzero(across & same & (self._owner[edges[:, 0]] != NOBODY))
         if not len(within):
-            raise NotDone(
+            raise CorrectionError(
                 f"the line from ({a[0]:g}, {a[1]:g}) to ({b[0]:g}, {b[1]:g}) does not cross the inside of a letter"
             )
         away = np.linalg.norm((p[within] + q[within]) / 2 - (a + b) / 2, axis=1)
@@ -266,12 +266,12 @@ class Correcting:
 
     def _parts(self, number: int, crossed: NDArray[np.bool_], a: Array, b: Array) -> tuple[Indices, Indices]:
         """The vertices of a glyph on the two sides of a cut, the left part first."""
-        graph, own = self._paper.graph, self._glyph(number).vertices
+        graph, own = self._scan.graph, self._glyph(number).vertices
         inside = (self._owner[graph.edges] == number).all(axis=1)
         piece = _pieces(graph.edges[inside & ~crossed], len(graph))
         cut = graph.edges[crossed]
         if (piece[cut[:, 0]] == piece[cut[:, 1]]).any():
-            raise NotDone(
+            raise CorrectionError(
                 f"the line does not part {self._glyph(number).letter!r}: what it cuts still hangs together elsewhere; "
                 "draw it across every stroke between the parts"
             )
@@ -286,7 +286,7 @@ class Correcting:
 
 def _one_letter(text: str) -> str:
     if len(regex.findall(r"\X", text)) != 1 or text.isspace():
-        raise NotDone(f"text {text!r} is not one letter")
+        raise CorrectionError(f"text {text!r} is not one letter")
     return text
 
 

@@ -19,7 +19,7 @@ _REACH = 0.6  # x-heights of path on either side of the joint
 _TURN = 0.06  # x-heights back: a stroke that turns belongs to its letter from there on
 
 
-class Joining:
+class LigatureFinder:
     """The ligatures of one page, found from which glyph each vertex belongs to.
 
     owner : (n,) int: number of each vertex's glyph, −1 for none; it is looked at anew each time.
