@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 import handout
 from handout import units
 from handout.errors import InputError
+from handout.hand.diacritics import BELOW, OGONEK
 from handout.hand.letter_classes import ASCENDING
 from handout.prompting import sheet_codes
 from handout.prompting.prompt_pages import Prompt
@@ -32,7 +33,6 @@ _ACCENTS = {
     "\u0300": "`", "\u0301": "´", "\u0302": "ˆ", "\u0303": "˜", "\u0304": "¯", "\u0306": "˘", "\u0307": "˙",
     "\u0308": "¨", "\u030a": "˚", "\u030b": "˝", "\u030c": "ˇ", "\u0326": "¸", "\u0327": "¸", "\u0328": "˛",
 }  # fmt: skip
-_BELOW = {"\u0326", "\u0327", "\u0328"}
 _RAISED = 0.17  # of the size, for marks on capitals and tall letters
 
 
@@ -95,7 +95,7 @@ def _draw_run(canvas: Any, x: float, y: float, run: str, font: str, size: float)
 def _draw_accent(canvas: Any, x: float, y: float, base: str, mark: str, font: str, size: float) -> None:
     sign = _ACCENTS[mark]
     middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
-    tall = mark not in _BELOW and (base.isupper() or base in ASCENDING)
+    tall = mark not in BELOW | {OGONEK} and (base.isupper() or base in ASCENDING)
     canvas.setFont(font, size)
     canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
 

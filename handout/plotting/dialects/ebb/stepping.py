@@ -4,8 +4,8 @@ A board counts in ticks of 40 µs.  At every tick each motor's rate is added to 
 2³¹ the motor makes a step; an acceleration may be added to the rate at every tick.  Here the accumulators are followed
 in whole numbers, so what the board will do is known to the step, and what one move leaves over the next makes good.
 
-Source: the documented operation of SM, LM and LT: rate = 2³¹ · 40 µs · steps/s; after T ticks the accumulator has grown
-by rate·T + ½·acceleration·T².
+Source: Schmalz, EiBotBoard command set, operation of SM, LM and LT: rate = 2³¹ · 40 µs · steps/s; after T ticks the
+accumulator has grown by rate·T + ½·acceleration·T².
 """
 
 from __future__ import annotations
