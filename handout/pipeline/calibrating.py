@@ -12,16 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from handout import atomic
-from handout.calibrating import (
-    ink_samples,
-    pages,
-    pen_reference,
-    print_diagnosis,
-    scanner,
-    store,
-    strip,
-    verification,
-)
+from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
 from handout.calibrating.pen_reference import Reference
 from handout.calibrating.session import Step
 from handout.calibrating.store import Calibration
