@@ -1,4 +1,7 @@
-"""What a caller may ask for: the options that several verbs share, typed and frozen, with the command's defaults."""
+"""What a caller may ask for, typed and frozen, with the command's defaults: the options of all verbs.
+
+Nothing heavy is imported here: the command reads this file to show its help.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+SCANNED_PENS = ("ballpoint", "fineliner", "fountain", "pencil")  # that the ink of a scan may be of
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 ENGINES = ("optimal-control", "sigma-lognormal")
 
@@ -91,6 +95,22 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a hand is read from pages.
+
+    dpi : pixels an inch of the scans, where the files do not say.
+    pen : what it was written with, one of `SCANNED_PENS`; None: told from the ink.
+    title : what to call the hand, for people.
+    seed : same seed, same hand.
+    """
+
+    dpi: float | None = None
+    pen: str | None = None
+    title: str | None = None
+    seed: int = 0
 
 
 def millimetres(length: Length, what: str) -> float:
