@@ -40,8 +40,8 @@ from handout.motion.recovery.traversal import beam_search
 from handout.page_sizes import page
 from handout.scanning.written_page import read_page
 from handout.simulated.author import reread
-from handout.simulated.author.simulate import simulate
-from handout.tagging.making import make_page, read_hand
+from handout.simulated.author.simulate import Desk, simulate
+from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
@@ -136,10 +136,10 @@ def simulated(name: str, *, kept_out: bool = False) -> tuple[ScannedHand, list[A
     """A hand read from a page that `name` wrote, and the true strokes, mm on the scan, with their words."""
     layout = Layout(page("A5"), x_height=2.5)
     text, writing, reading = (KEPT_OUT, 29, 7) if kept_out else (TEXT, 11, 1)
-    made = simulate(text, library.load(name), rng=np.random.default_rng(writing), layout=layout)
-    found = make_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(reading))
+    made = simulate(text, library.load(name), Desk(layout=layout), rng=np.random.default_rng(writing))
+    found = tag_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(reading))
     true = [path.xy * made.truth.pixel for path in made.truth.paths]
-    return read_hand(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
+    return hand_of_pages(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
 
 
 def judged(
@@ -174,14 +174,14 @@ def recorded_words(folder: Path) -> dict[str, Tally]:
     for some in recorded.writers(recorded.words(folder)):
         strokes, of = recorded.sheet(some)
         try:
-            made = make_page(
+            made = tag_page(
                 read_page(recorded.inked(strokes)), "\n".join(r.text for r in some), rng=np.random.default_rng(1)
             )
         except InputError as error:
             print(f"  writer {some[0].source[:3]}: {len(some)} rows were not read: {error}")
             continue
         words = [100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, r.text)]
-        for name, result in judged(read_hand("recorded", [made]), strokes, words).items():
+        for name, result in judged(hand_of_pages("recorded", [made]), strokes, words).items():
             found[name] += result
     return found
 

@@ -25,6 +25,7 @@ _PUBLIC = {
     "ReadingOptions": "handout.pipeline.options",
     "SheetOptions": "handout.pipeline.options",
     "WritingOptions": "handout.pipeline.options",
+    "Look": "handout.sinks",
     "apply": "handout.colour.table",
     "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",

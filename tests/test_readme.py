@@ -32,7 +32,7 @@ def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_pat
     assert (ROOT / "examples" / "own_hand.py").read_text(encoding="utf-8").endswith(code)
     monkeypatch.chdir(tmp_path)
     # a smaller page, whose letters were found already, and what they can write
-    monkeypatch.setattr("handout.pipeline.hands.lettered", lambda *_, **__: [small_page.made])
+    monkeypatch.setattr("handout.pipeline.hands.tagged_pages", lambda *_, **__: [small_page.made])
     for path, other in (("examples/page.jpg", small_scan.scan), ("examples/page.txt", small_scan.text)):
         code = code.replace(path, str(other))
     word = max(small_scan.written.split(), key=lambda word: len(word) if word.isalpha() else 0)

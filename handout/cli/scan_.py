@@ -9,7 +9,7 @@ import click
 from handout import units
 from handout.cli import options
 from handout.cli.console import Console
-from handout.pipeline.options import SCANNED_PENS, ReadingOptions
+from handout.pipeline.options import TEXTURED, ReadingOptions
 
 if TYPE_CHECKING:
     from handout.pipeline.hands import ReadHand
@@ -37,9 +37,7 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
     "reading",
     ReadingOptions,
     click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say."),
-    click.option(
-        "--pen", type=click.Choice(SCANNED_PENS), help="What it was written with; default: told from the ink."
-    ),
+    click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink."),
     click.option("--title", help="What to call the hand, for people."),
     click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand."),
 )

@@ -14,7 +14,7 @@ import numpy as np
 
 from handout.hand.places import Place
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedGlyph, ScannedHand, ScannedPage, Texture
-from handout.inking.replacing import replace_pen
+from handout.inking.pen_replacement import replace_pen
 from handout.inking.texture import texture
 from handout.values import Array, Glyph, Hand, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 

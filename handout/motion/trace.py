@@ -97,7 +97,7 @@ def trace(
 def _along_ink(
     manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
 ) -> Drawing:
-    from handout.hand.ink_colours import ink_colours
+    from handout.hand.measures import ink_colours
     from handout.motion.recovery.pen_paths import pen_paths
     from handout.motion.timing import timed_strokes
 

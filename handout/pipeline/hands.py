@@ -15,8 +15,8 @@ from handout.pipeline.options import ReadingOptions
 from handout.pipeline.results import SILENT, Fact, Facts, Listener
 from handout.progress import within
 from handout.sources import read_drawing
-from handout.tagging.making import MadePage, read_hand
-from handout.tagging.sources import Source, gather, lettered
+from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -36,7 +36,7 @@ class ReadHand:
 
     hand: ScannedHand
     path: Path | None
-    pages: tuple[MadePage, ...]
+    pages: tuple[TaggedPage, ...]
     seed: int
     notes: tuple[str, ...] = ()
 
@@ -91,11 +91,11 @@ def read(
     if inks:
         sources = _recorded([str(ink) for ink in inks], transcripts, listener)
     else:
-        sources = gather([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
+        sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
     tell = within(listener.progress, _OPENED, _MADE)
-    pages = tuple(lettered(sources, options.seed, options.pen, listener.say, tell=tell))
+    pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
     listener.progress(_MADE, "writing the hand")
-    hand = read_hand(name, pages, options.title or "")
+    hand = hand_of_pages(name, pages, options.title or "")
     if path is not None:
         file.save(hand, path)
     return ReadHand(hand, path, pages, options.seed)
@@ -115,9 +115,9 @@ def _transcript(path: Path, listener: Listener) -> str:
     return text
 
 
-def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[Source]:
+def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recordings import recordings, source
+    from handout.tagging.recorded_pages import page_source, recorded_pages
 
     if texts and len(texts) != len(inks):
         raise InputError(
@@ -126,20 +126,20 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: L
         )
     transcripts = [text for _, text in texts] or [""] * len(inks)
     opened = [recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)]
-    return [source(recording) for recording in recordings(opened, listener.say)]
+    return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
 
 
 def _recordings(ink: str, text: str) -> list[Recording]:
     """The recordings in a file; a font is one of each of its letters."""
-    from handout.tagging.fonts import specimen
+    from handout.tagging.recorded_pages import font_specimen
     from handout.tagging.recording import Recording
 
     if svg_font.holds_font(Path(ink)):
-        return specimen(ink, svg_font.read(Path(ink)))
+        return font_specimen(ink, svg_font.read(Path(ink)))
     return [Recording(ink, read_drawing(ink), text)]
 
 
-def _page_facts(page: MadePage) -> dict[str, Fact]:
+def _page_facts(page: TaggedPage) -> dict[str, Fact]:
     """What `--json` says of how a page was read; lines are numbered from 0."""
     return {
         "source": page.page.source,
