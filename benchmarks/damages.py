@@ -20,7 +20,7 @@ from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError
 from handout.plotting.driving.driver import connect
-from handout.simulated.plotter.inked import SLACK
+from handout.simulated.plotter.ink_comparison import SLACK
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing
 

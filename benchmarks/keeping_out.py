@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from benchmarks.parts import DPI, LUMA
 from handout.hand import file, library
-from handout.hand.pictures import on_paper
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
@@ -30,8 +29,8 @@ from handout.scanning.written_page import WrittenPage, read_page
 from handout.score.measured import MeasuredLine, measure_lines
 from handout.score.pages import read_page as read_grey
 from handout.score.repetition import repetition
-from handout.tagging.align import frames
-from handout.tagging.making import make_page, read_hand, with_lines
+from handout.tagging.line_space import frames
+from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
 
 AROUND = 0.5  # mm of paper that go with the ink of a line
 
@@ -98,7 +97,7 @@ def hand_without(author: Author, fold: int) -> ScannedHand:
         return only(author.whole, kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
-    return read_hand(f"{author.path.stem}-{fold}", [make_page(read_page(scan), text, rng=rng)])
+    return hand_of_pages(f"{author.path.stem}-{fold}", [tag_page(read_page(scan), text, rng=rng)])
 
 
 def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
@@ -116,7 +115,7 @@ def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
 def without(author: Author, fold: int) -> tuple[Scan, str]:
     """The scan and the text of the page without its kept-out lines."""
     text = "\n".join(author.text)
-    written = with_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
+    written = with_transcript_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
     if len(written.text_lines.lines) != len(author.text):
         raise ValueError(
             f"{author.name}: the scan has {len(written.text_lines.lines)} lines, its text {len(author.text)}"
@@ -143,7 +142,7 @@ def closed_up(written: WrittenPage, given: list[int]) -> NDArray[np.uint8]:
 def _on_white(page: ScannedPage) -> NDArray[np.uint8]:
     """(h, w) uint8: luma of a page's ink on white."""
     white = replace(page, paper=np.full((1, 1, 3), 255, dtype=np.uint8))
-    return np.asarray(np.rint(on_paper(white) @ LUMA), dtype=np.uint8)
+    return np.asarray(np.rint(white.on_paper() @ LUMA), dtype=np.uint8)
 
 
 def _around(owner: NDArray[np.int16], reach: float) -> NDArray[np.int16]:

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.hand.scanned import ScannedHand
-from handout.inking.layer import Layer
+from handout.inking.layers import Layer
+from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
-from handout.inking.scanned import drawn
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout

@@ -20,8 +20,8 @@ from benchmarks.parts import manuscripts
 from benchmarks.write import TEXT, yardstick
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
+from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
-from handout.inking.scanned import drawn
 from handout.page_sizes import page
 from handout.values import Manuscript
 from handout.writing.compose import compose

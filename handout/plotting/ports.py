@@ -98,17 +98,17 @@ def _why(url: str, error: Exception) -> str:
         return f"{url} cannot be opened ({_reason(error)}): check the address, and that the machine is on the network."
     text, number = str(error), getattr(error, "errno", None)
     if not url:
-        said = "No port was given."
+        reason = "No port was given."
     elif number == errno.ENOENT or "FileNotFoundError" in text:
-        said = f"{url} does not exist: is the plotter plugged in and switched on?"
+        reason = f"{url} does not exist: is the plotter plugged in and switched on?"
     elif number == errno.EACCES:
-        said = f"{url} may not be used by you: on Linux, join the group dialout (or uucp) and log in again."
+        reason = f"{url} may not be used by you: on Linux, join the group dialout (or uucp) and log in again."
     elif number in (errno.EBUSY, errno.EAGAIN) or "PermissionError" in text:  # Windows refuses a port in use
-        said = f"{url} is in use: close the other program that talks to the plotter."
+        reason = f"{url} is in use: close the other program that talks to the plotter."
     else:
-        said = f"{url} cannot be opened as a serial port ({_reason(error)}): check the name."
+        reason = f"{url} cannot be opened as a serial port ({_reason(error)}): check the name."
     ports = serial_ports()
-    return f"{said} Serial ports found: {', '.join(ports)}." if ports else f"{said} No serial port was found."
+    return f"{reason} Serial ports found: {', '.join(ports)}." if ports else f"{reason} No serial port was found."
 
 
 def _reason(error: Exception) -> str:

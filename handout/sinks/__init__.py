@@ -66,13 +66,14 @@ def _pdf(pages: Sequence[Drawing], look: _Look) -> bytes:
     from io import BytesIO
 
     from handout.inking import pens
+    from handout.inking.device_pixels import device_pixels
     from handout.sinks.about import plain
     from handout.sinks.picture_pdf import PdfWriter
 
     stream = BytesIO()
     writer = PdfWriter(stream, plain(pages[0].about))
     for page in pages:
-        writer.add(page.page, pens.ink(page, look.dpi, look.pen, pens.noise(page.about)))
+        writer.add(page.page, device_pixels(pens.ink(page, look.dpi, look.pen, pens.noise(page.about))))
     writer.finish()
     return stream.getvalue()
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout.motion.trace import trace
 from handout.tagging.alphabet import JUNK, SPACE, THIRDS, fold, state
-from handout.tagging.features import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
+from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
 from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke

@@ -12,7 +12,7 @@ from handout.plotting.driving.driver import connect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")

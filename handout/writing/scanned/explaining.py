@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.pictures import UNIT, cell_of, lay
+from handout.hand.report import UNIT, cell_of, lay
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.candidates import Candidates, TargetLetter, candidates_of

@@ -144,7 +144,7 @@ class EbbController(BaseController):
         self.conversation.drain()
         self.conversation.settle()
         self._ask_pen()
-        off = [said - told for said, told in zip(self._steps(), self._step_counter.steps, strict=True)]
+        off = [counted - expected for counted, expected in zip(self._steps(), self._step_counter.steps, strict=True)]
         more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
         if more > _WRONG * self.profile.limits.steps_per_mm:
             raise DeviceGarbled(

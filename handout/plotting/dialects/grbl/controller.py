@@ -39,7 +39,7 @@ class GrblController(BaseController):
         self._offset = self.info.offset
         self._tracking: PositionTracking | None = None
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
-        self.conversation.told = self._look
+        self.conversation.on_status = self._look
 
     def send(self, data: bytes) -> None:
         """Write a line as soon as the receive buffer has room for it."""

@@ -4,7 +4,8 @@ A plotter acknowledges nothing.  It says at any time how many bytes of its buffe
 question when it arrives, behind all that was sent before.  So at the moment of the answer everything sent has arrived,
 and what is not in the buffer any more has been read: all of it has been executed but for the last few vectors.
 
-Source: Hewlett-Packard 1983 and 1984, the manuals of the HP 7470A and 7475A (software checking handshake).
+Source: Hewlett-Packard 1983, interfacing and programming of the HP 7475A, and the same of the 7470A (software checking
+handshake).
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class MarlinConversation(Conversation[Reply]):
     def start(self, number: int) -> None:
         """Count from here: the last line the controller knows is `number`."""
         self._lines: deque[Line] = deque()
-        self._last = self._done = self._told = number  # written; worked through; told to `worked`
+        self._last = self._done = self._reported = number  # written; worked through; told to `worked`
         self._next = number + 1  # the next to write; at most _last + 1, less when lines are sent again
         self._placed = False  # whether a question for its place was answered since anything else was written
         self._stuck = self._busy = self._paused = 0.0  # s since it got on: without a word of being busy; in all; paused
@@ -121,14 +121,14 @@ class MarlinConversation(Conversation[Reply]):
 
     def ask(self, data: bytes) -> list[Reply]:
         """Send a line and wait until it was worked through; everything said until then."""
-        heard: list[Reply] = []
-        self._listener = heard
+        replies: list[Reply] = []
+        self._listener = replies
         try:
             self.send(data, self._lines[-1].command if self._lines else 0)
             self.drain()
         finally:
             self._listener = None
-        return heard
+        return replies
 
     def _on(self) -> None:
         """Write the next line that it wants again, or hear what it says."""
@@ -281,8 +281,8 @@ class MarlinConversation(Conversation[Reply]):
         self._stuck = self._busy = self._paused = 0.0
         while self._done < number:
             self._done += 1
-            if self._done > self._told:
-                self._told = self._done
+            if self._done > self._reported:
+                self._reported = self._done
                 self._worked(self._line(self._done), reply if self._done == number else Ok())
 
     def _resend(self, number: int) -> None:
@@ -300,8 +300,8 @@ class MarlinConversation(Conversation[Reply]):
             self._done = min(self._done, number - 1)
 
     def _unknown(self, reply: Unknown) -> None:
-        said = reply.command.encode()
-        waiting = [line for line in self._lines if line.number > self._done and said.startswith(line.data.strip())]
+        text = reply.command.encode()
+        waiting = [line for line in self._lines if line.number > self._done and text.startswith(line.data.strip())]
         if not waiting:  # a line that lost its number, or the rest of one
             self._skip, self._settling = 1, True
             self._next = self._done + 1
