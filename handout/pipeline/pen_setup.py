@@ -25,7 +25,7 @@ from handout.plotting.driving import driver
 from handout.plotting.setup import manual, pen_heights, saved_heights, sheet
 from handout.plotting.setup.pen_heights import Heights
 from handout.profiles import Plotter
-from handout.sinks import check_outputs, write_drawings
+from handout.sinks import Look, check_outputs, write_drawings
 from handout.values import Drawing
 
 _NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
@@ -109,7 +109,7 @@ def _files(drawing: Drawing, profile: Plotter, outputs: Sequence[str | Path]) ->
     programs = Programs(profile.name or None, paths)
     check_outputs(paths, programs.sinks)
     pen = usual("plain", float(profile.pen.width))
-    return tuple(write_drawings([drawing], paths, extra=programs.sinks, pen=pen))
+    return tuple(write_drawings([drawing], paths, Look(pen), extra=programs.sinks))
 
 
 def find_heights(

@@ -34,7 +34,7 @@ from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
 from handout.profiles import Plotter
-from handout.sinks import check_outputs
+from handout.sinks import check_outputs, write_drawings
 from handout.values import Drawing, Manuscript
 
 if TYPE_CHECKING:
@@ -197,7 +197,8 @@ def preview(
     drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
     plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
     listener.note(*task.paper_notes)
-    files = task.on_paper(look).write(drawings, paths, show_travel=show_travel)
+    look = dataclasses.replace(task.on_paper(look), show_travel=show_travel)
+    files = write_drawings(drawings, paths, look)
     account.planned(plans)
     result = written(Tally.of(pages, drawings), task, files, task.paper_notes)
     planned_s = sum(planned.duration for planned in plans)
