@@ -15,6 +15,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks.haines_2016 import by_chain
 from benchmarks.reading import HANDS, PENS, written
 from handout.scanning.written_page import WrittenPage
 from handout.simulated.author import reread
@@ -70,7 +71,7 @@ def steps(pen: str) -> None:
     page, name = read(simulated), f"{RESOLUTIONS[0]} {pen}"
     print(row(f"{name} all steps", simulated, page), flush=True)
     print(row(f"{name} no self-training", simulated, page, "segments-once"), flush=True)
-    print(row(f"{name} chain haines_2016", simulated, page, "haines_2016"), flush=True)
+    print(row(f"{name} chain haines_2016", simulated, page, by_chain), flush=True)
     for change, method, changed in ablations():
         with changed:
             page = read(simulated, method)

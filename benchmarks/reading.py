@@ -24,7 +24,7 @@ from handout.page_sizes import page
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
 from handout.simulated.author import judge
-from handout.simulated.author.simulate import simulate
+from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.author.truth import Simulated
 from handout.writing.layout import Layout
 
@@ -38,7 +38,7 @@ PENCIL, PATH, RECOMPOSED = 0.80, 0.97, 1.0
 def written(pen: str, hand: str, dpi: int, seed: int = 5) -> Simulated:
     """A page of A5."""
     layout = Layout(page("A5"), x_height=2.2, fit=True)
-    return simulate(TEXT, load(hand), rng=np.random.default_rng(seed), pen=usual(pen), dpi=dpi, layout=layout)
+    return simulate(TEXT, load(hand), Desk(usual(pen), layout=layout, dpi=dpi), rng=np.random.default_rng(seed))
 
 
 def scores(simulated: Simulated, read: WrittenPage, seconds: float) -> dict[str, float]:

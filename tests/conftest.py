@@ -25,11 +25,11 @@ def small_scan(tmp_path_factory):
 
     from handout.hand.library import load
     from handout.page_sizes import page
-    from handout.simulated.author.simulate import simulate
+    from handout.simulated.author.simulate import Desk, simulate
     from handout.writing.layout import Layout
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
-    made = simulate(WRITTEN, load("house-joined"), rng=np.random.default_rng(5), layout=layout, dpi=300.0)
+    made = simulate(WRITTEN, load("house-joined"), Desk(layout=layout), rng=np.random.default_rng(5))
     folder = tmp_path_factory.mktemp("scan")
     scan, text = folder / "page.png", folder / "page.txt"
     Image.fromarray(made.image).save(scan, dpi=(300, 300))

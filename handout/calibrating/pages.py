@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.errors import InputError
+from handout.inking.device_pixels import DevicePixels
 from handout.printing.documents import WRITERS
 from handout.printing.media import Feeding
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue
 from handout.profiles import Printer
 from handout.sinks.picture_pdf import PdfWriter
-from handout.values import Page, Raster
+from handout.values import Page
 
 Pixels = NDArray[np.uint8]
 
@@ -101,9 +102,7 @@ def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
         turned = np.ascontiguousarray(np.rot90(turned, 1 if turn == "left" else -1))
     if kind == "pdf":
         return _document(Printed(feeding.sheet, [turned], pages.dpi, pages.about))
-    rgba = np.ones((*turned.shape[:2], 4), dtype=np.float32)
-    rgba[..., :3] = turned * np.float32(1 / 255)
-    return WRITERS[kind](feeding.sheet, Raster(rgba, pages.dpi), pages.about)
+    return WRITERS[kind](feeding.sheet, DevicePixels(turned, pages.dpi), pages.about)
 
 
 def _png(pixels: Pixels, dpi: int) -> bytes:

@@ -17,9 +17,7 @@ from handout.colour.gamut import Reach
 from handout.colour.table import apply
 from handout.errors import InputError
 from handout.inking.pen import Pen
-from handout.values import Array, Drawing, Raster
-
-Ink = Callable[[Drawing, int], Raster]
+from handout.values import Array, Raster
 
 NONE = "none"
 _OLD = 365  # days
@@ -90,13 +88,12 @@ def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
 
 @dataclass
 class Through:
-    """Makes pages with `ink` and sends them through a calibration.
+    """Sends the ink of pages through a calibration (an `inking.device_pixels.Calibrate`), and keeps samples of it.
 
     reference : what the pen in the chart's frame says of the hand; None: nothing is known.
     hand, pen : whose ink is said to be in reach or out of it; an empty hand: that of the pages themselves.
     """
 
-    ink: Ink
     calibration: Calibration
     reference: Reference | None = None
     hand: str = ""
@@ -111,9 +108,8 @@ class Through:
         """How many pages were looked at."""
         return len(self._seen)
 
-    def __call__(self, drawing: Drawing, dpi: int) -> Raster:
-        """The page in device RGB; paper stays transparent."""
-        raster = self.ink(drawing, dpi)
+    def __call__(self, raster: Raster) -> Raster:
+        """The ink in device RGB; paper stays transparent."""
         if self.reference is not None and self.reference.match is not None:
             raster = self.reference.match.raster(raster)
         if len(self._seen) < _PAGES:

@@ -76,12 +76,12 @@ def _written(drawing: Drawing, profile: Plotter, files: tuple[Path, ...]) -> tup
     """The sheet in files."""
     from handout.inking.pen import usual
     from handout.plotting import plan
-    from handout.sinks import check_outputs, write_drawings
+    from handout.sinks import Look, check_outputs, write_drawings
 
     made = programs.Programs(profile.name or None, files)
     check_outputs(files, made.sinks)
     planned = plan(drawing, profile)
-    done = write_drawings([drawing], files, extra=made.sinks, pen=usual("plain", float(profile.pen.width)))
+    done = write_drawings([drawing], files, Look(usual("plain", float(profile.pen.width))), extra=made.sinks)
     result = {"files": [str(path) for path in done], "device": profile.name, "planned_s": round(planned.duration, 2)}
     return result, f"Wrote {', '.join(map(str, done))}; plotting would take {units.duration(planned.duration)}."
 

@@ -254,7 +254,7 @@ def _preview(
     """--dry-run."""
     from handout.plotting import fit_to_bed, plan
     from handout.plotting.jobs.pages import laid_out
-    from handout.sinks import write_drawings
+    from handout.sinks import Look, write_drawings
 
     job, profile = wanted.job, wanted.profile
     if wanted.drawing is None:
@@ -269,7 +269,7 @@ def _preview(
     planned = sum(p.duration for p in plans)
     result = results.summary(pages, drawings, job, files)
     result |= results.noted(results.of_paper(job), job, given["quiet"])
-    written = write_drawings(drawings, files, show_travel=given["show_travel"], **jobs.on_sheet(look, job))
+    written = write_drawings(drawings, files, Look(**{**jobs.on_sheet(look, job), "show_travel": given["show_travel"]}))
     told.planned(plans)
     result |= {"files": [str(f) for f in written], "planned_s": round(planned, 2), "stretched": _stretched(plans)}
     said = f"Wrote {', '.join(map(str, written))}; plotting would take {units.duration(planned)}; seed {job.seed}."

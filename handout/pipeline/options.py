@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
@@ -91,6 +92,31 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+
+@dataclass(frozen=True)
+class PrintOptions:
+    """What is printed of a table of addresses, on which printer, and how it is fed."""
+
+    printer: str = "pdf"  # its profile, its queue, or an address ipp://…
+    queue: str = ""  # where the pages go instead of the profile's queue: a CUPS queue, ipp://…, or file:FOLDER
+    dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
+    page: str = "DL"  # the envelope, a name or WxHmm
+    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
+    columns: tuple[str, ...] = ()  # what columns hold, where headers do not say it: "name=Guest(s)", "1=name"
+    address: str = ""  # which of several addresses of a row: home, business, 2 …
+    no_name: bool = False  # whether a table without names may be
+    copies: int = 1  # envelopes for each row
+    resume: bool = False  # go on with a batch that broke off
+    again: str = ""  # with `resume`, rows to print whatever became of them
+    afresh: bool = False  # print all of it, though an earlier run broke off
+    tray: str = ""  # as the printer calls it
+    feed: str | None = None  # the edge that goes in first, short or long; None: the profile's
+    flap: str | None = None  # of an envelope, the edge that goes in first upwards: left, right, leading or trailing
+    nudge: str | None = None  # how far the writing is moved to the right and down, "1.5mm,-0.5mm"
+    format: str | None = None  # of what is sent: pdf, pwg, urf, png; None: the best
+    calibration: str = ""  # a printer/paper, a file, or none; "": the printer's newest
+    stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
 
 
 def millimetres(length: Length, what: str) -> float:

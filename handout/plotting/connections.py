@@ -75,11 +75,11 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
     wakes : s it is given to start; what it says by itself is listened to.
     """
-    heard, waited = b"", 0.0
-    while waited < wakes and not (b"Grbl" in heard and b"\n" in heard):
+    data, waited = b"", 0.0
+    while waited < wakes and not (b"Grbl" in data and b"\n" in data):
         more = port.read(_MOMENT)
-        heard, waited = heard + more, waited + (0.0 if more else _MOMENT)
-        if len(heard) > 100_000:
+        data, waited = data + more, waited + (0.0 if more else _MOMENT)
+        if len(data) > 100_000:
             return None
     for name in (name for name in DIALECTS if name in dialects):
         question = dialect(name).question
@@ -91,14 +91,14 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
 def _listen(port: Port) -> bytes:
     """What is answered, up to a moment of silence."""
-    heard, waited = b"", 0.0
-    while waited < _ANSWERS and len(heard) < 100_000:
+    data, waited = b"", 0.0
+    while waited < _ANSWERS and len(data) < 100_000:
         more = port.read(_MOMENT)
-        heard += more
-        if heard and not more:
+        data += more
+        if data and not more:
             break
         waited += 0.0 if more else _MOMENT
-    return heard
+    return data
 
 
 def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answer | None:

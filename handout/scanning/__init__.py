@@ -8,7 +8,7 @@
 - `paper`: light, stains and borders; `inks`: the colours of paper, inks and printed ruling
 - `density`: how much ink lies on every pixel
 - `mask`: which pixels are ink, by `graph_cut`
-- `skeleton`, `line_graph`: the line that the pen left, with its width; `line_features`: the line around a place
+- `skeleton`, `line_graph`: the line that the pen left, with its width
 - `matting`: the ink without its paper
 - `baselines`, `text_lines`: where the lines of writing run, and which ink is whose
 - `written_page`: the pipeline, and what it gives

@@ -104,10 +104,10 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
         mean = filled[known > 0].mean(axis=0) if known.any() else np.full(3, 255, dtype=np.float32)
         filled[known == 0] = mean
     while levels:
-        own, known = levels.pop()
+        level, known = levels.pop()
         wide = cv2.resize(filled, known.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        own[known == 0] = wide[known == 0]
-        filled = own
+        level[known == 0] = wide[known == 0]
+        filled = level
     return np.asarray(np.rint(filled), dtype=np.uint8)
 
 
@@ -125,6 +125,6 @@ def fill_textured(rgb: NDArray[np.uint8], hole: NDArray[np.uint8], margin: int) 
             outer = tuple(slice(max(0, s.start - margin), s.stop + margin) for s in inner)
             filled = cv2.inpaint(rgb[outer], hole[outer], _RADIUS, cv2.INPAINT_TELEA)
             y, x = (s.start - o.start for s, o in zip(inner, outer, strict=True))
-            own = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
-            paper[inner][hole[inner] > 0] = own[hole[inner] > 0]
+            inner_fill = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
+            paper[inner][hole[inner] > 0] = inner_fill[hole[inner] > 0]
     return paper

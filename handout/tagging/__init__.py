@@ -6,8 +6,7 @@ The way of a scan: `page_sources` → `page_tagging.tag_page` → `alignment.ali
 - `page_sources`: files, transcripts and filled prompt sheets as pages to be read; runs the way for all of them
 - `orientation`: which way round a page lies, told by how well its text fits
 - `page_tagging`: from a read page and its transcript to its glyphs, and from pages to a hand
-- `alignment`: where every letter is, by one of three methods
-- `segmentation`: the usual method, with a round of self-training; `haines_2016`: the one of the paper, for comparison
+- `alignment`: where every letter is; `segmentation`: the method, with a round of self-training
 - `transcript`: a transcript as lines of letters; `transcript_fit`: which line has which text, and how well it fits
 - `alphabet`: the letters that the networks tell apart; add one here, then train anew
 - `line_space`: straightened lines and features of their columns; `network`: reads these; `decoder`: lays letters along

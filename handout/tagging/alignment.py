@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from handout.scanning.written_page import WrittenPage
 
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
-METHODS = ("segments", "segments-once", "haines_2016")
 
 Method = Callable[[PageReader, Sequence[TranscriptLine], np.random.Generator, Tell], list[list[Decoded]]]
+METHODS: Mapping[str, Method] = {"segments": by_segments, "segments-once": partial(by_segments, adapting=False)}
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Alignment:
 
     lines: tuple[AlignedLine, ...]
     poor: tuple[int, ...] = ()
-    method: str = "segments"
+    method: str | Method = "segments"
 
     @property
     def letters(self) -> tuple[Letter, ...]:
@@ -100,7 +100,7 @@ def align(
     page: WrittenPage,
     transcript: str,
     *,
-    method: str = "segments",
+    method: str | Method = "segments",
     rng: np.random.Generator,
     networks: Sequence[Network] | None = None,
     tell: Tell = silent,
@@ -114,9 +114,9 @@ def align(
     transcript : str
         What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
         Line breaks that differ from the page's are found.
-    method : {"segments", "segments-once", "haines_2016"}
-        "segments-once" learns nothing from the page, which is quicker and finds fewer; "haines_2016" is the chain of
-        seed 000, for comparison.
+    method : {"segments", "segments-once"} or function
+        "segments-once" learns nothing from the page, which is quicker and finds fewer; a function such as these takes
+        the lines of the page, what is written on each, a random generator and `tell`.
     rng : numpy.random.Generator
         Drives the training on the page; the same generator gives the same alignment.
     networks : sequence of Network, optional
@@ -137,12 +137,13 @@ def align_strips(
     strips: Sequence[Strip],
     transcript: str,
     *,
-    method: str = "segments",
+    method: str | Method = "segments",
     rng: np.random.Generator,
     networks: Sequence[Network] | None = None,
     tell: Tell = silent,
 ) -> Alignment:
     """The same for lines that have been straightened."""
+    name, decode_lines = _method(method)
     lines = read_transcript(transcript)
     if not strips:
         raise InputError("No lines of writing were found on the page: nothing can be aligned.")
@@ -152,24 +153,21 @@ def align_strips(
     refuse_other_text([fits[i] for i in with_text], (len(strips), len(lines)))
     # matrices this small gain little from more processors, and sums in another order would make other letters of a page
     with threadpool_limits(limits=1, user_api="blas"):
-        decodings = _method(method)(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
+        decodings = decode_lines(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
     aligned = tuple(
         AlignedLine(i, strips[i].frame, _letters(strips[i].frame, texts[i], of_line), float(fits[i]))
         for i, of_line in zip(with_text, decodings, strict=True)
     )
-    return Alignment(aligned, tuple(i for i in with_text if fits[i] < POOR), method)
+    return Alignment(aligned, tuple(i for i in with_text if fits[i] < POOR), name)
 
 
-def _method(name: str) -> Method:
-    if name == "segments":
-        return by_segments
-    if name == "segments-once":
-        return partial(by_segments, adapting=False)
-    if name == "haines_2016":
-        from handout.tagging.haines_2016 import by_chain
-
-        return by_chain
-    raise InputError(f"method {name!r} is unknown; use {' or '.join(METHODS)}.")
+def _method(method: str | Method) -> tuple[str, Method]:
+    """The name of a method of alignment, and the method."""
+    if not isinstance(method, str):
+        return method.__name__, method
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is unknown; use {' or '.join(METHODS)}.")
+    return method, METHODS[method]
 
 
 def _letters(frame: Frame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:

@@ -20,7 +20,7 @@ from handout.progress import Tell, silent, within
 from handout.scanning.text_lines import TextLines, find_text_lines
 from handout.scanning.written_page import WrittenPage
 from handout.summary import one_line
-from handout.tagging.alignment import AlignedLine, Alignment, Letter, align
+from handout.tagging.alignment import AlignedLine, Alignment, Letter, Method, align
 from handout.tagging.glyph_extraction import (
     Missing,
     doubt_cropped_glyphs,
@@ -65,7 +65,7 @@ def tag_page(
     transcript: str,
     *,
     rng: np.random.Generator,
-    method: str = "segments",
+    method: str | Method = "segments",
     tell: Tell = silent,
 ) -> TaggedPage:
     """Find the letters of a page that has been read.
@@ -77,8 +77,8 @@ def tag_page(
         What is written on it; words struck out as ``~~words~~`` are no letters of the hand.
     rng : numpy.random.Generator
         The same generator gives the same page.
-    method : str
-        Of the alignment, one of `alignment.METHODS`.
+    method : str or function
+        Of the alignment, as `alignment.align` takes it.
     tell : function, optional
         Told how far it has come.
 

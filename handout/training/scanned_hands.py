@@ -23,7 +23,7 @@ from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
 from handout.prompting import corpus, prompt_pages, sentence_choice
 from handout.simulated.author import reread
-from handout.simulated.author.simulate import simulate_pages
+from handout.simulated.author.simulate import Desk, simulate_pages
 from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
 from handout.values import Hand
@@ -81,7 +81,7 @@ def scans(recipe: Recipe, seed: int, dpi: float = 300.0) -> Iterator[Simulated]:
     """The pages as they come from the simulated scanner; the same seed gives the same pages."""
     hand = library.load(recipe.drawn)
     rng = np.random.default_rng([seed, *recipe.name.encode()])
-    yield from simulate_pages(prompt(recipe, hand), hand, rng=rng, pen=recipe.pen, dpi=dpi, layout=_LAYOUT)
+    yield from simulate_pages(prompt(recipe, hand), hand, Desk(recipe.pen, layout=_LAYOUT, dpi=dpi), rng=rng)
 
 
 def made(simulated: Simulated, source: str, rng: np.random.Generator) -> TaggedPage:

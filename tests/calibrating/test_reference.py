@@ -12,7 +12,7 @@ from handout.errors import InputError
 from handout.hand.library import find
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Sheet
-from handout.values import Drawing, Page, Raster
+from handout.values import Raster
 
 HAND = "house-joined-ballpoint"
 DPI = 300
@@ -83,12 +83,10 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
     known = through.pen_of(with_pen, HAND, said.append)
     assert len(said) == 1 and "corrected" in said[0] and not said[0].startswith("warning")
     rgba = np.tile(np.array([0.3, 0.35, 0.6, 0.8], dtype=np.float32), (4, 4, 1))
-    made = through.Through(lambda *_: Raster(rgba, 300), with_pen, known, HAND)
-    plain = through.Through(lambda *_: Raster(rgba, 300), with_pen)
-    drawing = Drawing((), Page(10, 10))
-    lighter, darker = (
-        1 - one(drawing, 300).rgba[0, 0, 3] * (1 - one(drawing, 300).rgba[0, 0, :3]) for one in (made, plain)
-    )
+    made = through.Through(with_pen, known, HAND)
+    plain = through.Through(with_pen)
+    page = Raster(rgba, 300)
+    lighter, darker = (1 - one(page).rgba[0, 0, 3] * (1 - one(page).rgba[0, 0, :3]) for one in (made, plain))
     assert lighter.mean() > darker.mean() + 0.05
     assert made.facts()["pen"]["kind"] == "corrected"
 
@@ -102,8 +100,8 @@ def test_the_strip_is_of_the_pens_colour(with_pen):
 def test_one_figure_on_ink_out_of_reach(stored):
     strip = verification.prepare(stored)
     rgba = np.full((3, 3, 4), 0.5, dtype=np.float32)
-    made = through.Through(lambda *_: Raster(rgba, 300), stored, None, inks.USUAL_HAND)
-    made(Drawing((), Page(10, 10)), 300)
+    made = through.Through(stored, None, inks.USUAL_HAND)
+    made(Raster(rgba, 300))
     assert made.facts()["out_of_reach"] == round(strip.out, 4) and made.facts()["lost"] == round(strip.lost, 2)
     from handout.colour.gamut import said
 

@@ -11,7 +11,7 @@ from handout.calibrating import store, through
 from handout.colour import conversions
 from handout.colour.interpolation import look_up
 from handout.errors import InputError
-from handout.values import Drawing, Page, Raster
+from handout.values import Raster
 
 
 def aged(calibration, days, paper=None):
@@ -25,17 +25,14 @@ def aged(calibration, days, paper=None):
 
 
 def page(rgba):
-    return lambda drawing, dpi: Raster(np.array(rgba, dtype=np.float32), dpi)
-
-
-DRAWING = Drawing((), Page(10, 10))
+    return Raster(np.array(rgba, dtype=np.float32), 300)
 
 
 def test_what_is_sent_prints_as_the_ink_should_look(stored):
     rgb = np.random.default_rng(0).uniform(0.35, 0.6, (8, 8, 3))
     rgba = np.concatenate([rgb, np.full((8, 8, 1), 0.8)], axis=2)
     rgba[:, :3] = 0
-    sent = through.Through(page(rgba), stored)(DRAWING, 300).rgba
+    sent = through.Through(stored)(page(rgba)).rgba
     table = stored.table()
     assert not sent[:, :3].any()  # paper stays paper
     plain, ink = rgba[:, 3:].reshape(-1, 4), sent[:, 3:].reshape(-1, 4)
@@ -50,8 +47,8 @@ def test_ink_out_of_reach_is_counted(stored):
     rgba = np.zeros((10, 10, 4))
     rgba[:5] = (0.5, 0.5, 0.5, 1.0)
     rgba[5:8] = (0.0, 0.0, 0.6, 1.0)
-    made = through.Through(page(rgba), stored)
-    made(DRAWING, 300)
+    made = through.Through(stored)
+    made(page(rgba))
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
     assert made.said().startswith(
@@ -60,8 +57,8 @@ def test_ink_out_of_reach_is_counted(stored):
 
 
 def test_a_blank_page_says_nothing_of_reach(stored):
-    made = through.Through(page(np.zeros((4, 4, 4))), stored)
-    assert not made(DRAWING, 300).rgba.any()
+    made = through.Through(stored)
+    assert not made(page(np.zeros((4, 4, 4)))).rgba.any()
     assert "reach" not in made.said()
 
 

@@ -16,7 +16,7 @@ from handout.errors import InputError
 from handout.hand.library import path
 from handout.plotting.jobs import store
 from handout.plotting.jobs.job import load
-from handout.sinks.drawing_json import from_json
+from handout.sources.drawing_json import from_json
 
 SMALL = ("--page", "60x40mm", "--margin", "6mm", "--seed", "5", "--hand")
 TEXT = "All is well here, and the garden is green.\n  More about it soon.\nYours, Ada. "

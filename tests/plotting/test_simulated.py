@@ -319,6 +319,12 @@ def test_options():
     assert all(parse(f"fault={fault}").fault == fault for fault in FAULTS)
 
 
+def test_every_fault_strikes_somewhere():
+    room = Path(surroundings.__file__).parent
+    code = "".join(path.read_text(encoding="utf-8") for path in room.rglob("*.py"))
+    assert [fault for fault in FAULTS if code.count(f'"{fault}"') < 2] == []
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.binary(max_size=40), max_size=12))
 def test_it_survives_anything(pieces):

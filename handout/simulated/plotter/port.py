@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 from handout.errors import PortError
 from handout.plotting.bed import Placement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
-from handout.simulated.plotter import firmware
-from handout.simulated.plotter.firmware import Wait
+from handout.simulated.plotter.firmware import Wait, firmware_of
 from handout.simulated.plotter.options import Faults, Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.wire import Wire
@@ -69,11 +68,11 @@ class SimulatedPlotter(InstrumentedPort):
         self._clock: Clock | None = clock or (time if self.options.realtime else None)
         self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
         self.faults = Faults(self.options)
-        framing = firmware.framing(profile)
-        self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, framing)
+        kind = firmware_of(profile)
+        self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, kind.framing())
         self.paper = Paper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
         # of the dialect's own kind, which tests and tools of that dialect look into
-        self.firmware: Any = firmware.make(profile, self.options, self._wire, self.paper, self._say)
+        self.firmware: Any = kind(profile, self.options, self._wire, self.paper, self._say)
         self._program: Iterator[Wait] = self._main()
         self._waits: Wait = "line"
         self._wakes = 0.0
@@ -284,22 +283,26 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _fails(self) -> bool:
         """Let the fault that was asked for happen in its time; whether the line just read is lost to it."""
-        if self.faults.strikes("jam"):
-            self._silent = True
-        elif self.faults.strikes("unplugged"):
-            self._gone = True  # what it has, it does
-            return False
-        elif self.faults.strikes("power-cut"):
-            self._dies = self.now
-        elif self.faults.strikes("error"):
-            self.firmware.refuse()
-        elif self.faults.strikes("alarm"):
-            self.firmware.alarm()
-        elif self.faults.strikes("reset"):
-            self._begin_anew()
-        elif self.faults.strikes("hold"):
-            self.firmware.hold()
-            return False
-        else:
-            return False
-        return True
+        strikes: dict[str, Callable[[], None]] = {
+            "jam": self._fall_silent,
+            "unplugged": self._unplug,
+            "power-cut": self._lose_power,
+            "error": self.firmware.refuse,
+            "alarm": self.firmware.alarm,
+            "reset": self._begin_anew,
+            "hold": self.firmware.hold,
+        }
+        for fault, strike in strikes.items():
+            if self.faults.strikes(fault):
+                strike()
+                return fault not in ("unplugged", "hold")  # what it has, it does
+        return False
+
+    def _fall_silent(self) -> None:
+        self._silent = True
+
+    def _unplug(self) -> None:
+        self._gone = True
+
+    def _lose_power(self) -> None:
+        self._dies = self.now

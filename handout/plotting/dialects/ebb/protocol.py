@@ -1,7 +1,6 @@
-"""The dialect of the EBB: blocks → commands, lines → replies.  Nothing here waits, opens or remembers.
+"""The protocol of the EBB: blocks → commands, lines → replies.  Nothing here waits, opens or remembers.
 
-Source: the command set of the EBB as documented by its makers for firmware 2.8.1 and 3.0, and the facts gathered in the
-specification of the plotters (which version knows which command).
+Source: Schmalz, EiBotBoard command set (firmware 2.8.1 and 3.0), which says since which version each command is known.
 """
 
 from __future__ import annotations
@@ -130,7 +129,7 @@ def _rate(way: float, seconds: float) -> int:
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a length of its pulse; see `dialect.Dialect.set_pen`."""
+    """The pen goes to a length of its pulse; see `dialect.Dialect`."""
     there = pen_lift.at(profile, value)
     return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 

@@ -4,7 +4,8 @@ A plotter acknowledges nothing.  It says at any time how many bytes of its buffe
 question when it arrives, behind all that was sent before.  So at the moment of the answer everything sent has arrived,
 and what is not in the buffer any more has been read: all of it has been executed but for the last few vectors.
 
-Source: Hewlett-Packard 1983 and 1984, the manuals of the HP 7470A and 7475A (software checking handshake).
+Source: Hewlett-Packard 1983, interfacing and programming of the HP 7475A, and the same of the 7470A (software checking
+handshake).
 """
 
 from __future__ import annotations
@@ -67,7 +68,6 @@ class HpglController(BaseController):
         super().__init__(profile, log)
         self.conversation = HpglConversation(port, float(profile.port.timeout), log)
         self.port, self.size, self.model = port, profile.port.buffer, ""
-        self.proven = 0
         self._pen_position = PenPosition()
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
@@ -80,12 +80,7 @@ class HpglController(BaseController):
     def _meet(self) -> None:
         """Wake the plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
 
-        Raises
-        ------
-        DeviceSilent
-            Nothing answers, or something that is no HP-GL plotter.
-        DeviceAlarm
-            It has no paper.
+        Raises DeviceSilent (nothing answers, or something that is no HP-GL plotter) or DeviceAlarm (it has no paper).
         """
         conversation = self.conversation
         self.port.write(protocol.LISTEN + protocol.MARKED)
@@ -137,7 +132,7 @@ class HpglController(BaseController):
             self._rest()
         self._prove()
         self._settled()
-        self.proven = self.sent
+        self._proven = self.sent
 
     def _prove(self) -> None:
         """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""

@@ -3,7 +3,7 @@
 Two answers must never be under way at once: the plotter takes that for an error and ignores the second question.
 Instructions are written whole, and no question comes between their bytes.
 
-Source: Hewlett-Packard 1983 and 1984, the manuals of the HP 7470A and 7475A (device control instructions).
+Source: Hewlett-Packard 1983, interfacing and programming of the HP 7475A, and the same of the 7470A (device control).
 """
 
 from __future__ import annotations

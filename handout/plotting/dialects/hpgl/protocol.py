@@ -1,6 +1,6 @@
-"""The words of HP-GL: blocks → instructions, answers → meanings.  Nothing here waits, opens or remembers.
+"""The protocol of HP-GL: blocks → instructions, answers → meanings.  Nothing here waits, opens or remembers.
 
-Source: the interfacing and programming manuals of the HP 7470A and 7475A: instructions, device control (ESC .), errors
+Source: Hewlett-Packard 1983, HP 7475A, and the same of the 7470A: instructions, device control (ESC .), errors
 of the language and of the RS-232 line, the bits of OS and ESC.O.
 """
 

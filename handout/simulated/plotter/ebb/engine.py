@@ -3,7 +3,7 @@
 A command becomes the steps of both motors at each of its ticks (25 000 a second, a step when 2³¹ overflows), worked out
 for all ticks at once in whole numbers.
 
-Source: the accumulator as the board's documentation describes it, and its behaviour by version: up to 2.6 LM changes
+Source: Schmalz, EiBotBoard command set: the accumulator, and its behaviour by version: up to 2.6 LM changes
 its rate after adding it and between two commands a tick passes; from 2.7 half the acceleration is taken off first; from
 3.0 rates have a sign.
 """

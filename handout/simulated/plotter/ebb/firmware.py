@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
 from handout.simulated.plotter.ebb.engine import Accumulators, Engine, Job, Move, by_steps, by_time, constant_rate
-from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.wire import Framing, Wire
 
 _DEFAULT = (2, 8, 1)  # if no other version is asked for
 # since when each command is known; all others are of the first versions
@@ -29,7 +29,7 @@ class Refused(Exception):
     """A command the board answers with an error."""
 
 
-class Firmware:
+class EbbFirmware(Firmware):
     """One board.
 
     Attributes
@@ -37,7 +37,10 @@ class Firmware:
     version : of its firmware, by the option `firmware`; uniform : whether answers are in one form (``CU,10,1``).
     """
 
-    acknowledgement = b"ok"
+    @staticmethod
+    def framing() -> Framing:
+        """Commands end with CR; USB makes the sender wait while the board does not read."""
+        return Framing(b"\r", blocks=True)
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self._say = profile, say
@@ -47,7 +50,6 @@ class Firmware:
         old = self.version < (2, 7, 0)
         self.engine = Engine(profile, paper, 1, 1 if old else 0, options.motors)
         self.powered = options.motors
-        self.now = 0.0
         self.read_time = 0.0003
         self.uniform = False
         self._until_pressed = options.after if options.fault == "button" else -1
@@ -82,10 +84,6 @@ class Firmware:
         return line[:2].decode("latin-1").upper() in _PLOTS
 
     @property
-    def deaf(self) -> bool:
-        return False
-
-    @property
     def resting(self) -> bool:
         return not self.engine.busy
 
@@ -96,13 +94,6 @@ class Firmware:
     def step(self) -> None:
         """The command under way ends."""
         self.engine.finish()
-
-    def idle(self) -> None:
-        """It has nothing else to do."""
-
-    def urgent(self, data: bytes) -> bool:
-        """Nothing acts on reception."""
-        return False
 
     def ready(self, wait: str) -> bool:
         """Whether the queue has "room", or the motors are at "rest"."""
@@ -126,9 +117,6 @@ class Firmware:
         if self.engine.stop(self.now, True):
             self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
-
-    def hold(self) -> None:
-        """Its button stops nothing by itself."""
 
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""

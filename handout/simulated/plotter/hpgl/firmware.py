@@ -1,7 +1,7 @@
 """The simulated plotter: what it does with HP-GL and with device control, and what it answers.
 
-Source: the manuals of the HP 7470A and 7475A: instructions and errors, the answers to OA, OE, OH, OI, OS, the bits of
-OS and ESC.O, ESC.K dropping what is buffered, pens lifted where a line leaves the hard-clip limits.
+Source: Hewlett-Packard 1983, HP 7475A, and the same of the 7470A: instructions and errors, the answers to OA, OE, OH,
+OI, OS, the bits of OS and ESC.O, ESC.K dropping what is buffered, pens lifted where a line leaves the hard-clip limits.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ import math
 from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.hpgl import parser
 from handout.simulated.plotter.hpgl.carriage import Carriage, Limits, Point
-from handout.simulated.plotter.hpgl.parser import Wrong
+from handout.simulated.plotter.hpgl.parser import Escapes, Wrong
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.wire import Framing, Wire
 
 _MODEL = "7475A"
 _DOWN, _INITIALISED, _READY, _WRONG = 1, 8, 16, 32  # bits of OS
@@ -24,7 +24,7 @@ _EMPTY, _VIEWING, _LEVER = 8, 16, 32  # bits of ESC.O
 _VIEWED = 3.0  # s that VIEW is pressed
 
 
-class Firmware:
+class HpglFirmware(Firmware):
     """One plotter.
 
     Attributes
@@ -36,6 +36,11 @@ class Firmware:
 
     acknowledgement = b""  # there is no ok: a plotter says nothing but what it is asked
 
+    @staticmethod
+    def framing() -> Framing:
+        """How it cuts what it receives into instructions."""
+        return Escapes()
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         per_mm = paper.steps[0]
@@ -45,7 +50,6 @@ class Firmware:
         self.carriage = Carriage(push, cut, queue)
         self.limits = Limits(profile, per_mm)
         self.read_time = float(profile.port.line_time)
-        self.now = 0.0
         self.error = self.line_error = 0
         self.lever = False
         self.viewing = -math.inf
@@ -88,11 +92,6 @@ class Firmware:
         return any(not name.startswith("O") for name, _ in parser.split(line))
 
     @property
-    def deaf(self) -> bool:
-        """It reads on whatever happens."""
-        return False
-
-    @property
     def resting(self) -> bool:
         """Whether it stands still."""
         return not self.carriage.moving and not self.carriage.waiting
@@ -112,9 +111,6 @@ class Firmware:
         """The paper remembers where the carriage is now."""
         x, y = self.limits.bare(self.carriage.at)
         self.paper.moved(self.now, (x, y, self.paper.at[2]))
-
-    def idle(self) -> None:
-        """There is nothing to read."""
 
     def ready(self, wait: str) -> bool:
         """Whether there is room for a vector, the carriage stands, or plotting may go on."""

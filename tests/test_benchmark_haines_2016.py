@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.haines_2016 import _FLOOR, column_features, laid, log_probability
 from handout.tagging.alphabet import LETTERS, SPACE
-from handout.tagging.haines_2016 import _FLOOR, column_features, laid, log_probability
 from handout.tagging.line_space import HEIGHT, STEP
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.scanning.line_features import FEATURES, STEP, even_steps, line_features, walk_features
+from benchmarks.haines_2016 import EVEN_STEP, FEATURES, even_steps, line_features, walk_features
 from handout.values import LineGraph
 
 UNIT = 25.4 / 600
@@ -144,9 +144,9 @@ def test_features_are_shares():
 
 def test_even_steps_keep_the_line():
     graph = curve(0.07)
-    steps = even_steps(graph, STEP)
+    steps = even_steps(graph, EVEN_STEP)
     lengths = np.linalg.norm(steps.xy[steps.edges[:, 0]] - steps.xy[steps.edges[:, 1]], axis=1)
-    assert lengths == pytest.approx(np.full(len(lengths), STEP), rel=0.03)
+    assert lengths == pytest.approx(np.full(len(lengths), EVEN_STEP), rel=0.03)
     back = steps.xy[steps.low] * (1 - steps.part[:, None]) + steps.xy[steps.high] * steps.part[:, None]
     assert np.abs(back - graph.xy).max() < 0.05
 
