@@ -1,4 +1,7 @@
-"""What a caller may ask for: the options that several verbs share, typed and frozen, with the command's defaults."""
+"""What a caller may ask for, typed and frozen, with the command's defaults: the options of all verbs.
+
+Nothing heavy is imported here: the command reads this file to show its help.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from handout import units
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
+from handout.inking.pen import TEXTURED as TEXTURED
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -92,6 +96,22 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a hand is read from pages.
+
+    dpi : pixels an inch of the scans, where the files do not say.
+    pen : what it was written with, one of `TEXTURED`; None: told from the ink.
+    title : what to call the hand, for people.
+    seed : same seed, same hand.
+    """
+
+    dpi: float | None = None
+    pen: str | None = None
+    title: str | None = None
+    seed: int = 0
 
 
 @dataclass(frozen=True)
