@@ -193,11 +193,7 @@ def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
     device = np.vstack([page.device for page in pages])
     several = len(pages) > 1
     names = [f"{page.number}-{name}" if several else name for page in pages for name in page.names]
-    columns = {
-        "SAMPLE_ID": _ids(len(device)),
-        "SAMPLE_LOC": names,
-        **_foretold(device),
-    }
+    columns = {"SAMPLE_ID": _ids(len(device)), "SAMPLE_LOC": names, **_foretold(device)}
     about = _expected() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
     return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
 
@@ -241,12 +237,7 @@ def from_ti3(tables: tuple[cgats.Table, ...]) -> tuple[Array, Array, Array]:
 
 
 def _about(number: str, representation: str, more: Mapping[str, str]) -> dict[str, str]:
-    return {
-        "DESCRIPTOR": f"{_DESCRIPTOR} {number}",
-        "ORIGINATOR": _ORIGINATOR,
-        "COLOR_REP": representation,
-        **more,
-    }
+    return {"DESCRIPTOR": f"{_DESCRIPTOR} {number}", "ORIGINATOR": _ORIGINATOR, "COLOR_REP": representation, **more}
 
 
 def _expected() -> dict[str, str]:
