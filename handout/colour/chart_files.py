@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from handout.colour.reading import Reading
 
 
-DPI = (300.0, 2400.0)
+DPI = (300.0, 2400.0)  # below, letters and marks break up; above, a page takes gigabytes
 _INCH = 25.4
 _TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
 _ASK = ("Write some words in the frame with the", "pen of the handwriting, before you scan:")
