@@ -200,40 +200,41 @@ def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: d
     shared : see `shared_ligatures`.
     """
     back = {out: into for into, out in shared.items()}
-    bits = [s for s in first.strokes if s.begin in back and s.end in back]
-    leading = [s for s in first.strokes if s.end in back and s.begin not in back and not s.delayed]
-    if not bits or len(leading) != 1:
+    leaving = [s for s in first.strokes if s.end in back]
+    bits = [s for s in leaving if s.begin in back]
+    leading = [s.end for s in leaving if s.begin not in back and not s.delayed]
+    if not bits or len(leading) != 1 or leading[0] is None:
         return
-    assert leading[0].end is not None
-    stroke = _beginning_at(second.strokes, back[leading[0].end])
+    stroke = _beginning_at(second.strokes, back[leading[0]])
     if stroke is None or stroke.end not in shared:
         return
     chain = _inner(second, stroke.end)
     merged = _interleaved(first, second, stroke, bits, shared)
-    if merged is None:
+    if not merged:
         return
     stroke.vertices = stroke.vertices[: len(stroke.vertices) - chain]
     stroke.end, stroke.delayed = merged[-1].end, False
-    first.strokes = [s for s in first.strokes if s not in merged]
-    second.strokes = [stroke, *(s for s in second.strokes if s not in merged)]
+    for glyph in (first, second):
+        glyph.strokes = [s for s in glyph.strokes if s not in merged]
+    second.strokes.insert(0, stroke)
 
 
 def _interleaved(
     first: PlacedGlyph, second: PlacedGlyph, stroke: PlacedStroke, bits: list[PlacedStroke], shared: dict[int, int]
-) -> list[PlacedStroke] | None:
+) -> list[PlacedStroke]:
     """A stroke of the second glyph, and in turn the bits of the first and strokes of the second that it goes on in.
 
-    What it goes on in is added to its `then`.  None where the pen would be left in mid-ligature.
+    What it goes on in is added to its `then`.  Empty where the pen would be left in mid-ligature.
     """
     back = {out: into for into, out in shared.items()}
     merged = [stroke]
     while merged[-1].end is not None and merged[-1].end in shared:
         bit = _beginning_at(bits, shared[merged[-1].end])
         if bit is None or bit.end is None:
-            return None
+            return []
         following = _beginning_at([s for s in second.strokes if s not in merged], back[bit.end])
         if following is None:
-            return None
+            return []
         stroke.then += [(first, bit.vertices), (second, without_shared(second, following, shared))]
         bits.remove(bit)
         merged += [bit, following]
