@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from handout import units
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -18,7 +19,6 @@ Length = str | float  # a length with its unit, such as "2.5mm", or a number of 
 
 Align = Literal["left", "right", "centre", "ragged"]
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)

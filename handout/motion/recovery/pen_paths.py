@@ -231,7 +231,7 @@ def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], li
     leads : ligatures by which the pen goes to the next letter.
     """
     main, delayed = ([s for s in glyph.strokes if s.delayed == late] for late in (False, True))
-    exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
+    exits = [n for n, stroke in enumerate(main) if glyph.is_left_by(stroke)]
     if not exits:
         # a bar by which alone the word goes on is no bar
         onward = [s for s in delayed if s.end in leads][:1]

@@ -64,6 +64,10 @@ class PlacedGlyph:
     clocks: tuple[Array, Array] | None = None
     strokes: list[PlacedStroke] = field(default_factory=list)
 
+    def is_left_by(self, stroke: PlacedStroke) -> bool:
+        """Whether a stroke leads on to the glyph after."""
+        return stroke.end is not None and stroke.end >= self.entries
+
 
 def place_strokes(placed: Placed, model: StrokeOrderModel) -> PlacedGlyph:
     """A placed glyph with the strokes of the hand's own glyph."""
@@ -199,13 +203,8 @@ def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: d
     ----------
     shared : see `shared_ligatures`.
     """
-    back = {out: into for into, out in shared.items()}
-    leaving = [s for s in first.strokes if s.end in back]
-    bits = [s for s in leaving if s.begin in back]
-    leading = [s.end for s in leaving if s.begin not in back and not s.delayed]
-    if not bits or len(leading) != 1 or leading[0] is None:
-        return
-    stroke = _beginning_at(second.strokes, back[leading[0]])
+    bits, entry = _between(first, {out: into for into, out in shared.items()})
+    stroke = None if entry is None or not bits else _beginning_at(second.strokes, entry)
     if stroke is None or stroke.end not in shared:
         return
     chain = _inner(second, stroke.end)
@@ -214,9 +213,18 @@ def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: d
         return
     stroke.vertices = stroke.vertices[: len(stroke.vertices) - chain]
     stroke.end, stroke.delayed = merged[-1].end, False
-    for glyph in (first, second):
-        glyph.strokes = [s for s in glyph.strokes if s not in merged]
-    second.strokes.insert(0, stroke)
+    first.strokes = [s for s in first.strokes if s not in merged]
+    second.strokes = [stroke, *(s for s in second.strokes if s not in merged)]
+
+
+def _between(first: PlacedGlyph, into: dict[int, int]) -> tuple[list[PlacedStroke], int | None]:
+    """The bits of the first glyph that come from the second and go back there, and the ligature into the second.
+
+    The ligature is that of the only stroke that leads from the first to the second; None where there is not one.
+    """
+    leaving = [s for s in first.strokes if s.end in into]
+    leading = [into[s.end] for s in leaving if s.end in into and s.begin not in into and not s.delayed]
+    return [s for s in leaving if s.begin in into], leading[0] if len(leading) == 1 else None
 
 
 def _interleaved(
