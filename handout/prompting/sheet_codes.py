@@ -29,7 +29,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.prompting.registration import Registration
 from handout.values import Array
 
-VERSION = 1
+VERSION = 1  # of the format; a reader refuses any other
 PARTS = 5  # with data; one more has their parity
 _HEADER = struct.Struct(">BBHI")
 _MOST = 20_000  # bytes of an unpacked record: what is longer is none of ours

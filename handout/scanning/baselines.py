@@ -176,7 +176,7 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[Baseline
     All lines vote together, each as much as the other, and for the whole letters and their ascenders alike: upstrokes
     that join letters slant more than stems, and in a short line may be more.
 
-    Source: alignment specification, recipe 4.
+    Source: own method; docs/bibliography.md.
     """
     pixel = 25.4 / dpi
     coarse = max(x_height / 14, pixel)

@@ -3,7 +3,7 @@
 The levels of different pens spread differently between paper and ink; the scale bends them all to the same spread, so
 that lines of one pen can take the place of another's.  Pages of one hand share a scale.
 
-Source: seed 000, §5.1.1; handwriting specification §2.
+Source: seed 000, §5.1.1; what was corrected in it: docs/bibliography.md.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from handout.scanning.inks import Inks
 from handout.scanning.scan import Scan
 from handout.values import Array, readonly
 
-MOST = 2.0
+MOST = 2.0  # greatest density: seed 000, §5.1.1
 _TOP = 4.0  # levels beyond are one
 _STEPS = 800
 _KERNEL = 0.1  # of the density of levels

@@ -4,7 +4,7 @@ The paper under the ink is filled in from around it; of all mixtures of ink and 
 one with the least ink opacity is taken.  Filled paper is never darker than the scan (never lighter under light ink):
 otherwise paper that is a little lighter than its filling becomes opaque white ink, a halo on any other paper.
 
-Source: seed 000, Appendix C, eq. 15–17; handwriting specification §6 (halo rule, rounding).
+Source: seed 000, Appendix C, eq. 15–17; the limit of the filled paper and the rounding: own method.
 """
 
 from __future__ import annotations

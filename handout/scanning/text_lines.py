@@ -67,7 +67,7 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     -------
     TextLines without lines, and all 0, for a page on which no line can be told.
 
-    Source: alignment specification, recipe 2.
+    Source: own method; docs/bibliography.md.
     """
     extremes = find_stroke_extremes(mask, dpi)
     if len(extremes.left) < LEAST_EDGES:
@@ -144,7 +144,7 @@ def _counted(levels: Array, count: int) -> tuple[list[float], float]:
 
     For each of several pitches the chain of peaks of the profile that holds most, gaps unlike the pitch costing.
 
-    Source: alignment specification, recipe 2.
+    Source: own method; docs/bibliography.md.
     """
     sharp, _ = _profile(levels, 0.25)
     inky = np.flatnonzero(sharp > 0.08 * sharp.max())

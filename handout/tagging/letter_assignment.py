@@ -25,7 +25,7 @@ from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.line_space import X_HEIGHT
 from handout.values import Array, Indices, LineGraph
 
-NOBODY = -1
+NOBODY = -1  # the letter of a vertex that belongs to none
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS

@@ -54,9 +54,8 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     best, quarters = _best(ink, dpi, lines, rng, (1, 3) if sideways_only else (2, 1, 3))
     if best >= max(_SURE, fit_as_is):
         return quarters
-    if gutter is None and _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if sideways_only else (0, 2))[0] >= max(
-        _SURE, fit_as_is
-    ):
+    mirrored = (0.0, 0) if gutter else _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if sideways_only else (0, 2))
+    if mirrored[0] >= max(_SURE, fit_as_is):
         raise InputError(
             f"{inked.prepared.scan.source} is mirrored: its writing runs from right to left. Scan it again without "
             "mirroring, or flip the picture from left to right."

@@ -21,7 +21,7 @@ from handout.values import TURNS, Drawing, Hand, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-_DPI = 300.0
+_DPI = 300.0  # at which a recording is drawn: that of a usual scan
 _PEN = 0.16  # of the x-height: width of the line
 _SIZES, _SIZE = (1.2, 5.5), 2.6  # mm: small letters as people write them, and as they are made where they are not so
 _MARGIN = 12.0  # mm of paper around the writing
@@ -48,12 +48,9 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
         if not _clocked(recording.drawing):
             say(f"  {recording.name} does not say when the pen was where: the order is known, the pace is not.")
         if recording.text:
-            with_x_height = replace(
-                recording, x_height=recording.x_height or x_height_of_strokes(recording.drawing.strokes)
-            )
-            pages.append(
-                _sheet(with_x_height, _factor(recording.name, with_x_height.x_height, say), _clocked(recording.drawing))
-            )
+            x_height = recording.x_height or x_height_of_strokes(recording.drawing.strokes)
+            factor = _factor(recording.name, x_height, say)
+            pages.append(_sheet(replace(recording, x_height=x_height), factor, _clocked(recording.drawing)))
         else:
             pieces += labelled_pieces(recording.name, recording.drawing)
     if pieces:
