@@ -14,6 +14,7 @@ from handout.colour import exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -24,7 +25,6 @@ Length = str | float  # a length with its unit, such as "2.5mm", or a number of 
 Align = Literal["left", "right", "centre", "ragged"]
 COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)
