@@ -11,8 +11,7 @@ import click
 from handout import units
 from handout.cli import options, progress
 from handout.cli.console import Console
-from handout.colour import METHODS, exports
-from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
 
@@ -20,7 +19,7 @@ printer_option = click.option("--printer", required=True, help="A printer's prof
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 method_option = click.option(
     "--method",
-    type=click.Choice(METHODS),
+    type=click.Choice(COLOUR_METHODS),
     default="forward",
     show_default=True,
     help="How the table is made of the patches.",
@@ -246,7 +245,7 @@ def show(printer: str, paper: str, as_json: bool) -> None:
 @command.command()
 @_stored_printer
 @_stored_paper
-@click.option("--format", "kind", type=click.Choice(list(exports.FORMATS)), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(COLOUR_FORMATS), required=True, help="What to write.")
 @click.option("-o", "--output", type=_PATH, required=True)
 @options.console
 def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:
