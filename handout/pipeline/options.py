@@ -13,6 +13,7 @@ from handout import units
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -22,7 +23,6 @@ Length = str | float  # a length with its unit, such as "2.5mm", or a number of 
 
 Align = Literal["left", "right", "centre", "ragged"]
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)
