@@ -170,7 +170,7 @@ class EbbController(BaseController):
             )
 
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
-        """Call the question's handler; anything else is a command of the program, or a rest that was sent as a question."""
+        """Call the question's handler; anything else is a command of the program, or a rest that asked."""
         handlers = {
             "QB": self._button_answered,
             "QC": check_power,
