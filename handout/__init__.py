@@ -16,6 +16,7 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Layout": "handout.writing.layout",
+    "Look": "handout.sinks",
     "apply": "handout.colour.table",
     "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",

@@ -13,7 +13,7 @@ from handout.cli.console import Console
 
 if TYPE_CHECKING:
     from handout.pipeline.scoring import CrowdedPage, ScoredPage, ScoredPair
-    from handout.score.crowd import Distance
+    from handout.score.features import Distance
 
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")  # kept in radians
 # measure → its caption, and the unit behind it
@@ -104,9 +104,9 @@ def _print_pair(pair: ScoredPair) -> None:
 
 
 def _print_crowded(page: CrowdedPage) -> None:
-    further = page.standing.further()
+    further = page.ranking.further()
     click.echo(
-        f"{page.path} among {len(page.standing.names)}: nearest {_three(page.standing.nearest)}; {further.hinge:.0%}, "
+        f"{page.path} among {len(page.ranking.names)}: nearest {_three(page.ranking.nearest)}; {further.hinge:.0%}, "
         f"{further.runs:.0%} and {further.quill:.0%} of them are further from their own nearest"
     )
     for name, apart in page.nearest:

@@ -9,7 +9,11 @@ here knows click or a terminal.  Files:
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
     pictures.py   the pen, the paper and the resolution of pictures
     lined_paper.py   which lines of a paper are written on
-    programs.py   files for plotters: which machine a suffix is for
+    programs.py   files for plotters: how a page becomes one; exporting.py is `export`, which writes nothing else
+    plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept
+    job_pages.py  the pages of a plot that are made while the first are drawn, by a program of its own
+    pen_setup.py  a plotter's test sheet, the heights of its pen, the pen moved by hand
+    devices.py    machines that have a profile, and who is plugged in
 
 How a verb is built
 -------------------

@@ -18,7 +18,7 @@ from handout.pipeline import pictures
 from handout.pipeline.options import PictureOptions, StyleOptions
 from handout.pipeline.results import Facts
 from handout.pipeline.writing import seed_of
-from handout.sinks import check_outputs, write_drawings
+from handout.sinks import Look, check_outputs, write_drawings
 from handout.sources import read_drawing
 from handout.tables import Angle
 from handout.values import Drawing
@@ -91,7 +91,7 @@ def restyle(
     except InputError as error:
         raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
     styled = replace(styled, about={**styled.about, "seed": seed})
-    files = look.write([styled], outputs)
+    files = write_drawings([styled], outputs, look)
     losses = restyling.losses(drawing, styled, style)
     return Styled(styled, style.name, seed, tuple(files), drawing, losses=tuple(losses))
 
@@ -111,7 +111,7 @@ def asemic(
     look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
     drawing = tag(letters, style, page(page_name), np.random.default_rng(seed))
     drawing = replace(drawing, about={**drawing.about, "seed": seed})
-    return Styled(drawing, style.name, seed, tuple(look.write([drawing], outputs)), letters=letters)
+    return Styled(drawing, style.name, seed, tuple(write_drawings([drawing], outputs, look)), letters=letters)
 
 
 def style_of(styling: StyleOptions) -> Style:
@@ -138,7 +138,7 @@ def style_of(styling: StyleOptions) -> Style:
         raise InputError(f"style {style.name}: {error}") from error
 
 
-def _look(picture: PictureOptions) -> pictures.Look:
+def _look(picture: PictureOptions) -> Look:
     """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
     return pictures.look(replace(picture, pen=picture.pen or "plain"))
 
@@ -230,7 +230,7 @@ def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
         The file cannot be read, or holds no plans.
     """
     from handout.motion.reconstruction import planned_page
-    from handout.sinks import plans_json
+    from handout.sources import plans_json
 
     check_outputs(outputs)
     try:

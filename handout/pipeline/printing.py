@@ -15,7 +15,6 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.pipeline import pictures, writing
 from handout.pipeline.options import PictureOptions, PrintOptions, SheetOptions, WritingOptions, millimetres
-from handout.pipeline.pictures import Look
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.writing import WritingTask
 from handout.printing import journal, media
@@ -26,6 +25,7 @@ from handout.printing.printers import resolve
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import Report
 from handout.profiles import Length, Nudge, Printer
+from handout.sinks import Look, write_drawing
 from handout.values import Drawing, Raster
 from handout.writing.layout import Layout
 
@@ -216,7 +216,7 @@ class _Pages:
         return pens.ink(drawing, dpi, self.look.pen, pens.noise(drawing.about))
 
     def _sink(self, drawing: Drawing, path: Path) -> object:
-        return self.look.write([drawing], [path])
+        return write_drawing(drawing, path, self.look)
 
 
 def _calibration(

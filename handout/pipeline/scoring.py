@@ -10,12 +10,11 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.pipeline.results import Fact, Facts
-from handout.score.compare import Comparison, compare
-from handout.score.crowd import Distance, Standing, Style, distance, read_crowd, standing, style
-from handout.score.measured import MeasuredLine, measure_lines
-from handout.score.pages import ink, read_page
+from handout.score.comparison import Comparison, WriterRanking, compare, rank_writers, read_crowd
+from handout.score.features import Distance, LineFeatures, PageFeatures, distance, measure_lines, page_features
 from handout.score.repetition import components, repetition
 from handout.score.statistics import PageStatistics, page_statistics
+from handout.score.written_lines import ink, read_page
 
 _NEAREST = 5  # of a crowd, that are named
 _DECIMALS = 5  # of the figures in JSON
@@ -23,14 +22,14 @@ _DECIMALS = 5  # of the figures in JSON
 
 @dataclass(frozen=True)
 class ScoredPage:
-    """The measures of one page; `style` and `lines` are what other pages are held against."""
+    """The measures of one page; `features` and `lines` are what other pages are held against."""
 
     path: Path
     repetition: float
     components: int
     statistics: PageStatistics
-    style: Style
-    lines: Sequence[MeasuredLine]
+    features: PageFeatures
+    lines: Sequence[LineFeatures]
 
     def facts(self) -> Facts:
         """What ``--json`` prints."""
@@ -78,19 +77,19 @@ class CrowdedPage:
     """A page among a crowd."""
 
     path: Path
-    standing: Standing
+    ranking: WriterRanking
 
     @property
     def nearest(self) -> list[tuple[str, Distance]]:
         """The few nearest pages of the crowd."""
-        return list(zip(self.standing.names[:_NEAREST], self.standing.distances, strict=False))
+        return list(zip(self.ranking.names[:_NEAREST], self.ranking.distances, strict=False))
 
     def facts(self) -> Facts:
         """What ``--json`` prints."""
-        near, further = asdict(self.standing.nearest), asdict(self.standing.further())
+        near, further = asdict(self.ranking.nearest), asdict(self.ranking.further())
         return {
             "file": str(self.path),
-            "pages": len(self.standing.names),
+            "pages": len(self.ranking.names),
             **{f"nearest_{kind}": value for kind, value in near.items()},
             **{f"further_{kind}": value for kind, value in further.items()},
             "nearest": [{"file": name, **asdict(apart)} for name, apart in self.nearest],
@@ -137,7 +136,7 @@ def score(pages: Sequence[str | Path], crowd: Path | None = None, *, dpi: float 
     measured = [_measure(path, dpi, lines=len(paths) > 1) for path in paths]
     others = read_crowd(crowd, leave_out=paths) if crowd else {}
     pairs = [_compare(measured[0], page, others, np.random.default_rng(seed)) for page in measured[1:]]
-    crowded = [CrowdedPage(page.path, standing(page.style, others)) for page in measured] if crowd else None
+    crowded = [CrowdedPage(page.path, rank_writers(page.features, others)) for page in measured] if crowd else None
     return Scores(measured, pairs, crowded, seed)
 
 
@@ -146,20 +145,22 @@ def _measure(path: Path, dpi: float | None, lines: bool) -> ScoredPage:
     grey = read_page(path, dpi)
     try:
         statistics = page_statistics(grey)
-        page_style = style(ink(grey))
+        features = page_features(ink(grey))
         parts = measure_lines(grey) if lines else []
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    return ScoredPage(path, repetition(grey), len(components(grey)), statistics, page_style, parts)
+    return ScoredPage(path, repetition(grey), len(components(grey)), statistics, features, parts)
 
 
-def _compare(author: ScoredPage, page: ScoredPage, crowd: Mapping[str, Style], rng: np.random.Generator) -> ScoredPair:
+def _compare(
+    author: ScoredPage, page: ScoredPage, crowd: Mapping[str, PageFeatures], rng: np.random.Generator
+) -> ScoredPair:
     """A page held against the author's, and each looked for among the crowd by the other."""
-    apart, lines = distance(author.style, page.style), compare(author.lines, page.lines, rng)
+    apart, lines = distance(author.features, page.features), compare(author.lines, page.lines, rng)
     if not crowd:
         return ScoredPair(author.path, page.path, apart, lines)
-    rank = standing(author.style, {**crowd, "\0": page.style}).rank("\0")
-    author_rank = standing(page.style, {**crowd, "\0": author.style}).rank("\0")
+    rank = rank_writers(author.features, {**crowd, "\0": page.features}).rank("\0")
+    author_rank = rank_writers(page.features, {**crowd, "\0": author.features}).rank("\0")
     return ScoredPair(author.path, page.path, apart, lines, rank, author_rank, len(crowd) + 1)
 
 

@@ -39,7 +39,7 @@ def open_port(url: str, profile: Plotter) -> Port:
     InputError
         Options the simulated plotter does not know.
     """
-    if _is_simulated(url):
+    if is_simulated(url):
         rest = url[4:]
         if rest and not rest.startswith("?"):
             raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
@@ -49,12 +49,12 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 def surroundings(url: str) -> AbstractContextManager[None]:
     """What goes wrong around a machine as long as it is used; only a simulated one asks for it (``sim:?disk=1s``)."""
-    if not _is_simulated(url):
+    if not is_simulated(url):
         return contextlib.nullcontext()
     return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
 
 
-def _is_simulated(url: str) -> bool:
+def is_simulated(url: str) -> bool:
     return url == "sim" or url.startswith("sim:")
 
 

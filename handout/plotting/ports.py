@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import re
 from typing import Any, NamedTuple, Protocol
@@ -122,20 +123,12 @@ def _keep_awake(port: Any) -> None:
     """
     try:
         import termios
-
+    except ImportError:  # Windows
+        return
+    with contextlib.suppress(AttributeError, OSError, ValueError, TypeError, termios.error):  # a socket, some terminals
         modes = termios.tcgetattr(port.fileno())
         modes[2] &= ~termios.HUPCL
         termios.tcsetattr(port.fileno(), termios.TCSANOW, modes)
-    except (ImportError, AttributeError, OSError, ValueError, TypeError, _termios_error()):
-        return  # a socket, a pseudo-terminal that cannot, Windows
-
-
-def _termios_error() -> type[Exception]:
-    try:
-        import termios
-    except ImportError:
-        return OSError
-    return termios.error
 
 
 class SerialDevice(NamedTuple):

@@ -50,7 +50,7 @@ class EbbController(BaseController):
         self._stopped = False
         self._heeds = self._pressed = False
         self._look_at = b"QM\r"  # what it is doing
-        self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
+        self._off = [0, 0]  # steps by which its count was off at the last look
         self._in_hand = QUEUE + 1  # commands that may be answered and not executed
         self.profile = self.conversation.meet(profile)
         self.version = self.conversation.version

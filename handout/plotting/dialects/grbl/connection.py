@@ -65,23 +65,11 @@ class ControllerInfo:
 def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, Plotter, ControllerInfo]:
     """Wake the controller, unlock it unless it can be homed, read its settings.
 
-    Returns
-    -------
-    GrblConversation
-        Ready to send lines.
-    Plotter
-        The profile with the machine's own limits in place of the file's; `log` is told where they differ.
-    ControllerInfo
-        What it said about itself.
+    Returns the conversation, ready for lines; the profile with the machine's own limits, where `log` is told that they
+    differ; and what the controller said about itself.
 
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is not GRBL.
-    DeviceAlarm
-        It refuses.
-    DoesNotFit
-        Its own soft limits leave no bed.
+    Raises DeviceSilent (nothing answers, or something that is not GRBL), DeviceAlarm (it refuses) or DoesNotFit (its
+    own soft limits leave no bed).
     """
     conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
     restarted = _wake(conversation, profile)

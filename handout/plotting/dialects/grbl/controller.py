@@ -33,7 +33,6 @@ class GrblController(BaseController):
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.conversation, own, self.info = connection.connect(port, profile, log)
         super().__init__(own, log)
-        self._proven = 0
         self._ahead = _AHEAD if self.info.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.info.kept and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset

@@ -112,10 +112,7 @@ class GrblConversation(Conversation[Reply]):
     def attend(self, glance: float = GLANCE) -> list[Reply]:
         """The next replies.  A controller that says nothing for the time of a glance, s, is asked for its state.
 
-        Raises
-        ------
-        DeviceSilent
-            It does not even answer that.
+        Raises DeviceSilent if it does not even answer that.
         """
         quiet, glance = 0.0, min(glance, self.timeout / 2)
         while quiet < self.timeout:

@@ -10,19 +10,7 @@ from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import GLANCE, never_answered, with_limits
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.conversation import WINDOW, MarlinConversation
-from handout.plotting.dialects.marlin.protocol import (
-    Capability,
-    Error,
-    Fault,
-    Identity,
-    Note,
-    Ok,
-    Reply,
-    Resend,
-    Settings,
-    Start,
-    Unknown,
-)  # fmt: skip
+from handout.plotting.dialects.marlin.protocol import Ok, Reply, Resend
 from handout.profiles import Acceleration, Length, Plotter, Speed
 
 # Numbers begin where no command has its own: a damaged N before 112 must not make M112.
@@ -37,28 +25,21 @@ _SLOW = 2.5  # times of a segment in which even several lines under way are too 
 def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[Plotter, set[str]]:
     """Wake the controller, number the lines, read its settings; it does not move.
 
-    Returns
-    -------
-    Plotter
-        The profile with the machine's own limits in place of the file's; `log` is told where they differ.
-    set of str
-        What it can do besides, by the names of ``M115``: EMERGENCY_PARSER …
+    Returns the profile with the machine's own limits, where `log` is told that they differ; and what the controller can
+    do besides, by the names of ``M115``: EMERGENCY_PARSER …
 
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is not Marlin.
+    Raises DeviceSilent if nothing answers, or something that is not Marlin.
     """
     replies = _greeting(conversation, profile.port.start_up)
     replies += number(conversation, profile.port.start_up + profile.port.timeout, replies)
     _check_numbers(conversation, log)
     answers = conversation.ask(protocol.WHO)
-    name = next((reply.name for reply in answers if isinstance(reply, Identity)), "")
+    name = next((reply.name for reply in answers if isinstance(reply, protocol.Identity)), "")
     if name and "marlin" not in name.lower() and "prusa" not in name.lower():
         log(f"The plotter says that it runs {name!r}, which is not Marlin; it is spoken to as if it were.")
     answers += conversation.ask(protocol.SETTINGS)
     answers += conversation.ask(protocol.STANDING)
-    able = {reply.name for reply in answers if isinstance(reply, Capability) and reply.able}
+    able = {reply.name for reply in answers if isinstance(reply, protocol.Capability) and reply.able}
     profile = with_settings(profile, answers, log)
     room = [reply.commands + 1 for reply in answers if isinstance(reply, Ok) and reply.commands is not None]
     beat = _round_trip(conversation, profile)
@@ -76,7 +57,7 @@ def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
     """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
     greeting = list[Reply]()
     for replies in conversation.listen(start_up):
-        if not replies and any(isinstance(reply, Start) for reply in greeting):
+        if not replies and any(isinstance(reply, protocol.Start) for reply in greeting):
             break
         greeting += replies
     return greeting
@@ -93,12 +74,12 @@ def number(conversation: MarlinConversation, patience: float, before: Sequence[R
             conversation.start(_FIRST)
             return replies
         waited += _TRY
-    garbage = any(isinstance(reply, Note | Error) for reply in [*before, *replies])
+    garbage = any(isinstance(reply, protocol.Note | protocol.Error) for reply in [*before, *replies])
     raise never_answered("Marlin", patience, garbage)
 
 
 def _damaged(answer: list[Reply]) -> bool:
-    return any(isinstance(reply, Resend | Fault | Unknown | Error) for reply in answer)
+    return any(isinstance(reply, Resend | protocol.Fault | protocol.Unknown | protocol.Error) for reply in answer)
 
 
 def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
@@ -150,7 +131,7 @@ def with_settings(profile: Plotter, replies: list[Reply], log: Log) -> Plotter:
     """
     settings: dict[str, float] = {}
     for reply in replies:
-        if isinstance(reply, Settings):
+        if isinstance(reply, protocol.Settings):
             settings |= {reply.code + letter: value for letter, value in reply.values.items()}
     limits = with_limits(profile, _own_limits(profile, settings), log)
     pen, port = profile.pen, profile.port

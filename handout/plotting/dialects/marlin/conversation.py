@@ -20,18 +20,7 @@ from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import RESTARTED, Conversation, unanswered
 from handout.plotting.dialects.marlin import protocol
-from handout.plotting.dialects.marlin.protocol import (
-    Busy,
-    Error,
-    Ok,
-    Position,
-    Reply,
-    Resend,
-    Start,
-    Struck,
-    Unhomed,
-    Unknown,
-)  # fmt: skip
+from handout.plotting.dialects.marlin.protocol import Ok, Reply, Resend
 from handout.plotting.ports import Port
 
 WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
@@ -166,13 +155,7 @@ class MarlinConversation(Conversation[Reply]):
         return not before or sum(len(self._line(n).framed) for n in before) + len(line.framed) <= self.buffer - 1
 
     def hear(self) -> None:
-        """Hear what it says next.  A controller that says nothing is asked.
-
-        Raises
-        ------
-        DeviceSilent
-            It does not answer that either.
-        """
+        """Hear what it says next.  A controller that says nothing is asked; DeviceSilent if it is silent still."""
         glance = self.glance
         while not (replies := self.replies(glance)):
             self._quiet += glance
@@ -186,7 +169,7 @@ class MarlinConversation(Conversation[Reply]):
                 self._prod()
                 self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
         self._quiet, self._prodded, self._prods = 0.0, 0.0, 0
-        if any(isinstance(reply, Busy) or reply == Resend(self._last + 1) for reply in replies):
+        if any(isinstance(reply, protocol.Busy) or reply == Resend(self._last + 1) for reply in replies):
             self._prodded = _BUSY  # it is well, and has all it was sent
         while replies:
             for reply in replies:
@@ -254,23 +237,23 @@ class MarlinConversation(Conversation[Reply]):
                 self._up_to(self._done + 1 if reply.line is None else reply.line, reply)
         elif isinstance(reply, Resend):
             self._resend(reply.line)
-        elif isinstance(reply, Position):
+        elif isinstance(reply, protocol.Position):
             asked = next(
                 (each for each in self._lines if each.number > self._done and each.data == protocol.WHERE), None
             )
             if asked is not None:
                 self._up_to(asked.number - 1, Ok())
                 self._placed = True
-        elif isinstance(reply, Unknown):
+        elif isinstance(reply, protocol.Unknown):
             self._unknown(reply)
-        elif isinstance(reply, Busy):
+        elif isinstance(reply, protocol.Busy):
             self._stuck = 0.0
             if reply.waits_for_person and not self._waiting:
                 self.log("The plotter waits for somebody to press its button, and goes on then.")
             self._waiting = reply.waits_for_person
         else:
-            self.struck |= isinstance(reply, Error | Struck | Start)
-            self.restarted |= isinstance(reply, Start)
+            self.struck |= isinstance(reply, protocol.Error | protocol.Struck | protocol.Start)
+            self.restarted |= isinstance(reply, protocol.Start)
             _trouble(reply)
 
     def _up_to(self, number: int, reply: Ok) -> None:
@@ -299,7 +282,7 @@ class MarlinConversation(Conversation[Reply]):
             self._next = number
             self._done = min(self._done, number - 1)
 
-    def _unknown(self, reply: Unknown) -> None:
+    def _unknown(self, reply: protocol.Unknown) -> None:
         text = reply.command.encode()
         waiting = [line for line in self._lines if line.number > self._done and text.startswith(line.data.strip())]
         if not waiting:  # a line that lost its number, or the rest of one
@@ -314,16 +297,16 @@ class MarlinConversation(Conversation[Reply]):
 
 def _trouble(reply: Reply) -> None:
     """Stop where the machine has."""
-    if isinstance(reply, Error):
+    if isinstance(reply, protocol.Error):
         raise DeviceAlarm(f"The plotter reports {reply.description}.")
-    if isinstance(reply, Unhomed):
+    if isinstance(reply, protocol.Unhomed):
         raise DeviceAlarm(
             "The plotter does not move before it has found its zero: set homing = true in the profile, or home it at "
             "its own panel."
         )
-    if isinstance(reply, Struck):
+    if isinstance(reply, protocol.Struck):
         raise DeviceAlarm(
             f"The plotter hit a limit switch ({reply.text}) and no longer knows where it is: bring it back to its zero."
         )
-    if isinstance(reply, Start):
+    if isinstance(reply, protocol.Start):
         raise DeviceAlarm(RESTARTED)
