@@ -1,6 +1,11 @@
 """handout writes any text in a person's handwriting and puts it on paper.
 
-The few functions that are the product, offered by name and imported only when used::
+The few functions that are the product, offered by name and imported only when used.  What the commands do::
+
+    mine = handout.read("me", ["page.jpg"], ["page.txt"]).hand
+    handout.write("Dear Ada, …", ["letter.pdf"], handout.WritingOptions(hand=mine), handout.SheetOptions("A5"))
+
+and the steps that they are made of::
 
     hand = handout.load("house-joined")
     page, *_ = handout.compose("Dear Ada, …", hand, handout.Layout(handout.page("A5")), rng)
@@ -17,21 +22,33 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Layout": "handout.writing.layout",
     "Look": "handout.sinks",
+    "PictureOptions": "handout.pipeline.options",
+    "PlotOptions": "handout.pipeline.plot_request",
+    "PlotRequest": "handout.pipeline.plot_request",
+    "ReadingOptions": "handout.pipeline.options",
+    "SheetOptions": "handout.pipeline.options",
+    "WritingOptions": "handout.pipeline.options",
     "apply": "handout.colour.table",
     "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",
+    "drawings": "handout.pipeline.writing",
     "each_page": "handout.writing.compose",
+    "export": "handout.pipeline.exporting",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
     "load": "handout.hand.library",
+    "open_port": "handout.plotting",
     "page": "handout.page_sizes",
     "plan": "handout.plotting",
-    "open_port": "handout.plotting",
+    "plot": "handout.pipeline.plotting",
     "print_rows": "handout.printing.batch",
+    "read": "handout.pipeline.hands",
     "read_addresses": "handout.printing.address_table",
     "restyle": "handout.motion.styles.restyling",
+    "resume": "handout.pipeline.plotting",
     "run": "handout.plotting",
     "trace": "handout.motion.trace",
+    "write": "handout.pipeline.writing",
     "write_drawings": "handout.sinks",
 }
 

@@ -93,7 +93,7 @@ MAY = {
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
-DOORS = {"cli/calibrate_.py", "cli/calibrating_.py"}
+DOORS = {"pipeline/calibrating.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
 }  # fmt: skip

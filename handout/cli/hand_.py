@@ -11,12 +11,15 @@ from handout import units
 from handout.cli import options, results
 from handout.cli.console import Console
 from handout.cli.prompt_ import command as prompt
-from handout.inking.pen import TEXTURED
-from handout.pipeline.options import PictureOptions, ReadOptions, WritingOptions
+from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
     from handout.completion.completed_hand import Outlook
-    from handout.pipeline.hands import CheckedHand
+    from handout.pipeline.hands import ReadHand
+    from handout.pipeline.kept_hands import CheckedHand
+
+
+_LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 
 
 @click.group("hand")
@@ -29,33 +32,39 @@ command.add_command(prompt)
 
 @command.command("read")
 @click.argument("name")
+@click.option(
+    "--scan",
+    "scans",
+    multiple=True,
+    help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
+)
+@click.option(
+    "--ink",
+    "inks",
+    multiple=True,
+    help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
+)
+@click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
 @options.bind(
     "reading",
-    ReadOptions,
-    click.option(
-        "--scan",
-        "scans",
-        multiple=True,
-        help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
-    ),
-    click.option(
-        "--ink",
-        "inks",
-        multiple=True,
-        help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
-    ),
-    click.option(
-        "--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order."
-    ),
+    ReadingOptions,
     click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say."),
     click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink."),
     click.option("--title", help="What to call the hand, for people."),
     click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand."),
 )
 @options.console
-def read(name: str, output: str, reading: ReadOptions, console: Console) -> None:
-    """Read a hand from scanned pages, or from recorded_pages of a pen, and their texts, and call it NAME.
+def read(
+    name: str,
+    scans: tuple[str, ...],
+    inks: tuple[str, ...],
+    texts: tuple[str, ...],
+    output: str,
+    reading: ReadingOptions,
+    console: Console,
+) -> None:
+    """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
 
     A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
     photographed. A recording with labels of texts or words, as UNIPEN has, needs none either, nor does a
@@ -67,25 +76,31 @@ def read(name: str, output: str, reading: ReadOptions, console: Console) -> None
     handout hand read mine --scan sheet1.png --scan sheet2.png -o mine.hand
     handout hand read mine --ink page.inkml --text page.txt -o mine.hand
     """
-    from handout.pipeline.hands import read_hand
+    from handout.pipeline import hands
 
     with console.working():
-        result = read_hand(name, output, reading, listener=console)
-    hand = result.hand
+        result = hands.read(name, scans, texts, output, reading, inks=inks, listener=console)
+    console.report(result, _sentence(result))
+
+
+def _sentence(result: ReadHand) -> str:
+    from handout.hand import report
+
+    hand, doubtful = result.hand, len(report.doubtful(result.hand))
     sentence = (
         f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{len(hand.letters)} different ones; {result.doubtful} doubtful, {result.missing} not found."
+        f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
     )
-    if result.unsure:
+    if doubtful + result.missing > (1 - _LEAST_SURE) * len(hand.glyphs):
         sentence += f" Many are doubtful: look at them with `handout hand check {result.path} -o overlay.png`."
-    console.report(result, sentence)
+    return sentence
 
 
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:
     """The hands that are known by name: drawn ones and scanned ones, the program's and your own."""
-    from handout.pipeline.hands import list_hands
+    from handout.pipeline.kept_hands import list_hands
 
     hands = list_hands()
     if as_json:
@@ -121,7 +136,7 @@ def show(
     handout hand show house-joined -o sheet.png
     handout hand show me.hand --text "quick" -o choices.png
     """
-    from handout.pipeline.hands import show_hand
+    from handout.pipeline.kept_hands import show_hand
 
     result = show_hand(name, output, text, writing, picture)
     sentence = f"Wrote {results.names(result.files)}"
@@ -150,7 +165,7 @@ def check(name: str, output: str | None, text: str | None, console: Console) -> 
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
     from handout.hand import report
-    from handout.pipeline.hands import check_hand
+    from handout.pipeline.kept_hands import check_hand
 
     result = check_hand(name, output, text)
     if not console.as_json and not console.quiet:
@@ -211,7 +226,7 @@ def edit(name: str, corrections: str, output: str | None, console: Console) -> N
                      {"do": "split", "page": 0, "a": [500, 600], "b": [505, 660], "texts": ["r", "n"]}]}
     Others: unlink (at), link (at, other), place (at, place: start, middle, end or alone).
     """
-    from handout.pipeline.hands import edit_hand
+    from handout.pipeline.kept_hands import edit_hand
 
     result = edit_hand(name, corrections, output)
     made, total = result.details["made"], result.details["corrections"]
@@ -231,7 +246,7 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console
     \b
     handout hand pen scribble.png -o pen.hand
     """
-    from handout.pipeline.hands import keep_pen
+    from handout.pipeline.kept_hands import keep_pen
 
     result = keep_pen(scans, output, dpi)
     width, pieces = result.details["width"], result.details["pieces"]
@@ -244,7 +259,7 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console
 @options.console
 def export(name: str, output: str, console: Console) -> None:
     """Copy the scanned hand NAME into a file, to be given to somebody or kept."""
-    from handout.pipeline.hands import export_hand
+    from handout.pipeline.kept_hands import export_hand
 
     result = export_hand(name, output)
     console.report(result, f"Wrote {result.path}.")
@@ -257,7 +272,7 @@ def export(name: str, output: str, console: Console) -> None:
 @options.console
 def import_(source: str, name: str | None, replace: bool, console: Console) -> None:
     """Put a .hand FILE among your own hands, so that its name is enough to use it."""
-    from handout.pipeline.hands import import_hand
+    from handout.pipeline.kept_hands import import_hand
 
     result = import_hand(source, name, replaced=replace)
     console.report(result, f"{result.name}: {units.count(result.letters, 'letter')}; kept in {result.path}.")
@@ -268,7 +283,7 @@ def import_(source: str, name: str | None, replace: bool, console: Console) -> N
 @options.console
 def remove(name: str, console: Console) -> None:
     """Delete the scanned hand NAME from among your own hands."""
-    from handout.pipeline.hands import remove_hand
+    from handout.pipeline.kept_hands import remove_hand
 
     result = remove_hand(name)
     console.report(result, f"Deleted {result.path}.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout import units
+from handout import page_sizes, units
 from handout.cli import options, results
 from handout.cli.console import Console
 from handout.errors import InputError
@@ -41,7 +41,7 @@ def command() -> None:
 
 @command.command("test")
 @_plotter
-@click.option("--page", help="A3 A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
+@click.option("--page", help=f"{page_sizes.HELP} default: A5, or a smaller machine's whole bed.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
 @options.console

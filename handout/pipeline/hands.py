@@ -1,152 +1,108 @@
-"""Hands: read from scans or recorded pens, checked, corrected, kept, given away, listed and shown."""
+"""A hand from scanned pages or recorded pens: the pages are opened, their letters found, and the hand is kept."""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from handout import atomic, units
-from handout.completion.completed_hand import Outlook, complete_hand, outlook
+from handout import atomic
 from handout.errors import InputError
-from handout.hand import file, library, report
-from handout.pipeline import pictures, writing
-from handout.pipeline.inputs import decoded
-from handout.pipeline.options import PictureOptions, ReadOptions, SheetOptions, WritingOptions
-from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.hand import file, report, svg_font
+from handout.pipeline.inputs import decoded, hand_path
+from handout.pipeline.options import ReadingOptions
+from handout.pipeline.results import SILENT, Fact, Facts, Listener
 from handout.progress import within
-from handout.prompting.coverage import Lack, lacks
-from handout.sinks import check_outputs, write_drawings
-from handout.values import Hand
+from handout.sources import read_drawing
+from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.tagging.page_sources import PageSource
-    from handout.tagging.page_tagging import TaggedPage
     from handout.tagging.recording import Recording
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
-_OPENED, _TAGGED = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
-_LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
-_SHEET_DPI = 200.0  # of pictures of letters side by side
-_SPECIMEN = """\
-{name}: {title}
-
-The quick brown fox jumps over the lazy dog. Sphinx of black quartz, judge my vow! \
-Two driven jocks help fax my big quiz; all questions asked by five watch experts amazed the judge.
-
-à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ ¿Qué? ¡Ñandú! Čapek, Škoda, Åsa, Øre, Élan, Übermut.
-
-Minimum, aluminium, hill, letter, little, coffee, good food, off, address, bubble, happy, running, skiing, vacuum, \
-success: how doubled letters look. The, and, of, to, in, that, is, was, he, for, it, with, as, his, on, be, at, by, \
-I, this, had, not, are, but, from, or, have, an, they. 0123456789, 24 May, 7:30, £9.50, €12, 100 %."""
-_ENLARGED = 3  # times the size in which one writes, on the specimen sheet of a drawn hand
-_SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
+_OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 
 
-@dataclass(frozen=True)
-class HandRead:
-    """A hand that was read, and the pages that it was read from."""
+@dataclass(frozen=True, eq=False)
+class ReadHand:
+    """A hand that was read.
+
+    path : its .hand file; None where it was not kept.
+    pages : how each page was read.
+    """
 
     hand: ScannedHand
-    path: Path
-    pages: Sequence[TaggedPage]
+    path: Path | None
+    pages: tuple[TaggedPage, ...]
     seed: int
     notes: tuple[str, ...] = ()
 
     @property
     def missing(self) -> int:
-        """How many letters of the texts were not found."""
+        """How many letters of the transcripts were not found."""
         return sum(len(page.missing) for page in self.pages)
-
-    @property
-    def doubtful(self) -> int:
-        """How many letters are doubtful."""
-        return len(report.doubtful(self.hand))
-
-    @property
-    def unsure(self) -> bool:
-        """Whether so many letters are doubtful or missing that somebody should look at them."""
-        return self.doubtful + self.missing > (1 - _LEAST_SURE) * len(self.hand.glyphs)
 
     def facts(self) -> Facts:
         """What ``--json`` prints."""
-        pages = [_page_facts(page) for page in self.pages]
-        return {**report.facts(self.hand), "files": [str(self.path)], "seed": self.seed, "found": pages}
+        files = [] if self.path is None else [str(self.path)]
+        return {
+            **report.facts(self.hand),
+            "files": files,
+            "seed": self.seed,
+            "found": [_page_facts(page) for page in self.pages],
+        }
 
 
-def read_hand(
-    name: str, output: str | Path, reading: ReadOptions = ReadOptions(), *, listener: Listener = SILENT
-) -> HandRead:
-    """Read a hand from scanned pages, or from recordings of a pen, and their texts, and keep it in a .hand file.
+def read(
+    name: str,
+    scans: Sequence[str | Path] = (),
+    texts: Sequence[str | Path] = (),
+    output: str | Path | None = None,
+    options: ReadingOptions = ReadingOptions(),
+    *,
+    inks: Sequence[str | Path] = (),
+    listener: Listener = SILENT,
+) -> ReadHand:
+    """Read a hand from scanned pages, or from recordings of a pen, and what is written on them.
+
+    Parameters
+    ----------
+    name : of the hand.
+    scans : pictures of pages: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4.
+    texts : text files with what is on the pages, line by line, in the same order; prompt sheets need none.
+    output : the .hand file to keep it in, if any.
+    inks : recorded pens, instead of scans: .inkml .dat .svc .gml .svg .json, or a single-line SVG font.
 
     Raises
     ------
     InputError
-        Neither or both kinds of pages are given, one of them cannot be read, or texts are missing.
+        A file that cannot be read or used, texts too few or too many.
     """
-    from handout.tagging.page_sources import gather_sources, tagged_pages
-    from handout.tagging.page_tagging import hand_of_pages
-
-    path = hand_path(output)
-    atomic.check_writable(path)
-    texts = [(text, page_text(Path(text), listener)) for text in reading.texts]
-    if bool(reading.scans) == bool(reading.inks):
+    path = None if output is None else hand_path(output)
+    if path is not None:
+        atomic.check_writable(path)
+    transcripts = [(str(text), _transcript(Path(text), listener)) for text in texts]
+    if bool(scans) == bool(inks):
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     listener.progress(0.0, "opening the pages")
-    if reading.inks:
-        sources = _recorded_sources(reading.inks, texts, listener)
+    if inks:
+        sources = _recorded([str(ink) for ink in inks], transcripts, listener)
     else:
-        sources = gather_sources(reading.scans, texts, reading.dpi, listener.say)
-    tell = within(listener.progress, _OPENED, _TAGGED)
-    pages = list(tagged_pages(sources, reading.seed, reading.pen, listener.say, tell=tell))
-    listener.progress(_TAGGED, "writing the hand")
-    hand = hand_of_pages(name, pages, reading.title or "")
-    file.save(hand, path)
-    return HandRead(hand, path, pages, reading.seed)
+        sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
+    tell = within(listener.progress, _OPENED, _MADE)
+    pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
+    listener.progress(_MADE, "writing the hand")
+    hand = hand_of_pages(name, pages, options.title or "")
+    if path is not None:
+        file.save(hand, path)
+    return ReadHand(hand, path, pages, options.seed)
 
 
-def _recorded_sources(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
-    """The pages of recorded pens."""
-    from handout.tagging.recorded_pages import page_source, recorded_pages
-
-    if texts and len(texts) != len(inks):
-        raise InputError(
-            f"{len(texts)} --text for {len(inks)} --ink: give one for each, in the same order, or none where the "
-            "recordings have labels."
-        )
-    transcripts = [text for _, text in texts] or [""] * len(inks)
-    recordings = [
-        recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)
-    ]
-    return [page_source(page) for page in recorded_pages(recordings, listener.say)]
-
-
-def _recordings(ink: str, text: str) -> list[Recording]:
-    """The recordings in a file: of a font a specimen, of a drawing itself."""
-    from handout.hand import svg_font
-    from handout.sources import read_drawing
-    from handout.tagging.recorded_pages import font_specimen
-    from handout.tagging.recording import Recording
-
-    if svg_font.holds_font(Path(ink)):
-        return font_specimen(ink, svg_font.read(Path(ink)))
-    return [Recording(ink, read_drawing(ink), text)]
-
-
-def page_text(path: Path, listener: Listener = SILENT) -> str:
-    """What a text file says is written on a page.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is no text, is empty or too long.
-    """
+def _transcript(path: Path, listener: Listener) -> str:
+    """The text of a page."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -159,351 +115,37 @@ def page_text(path: Path, listener: Listener = SILENT) -> str:
     return text
 
 
-def _page_facts(page: TaggedPage) -> Facts:
-    """How a page was read; lines are numbered from 0."""
+def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
+    """The pages of recorded pens."""
+    from handout.tagging.recorded_pages import page_source, recorded_pages
+
+    if texts and len(texts) != len(inks):
+        raise InputError(
+            f"{len(texts)} --text for {len(inks)} --ink: give one for each, in the same order, or none where the "
+            "recordings have labels."
+        )
+    transcripts = [text for _, text in texts] or [""] * len(inks)
+    opened = [recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)]
+    return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
+
+
+def _recordings(ink: str, text: str) -> list[Recording]:
+    """The recordings in a file; a font is one of each of its letters."""
+    from handout.tagging.recorded_pages import font_specimen
+    from handout.tagging.recording import Recording
+
+    if svg_font.holds_font(Path(ink)):
+        return font_specimen(ink, svg_font.read(Path(ink)))
+    return [Recording(ink, read_drawing(ink), text)]
+
+
+def _page_facts(page: TaggedPage) -> dict[str, Fact]:
+    """What `--json` says of how a page was read; lines are numbered from 0."""
     return {
         "source": page.page.source,
         "glyphs": len(page.glyphs),
         "poor_lines": list(page.poor),
-        "missing": [{"at": gap.at, "letter": gap.letter, "line": gap.line} for gap in page.missing],
+        "missing": [{"at": letter.at, "letter": letter.letter, "line": letter.line} for letter in page.missing],
         "fits": {str(line): round(fit, 3) for line, fit in page.fits},
         "notes": list(page.notes),
     }
-
-
-def hand_path(output: str | Path) -> Path:
-    """The path of a .hand file that is to be written."""
-    path = Path(output)
-    if path.suffix.lower() != ".hand":
-        raise InputError(
-            f"Hands are kept in .hand files, not {path.suffix or 'without a suffix'}: use {path.stem}.hand."
-        )
-    return path
-
-
-@dataclass(frozen=True)
-class CheckedHand:
-    """What a scanned hand holds.
-
-    lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
-    """
-
-    hand: ScannedHand
-    files: tuple[Path, ...]
-    lacking: Sequence[Lack] | None = None
-    supply: Sequence[Outlook] = ()
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
-        if self.lacking is None:
-            return facts
-        fields = ("letter", "place", "needed", "here", "anywhere")
-        facts["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in self.lacking]
-        facts["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in self.supply]
-        return facts
-
-
-def check_hand(name: str, output: str | Path | None = None, text: str | None = None) -> CheckedHand:
-    """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
-
-    Parameters
-    ----------
-    output : a PNG file; several pages are numbered.
-    text : one that is to be written, of which it is told how it comes by letters that are missing.
-    """
-    path = None if output is None else _png_path(output, "Overlays are written as PNG, not {suffix}: use {stem}.png.")
-    hand = file.load(library.scanned_file(name))
-    supply = outlook(hand, text) if text else ()
-    lacking = (lacks(text, hand.instances, least=1) if text else ()) if text is not None else None
-    files: list[Path] = []
-    if path is not None:
-        count = len(hand.pages)
-        numbered = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(1, count + 1)]
-        files = [path] if count == 1 else numbered
-        for number, picture in enumerate(files):
-            _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
-    return CheckedHand(hand, tuple(files), lacking, supply)
-
-
-def _png_path(output: str | Path, refusal: str) -> Path:
-    """The path of a picture that is to be written; `refusal` says why another suffix will not do."""
-    path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise InputError(refusal.format(suffix=path.suffix or "without a suffix", stem=path.stem))
-    atomic.check_writable(path)
-    return path
-
-
-def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "PNG", dpi=(dpi, dpi), compress_level=4)
-    atomic.write(path, stream.getvalue())
-
-
-@dataclass(frozen=True)
-class KeptHand:
-    """A hand in a file, and what else is told of it (`details`, for ``--json``)."""
-
-    path: Path
-    name: str | None = None
-    details: Mapping[str, int | float] = field(default_factory=dict)
-    letters: int = 0
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        return {
-            **({} if self.name is None else {"name": self.name}),
-            "files": [str(self.path)],
-            **self.details,
-        }
-
-
-def edit_hand(name: str, corrections: str | Path, output: str | Path | None = None) -> KeptHand:
-    """Make the corrections of a JSON file to a scanned hand, after those that it has already; `details` counts them.
-
-    Raises
-    ------
-    InputError
-        The hand comes with the program and no `output` is given; corrections that cannot be read or made.
-    """
-    from handout.hand.corrections import apply, read_corrections
-
-    source = library.scanned_file(name)
-    path = hand_path(output) if output else source
-    if library.comes_with_program(path):
-        raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
-    try:
-        data = Path(corrections).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
-    new = read_corrections(data, str(corrections))
-    hand, earlier = file.read(source)
-    atomic.check_writable(path)
-    # made on the corrected hand, so that a message counts as the file does
-    corrected = apply(apply(hand, earlier), new)
-    file.save(hand, path, (*earlier, *new))
-    counts = {"made": len(new), "corrections": len(earlier) + len(new), "glyphs": len(corrected.glyphs)}
-    return KeptHand(path, details=counts)
-
-
-def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None = None) -> KeptHand:
-    """Keep a pen to write in a scanned hand with, from scans of anything drawn with it; `details` has its width, mm."""
-    from handout.inking.swatches import swatches
-    from handout.scanning.picture_files import read_scan
-    from handout.scanning.written_page import read_page
-    from handout.tagging.page_tagging import pen_of_pages
-
-    path = hand_path(output)
-    atomic.check_writable(path)
-    # the size of what is drawn tells nothing of the resolution
-    pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
-    hand = pen_of_pages(path.stem, pages)
-    samples = swatches(hand)
-    file.save(hand, path)
-    pieces = sum(len(sample.start) for sample in samples)
-    return KeptHand(path, details={"pieces": pieces, "width": round(2 * samples[0].radius, 3)})
-
-
-def export_hand(name: str, output: str | Path) -> KeptHand:
-    """Copy a scanned hand into a file, to be given to somebody or kept."""
-    source, path = library.scanned_file(name), hand_path(output)
-    file.check(source)
-    atomic.write(path, source.read_bytes())
-    return KeptHand(path)
-
-
-def import_hand(source: str | Path, name: str | None = None, *, replaced: bool = False) -> KeptHand:
-    """Put a .hand file among the user's own hands, in place of one of that name where it may be `replaced`."""
-    hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
-    name = name or Path(source).stem
-    path = library.own_file(name)
-    if path.exists() and not replaced:
-        raise InputError(f"There is a hand {name!r} already: give another --name, or --replace it.")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"Cannot make the folder {path.parent}: {error.strerror or error}.") from error
-    atomic.write(path, Path(source).read_bytes())
-    return KeptHand(path, name, letters=len(hand.glyphs))
-
-
-def remove_hand(name: str) -> KeptHand:
-    """Delete a scanned hand from among the user's own hands."""
-    own = library.own_scanned()
-    if name not in own:
-        others = f"; there are {', '.join(sorted(own))}" if own else ""
-        raise InputError(f"Among your own hands there is none called {name!r}{others}.")
-    try:
-        own[name].unlink()
-    except OSError as error:
-        raise InputError(f"Cannot delete {own[name]}: {error.strerror or error}.") from error
-    return KeptHand(own[name], name)
-
-
-@dataclass(frozen=True)
-class ListedHand:
-    """A hand that is known by name; `about` says how much it holds, or why it cannot be read.
-
-    forms : of its letters, if it is drawn; glyphs : its letters, if it was scanned.
-    """
-
-    name: str
-    title: str
-    characters: str
-    about: str
-    forms: int | None = None
-    glyphs: int = 0
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        facts: Facts = {"name": self.name, "title": self.title, "characters": self.characters}
-        return {**facts, "forms": self.forms} if self.forms is not None else {
-            **facts, "glyphs": self.glyphs, "said": self.about
-        }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class HandList:
-    """The hands that are known by name, drawn ones and scanned ones."""
-
-    drawn: Sequence[ListedHand]
-    scanned: Sequence[ListedHand]
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        return {
-            "hands": [hand.facts() for hand in self.drawn],
-            "scanned": [hand.facts() for hand in self.scanned],
-        }
-
-
-def list_hands() -> HandList:
-    """The hands that are known by name, the program's and the user's own."""
-    drawn = [_listed(library.load(name)) for name in library.names()]
-    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned().items()])
-
-
-def _listed(hand: Hand) -> ListedHand:
-    forms = sum(len({glyph.form for glyph in glyphs}) for glyphs in hand.glyphs.values())
-    about = f"{units.count(len(hand.glyphs), 'character')}, {units.count(forms, 'form')}"
-    return ListedHand(hand.name, hand.title, "".join(hand.glyphs), about, forms)
-
-
-def _listed_scan(name: str, path: Path) -> ListedHand:
-    """A scanned hand; of one that cannot be read the reason."""
-    try:
-        hand = file.load(path)
-    except InputError as error:
-        return ListedHand(name, "cannot be read", "", str(error))
-    about = (
-        f"{units.count(len(hand.letters), 'character')}, {units.count(len(hand.glyphs), 'letter')} "
-        f"from {units.count(len(hand.pages), 'scanned page')}"
-    )
-    return ListedHand(name, hand.title, "".join(hand.letters), about, glyphs=len(hand.glyphs))
-
-
-@dataclass(frozen=True)
-class ShownHand:
-    """A picture of a hand's letters.
-
-    forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
-    """
-
-    files: tuple[Path, ...]
-    found: Facts
-    tally: Tally = field(default_factory=Tally)
-    seed: int | None = None
-    forms: int = 0
-    hand: ScannedHand | None = None
-    reasons: Sequence[str] = ()
-    notes: tuple[str, ...] = ()
-
-    def facts(self) -> Facts:
-        """What ``--json`` prints."""
-        return {**self.found, "files": [str(path) for path in self.files]}
-
-
-def show_hand(
-    name: str,
-    outputs: Sequence[str | Path],
-    text: str | None = None,
-    writing_options: WritingOptions = WritingOptions(),
-    picture: PictureOptions = PictureOptions(),
-) -> ShownHand:
-    """A specimen sheet of a drawn hand at three times its size; or the letters of a scanned hand side by side.
-
-    Parameters
-    ----------
-    text : of a scanned hand: show which of its letters would write this, and why.
-    """
-    if name.endswith(file.SUFFIX) or name in library.scanned():
-        return _show_scanned(file.load(library.scanned_file(name)), outputs, text, writing_options)
-    if text is not None:
-        raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")
-    return _show_drawn(name, outputs, writing_options, picture)
-
-
-def _show_drawn(
-    name: str, outputs: Sequence[str | Path], writing_options: WritingOptions, picture: PictureOptions
-) -> ShownHand:
-    from handout.writing.specimen import specimen
-
-    check_outputs(outputs)
-    look = pictures.look(picture)
-    task = writing.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture)
-    hand = task.hand
-    assert isinstance(hand, Hand)
-    text = _SPECIMEN.format(name=hand.name, title=hand.title)
-    rng = np.random.default_rng(task.seed)
-    sheet = specimen(hand, text, rng, width=_SPECIMEN_WIDTH, x_height=_ENLARGED * task.layout.x_height)
-    drawing = writing.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
-    look = replace(look, pen=replace(look.pen, width=_ENLARGED * look.pen.width))
-    files = write_drawings([drawing], outputs, look)
-    listed = _listed(hand)
-    tally = Tally.of([sheet], [drawing])
-    facts = {**tally.facts(task.seed, hand.name, files), **listed.facts()}
-    return ShownHand(tuple(files), facts, tally, task.seed, listed.forms or 0)
-
-
-def _show_scanned(
-    hand: ScannedHand, outputs: Sequence[str | Path], text: str | None, writing_options: WritingOptions
-) -> ShownHand:
-    """The letters of a scanned hand, or those that would write a text, as PNG files."""
-    refusal = "The letters of a scanned hand are written as PNG: use {stem}.png."
-    files = tuple(_png_path(output, refusal) for output in outputs)
-    if text is None:
-        pixels, shown = report.contact_sheet(hand), ShownHand(files, report.facts(hand), hand=hand)
-    else:
-        pixels, shown = _choices(hand, text, writing_options, files)
-    for path in files:
-        _write_png(path, pixels, _SHEET_DPI)
-    return shown
-
-
-def _choices(
-    hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
-) -> tuple[NDArray[np.uint8], ShownHand]:
-    """Which letters of a hand would write a text: a picture, and why in words."""
-    from handout.hand.scanned import ScannedHand
-    from handout.writing.scanned.explaining import choices_sheet, reasons
-    from handout.writing.scanned.line_writer import ScannedLineWriter
-
-    seed = writing.seed_of(writing_options.seed)
-    completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
-    assert isinstance(completed, ScannedHand)
-    hand = completed
-    borrowed = [writing.letter_facts(letter) for letter in letters]
-    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), writing_options.jitter)
-    explained = writer.explained(text)
-    why = reasons(writer.index, explained)
-    facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}
-    if borrowed:
-        facts["borrowed"] = borrowed
-    tally = Tally(borrowed=borrowed)
-    return choices_sheet(hand, explained), ShownHand(files, facts, tally, seed, reasons=why)

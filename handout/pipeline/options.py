@@ -1,4 +1,7 @@
-"""What a caller may ask for: the options that several verbs share, typed and frozen, with the command's defaults."""
+"""What a caller may ask for, typed and frozen, with the command's defaults: the options of all verbs.
+
+Nothing heavy is imported here: the command reads this file to show its help.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from typing import TYPE_CHECKING, Literal, get_args
 from handout import units
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
+from handout.inking.pen import TEXTURED as TEXTURED
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -18,7 +23,6 @@ Length = str | float  # a length with its unit, such as "2.5mm", or a number of 
 
 Align = Literal["left", "right", "centre", "ragged"]
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,57 @@ class PictureOptions:
 
 
 @dataclass(frozen=True)
+class ChartOptions:
+    """The sheets that charts and strips are printed on.
+
+    sheet : "A4" or "letter"; pages : 1, or 2 where the printer's margins are wide; None: what the margins ask for.
+    """
+
+    sheet: str = "A4"
+    pages: int | None = None
+
+
+@dataclass(frozen=True)
+class CalibrationOptions:
+    """How a printer is calibrated.
+
+    scanner : scan through SANE with this scanner instead of asking for files; scanner_name : for the record.
+    hand : the hand whose ink verifies the calibration, and with whose pages the scan is compared.
+    output : a folder for chart and strip as PDF, for a user who prints them; None: they go to the printer.
+    method : how the table is made of the patches, one of `colour.models.METHODS`.
+    no_verify : store the table without a verification strip; accept : take a print in which inks are weak.
+    afresh : begin anew instead of going on where the last run was left.
+    faults : of the simulated printer or scanner.
+    """
+
+    scanner: str | None = None
+    scanner_name: str = ""
+    hand: str = ""
+    output: Path | None = None
+    method: str = "forward"
+    no_verify: bool = False
+    accept: bool = False
+    afresh: bool = False
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a hand is read from pages.
+
+    dpi : pixels an inch of the scans, where the files do not say.
+    pen : what it was written with, one of `TEXTURED`; None: told from the ink.
+    title : what to call the hand, for people.
+    seed : same seed, same hand.
+    """
+
+    dpi: float | None = None
+    pen: str | None = None
+    title: str | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
 class PrintOptions:
     """What is printed of a table of addresses, on which printer, and how it is fed."""
 
@@ -128,19 +183,6 @@ class StyleOptions:
     shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
     jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
     seed: int | None = None  # same seed, same bytes; None: one by chance
-
-
-@dataclass(frozen=True)
-class ReadOptions:
-    """What a hand is read from: scanned pages or recorded pens, and what is written there."""
-
-    scans: tuple[str, ...] = ()  # PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4
-    inks: tuple[str, ...] = ()  # recorded pens (.inkml .dat .svc .gml .svg .json), or single-line SVG fonts
-    texts: tuple[str, ...] = ()  # text files with what is on them, line by line; in the same order
-    dpi: float | None = None  # pixels an inch of the scans, where the files do not say
-    pen: str | None = None  # what it was written with; None: told from the ink
-    title: str | None = None  # what to call the hand, for people
-    seed: int = 0  # same seed, same hand
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages, pictures
+from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
@@ -140,7 +141,7 @@ class Previewed:
 
 
 def plot(
-    request: PlotRequest,
+    request: PlotRequest | str,
     port: str,
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
@@ -149,11 +150,17 @@ def plot(
 ) -> Plotted:
     """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
 
+    Parameters
+    ----------
+    request : what is plotted and how, or just a text.
+    port : see `plotting.open_port`.
+
     Raises
     ------
     InputError, DeviceError, KeyboardInterrupt
         The message says how to go on, if anything has been begun.
     """
+    request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = _ReportFile(attendance.report)
     profile = _machine(request.plotting, port)
     task = _task(request)

@@ -9,8 +9,8 @@ from typing import cast
 
 import msgspec
 
-from handout.calibrating import through
-from handout.calibrating.through import Through
+from handout.calibrating import calibrated_ink
+from handout.calibrating.calibrated_ink import CalibratedInk
 from handout.errors import InputError
 from handout.hand import library
 from handout.pipeline import pictures, writing
@@ -197,7 +197,7 @@ class _Pages:
     look: Look
     tally: Tally = field(default_factory=Tally)
 
-    def maker(self, calibration: Through | None, x_height: float | None) -> PageMaker:
+    def maker(self, calibration: CalibratedInk | None, x_height: float | None) -> PageMaker:
         """How the batch comes by its pages."""
         about = {"seed": self.task.seed, "hand": self.task.hand.name}
         return PageMaker(self._write, self._ink, calibration, self._sink, x_height, about)
@@ -221,16 +221,16 @@ class _Pages:
 
 def _calibration(
     printing: PrintOptions, writing_options: WritingOptions, pages: _Pages, listener: Listener
-) -> Through | None:
+) -> CalibratedInk | None:
     """The printer's calibration, if there is one and it is wanted; what is doubtful about it is said."""
-    calibration, doubts = through.choose(printing.printer, printing.stock, printing.calibration)
+    calibration, doubts = calibrated_ink.choose(printing.printer, printing.stock, printing.calibration)
     listener.say(*(f"warning: {doubt}" for doubt in doubts))
     if calibration is None:
         if printing.dry_run is None and not printing.calibration:
             listener.say(UNCALIBRATED)
         return None
     hand = writing_options.hand if isinstance(writing_options.hand, str) else pages.task.hand.name
-    return Through(calibration, through.pen_of(calibration, hand, listener.say), hand, pages.look.pen)
+    return CalibratedInk(calibration, calibrated_ink.pen_of(calibration, hand, listener.say), hand, pages.look.pen)
 
 
 def _batch_options(printing: PrintOptions) -> BatchOptions:

@@ -134,6 +134,13 @@ def write(
     return written(Tally.of(pages, drawings), task, files, notes)
 
 
+def drawings(
+    text: str, writing: WritingOptions = WritingOptions(), sheet: SheetOptions = SheetOptions()
+) -> list[Drawing]:
+    """The pages of a text as timed strokes, for programs that go on with them."""
+    return draw_pages(text, prepare(writing, sheet), wanted=STROKES)[1]
+
+
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
     """The result of a task."""
     paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None

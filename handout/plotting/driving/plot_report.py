@@ -183,24 +183,27 @@ def stretches(meant: Drawing, done: Drawing) -> list[Row]:
 
 def whole(rows: Sequence[Row]) -> Row:
     """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
-    intended, executed = (sum(row[key] for row in rows) for key in ("intended_s", "executed_s"))
-    least = [row["correlation"] for row in rows if row["correlation"] is not None]
-    most = [row["rms_of_peak"] for row in rows if row["rms_of_peak"] is not None]
-    queues = [row["min_queue"] for row in rows if row["min_queue"] is not None]
-    rests = [row["rests"] for row in rows if row["rests"] is not None]
-    rests = rests if len(rests) == len(rows) else []
+
+    def known(key: str) -> list[Any]:
+        return [row[key] for row in rows if row[key] is not None]
+
+    def total(key: str) -> float:
+        return float(sum(row[key] for row in rows))
+
+    intended, executed = total("intended_s"), total("executed_s")
+    rested = len(known("rests")) == len(rows) > 0
     return {
         "measured": all(row["measured"] for row in rows),
-        "correlation": min(least, default=None),
-        "rms_of_peak": max(most, default=None),
+        "correlation": min(known("correlation"), default=None),
+        "rms_of_peak": max(known("rms_of_peak"), default=None),
         "intended_s": round(intended, 3),
         "executed_s": round(executed, 3),
         "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
-        "announced_s": round(sum(row["announced_s"] for row in rows), 3),
+        "announced_s": round(total("announced_s"), 3),
         "segments": sum(row["segments"] for row in rows),
-        "min_queue": min(queues, default=None),
-        "rests": sum(map(len, rests)) if rests else None,
-        "rested_s": round(sum(row["rested_s"] for row in rows), 3) if rests else None,
+        "min_queue": min(known("min_queue"), default=None),
+        "rests": sum(map(len, known("rests"))) if rested else None,
+        "rested_s": round(total("rested_s"), 3) if rested else None,
         "pages": list(rows),
     }
 

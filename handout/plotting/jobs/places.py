@@ -1,8 +1,8 @@
-"""How far a drawing has been drawn: from the blocks of its plan that are done to a place on one of its strokes.
+"""A place on a drawing: how far it has been drawn, what is left of it, and where on it a machine stands.
 
-A drawing cut in two at a place: what is drawn, and what is left of it.
-
-Where on a drawing a machine stands: its own word for its position, as a place on what it was drawing."""
+`Milestones` turns blocks of a plan that are done into places; `drawn` and `remaining` cut a drawing in two at one;
+`found` turns a machine's own word for its position into one.
+"""
 
 from __future__ import annotations
 
@@ -140,9 +140,8 @@ def _between(name: str, t: Array, known: Array, values: Array) -> Array:
     return np.where(known[at] == t, values[at], found)
 
 
-_NEAR = (
-    0.15  # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
-)
+# mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
+_NEAR = 0.15
 _CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and line may lead along each other
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 

@@ -14,7 +14,7 @@ import numpy as np
 from handout.plotting.planning.tour import shortest
 from handout.values import Array, Drawing, Indices, Stroke
 
-_ROUNDS = 30
+_ROUNDS = 30  # at most, in which words are moved about: pages of writing need 3 or 4, 200 words in any places 7
 _CLOSED = 0.02  # mm between the ends of a stroke that is closed
 _LIFT = 0.1  # s between the strokes of a drawing
 _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round by all of them: about half a second

@@ -4,7 +4,7 @@ Such a machine does as it is told, so the plan itself sees to it that no more is
 and nothing has to be guessed about a planner.  Slices are cut where a motor turns round, so that within a slice each
 goes one way; all durations are whole milliseconds, which every such machine can count.
 
-Source: specification of the plotters, EBB: motion in slices of 10 ms, 25 000 steps/s of a motor at most.
+Source: Schmalz, EiBotBoard command set: whole milliseconds, 25 000 steps/s of a motor at most; the rest is own method.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from handout.plotting.planning.blocks import Pause, Pen, Timed
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.pace import pace
 from handout.plotting.planning.plan import Plan, Request
-from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
 from handout.plotting.planning.toolpath import TRAVEL, Toolpath, lay_out, start_times
 from handout.profiles import Plotter, Time
@@ -76,8 +76,7 @@ def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     when : (n,) float, s, the same on the clock of the path, which differs by less than a millisecond a stroke.
     """
     trajectory = path.trajectory
-    first = np.flatnonzero(np.diff(trajectory.stroke, prepend=-1))
-    last = np.append(first[1:], len(trajectory.stroke)) - 1
+    first, last = stroke_ends(trajectory.stroke)
     mix = motion_limits(profile).mix
     corner = _corners(path)
     length = min(max(1.0 / profile.segment_rate, _SHORTEST), 4 * _TRAVEL)

@@ -1,6 +1,4 @@
-"""A part of the test sheet: lines of its own, and words beside them.
-
-The parts of the test sheet; each shows one thing that a person can set.
+"""The parts of the test sheet, each with lines and words of its own; each shows one thing that a person can set.
 
 All take the scale at which the sheet is drawn (1 on a page of A5), which changes room and letters but never what is
 measured: a side of 80 is 80 mm long, a step of a vernier 0.05 mm.

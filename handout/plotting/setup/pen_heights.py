@@ -25,7 +25,7 @@ from handout.plotting.setup.panels import line
 from handout.profiles import Pen, Plotter
 from handout.values import Array, Drawing, Page, Stroke
 
-ROWS = 5
+ROWS = 5  # that are drawn to choose from: as many as fit on `_PAGE`
 _PAGE = Page(70.0, 50.0)  # mm that the rows need
 _SPEED = 30.0  # mm/s
 _GO = 0.15  # s between two strokes

@@ -1,8 +1,7 @@
-"""The test sheet of a machine: everything on one page that a person has to see to set it up.
+"""The test sheet of a machine: everything that a person has to see to set it up, on one page, and how it is read.
 
-The words of the test sheet, written by the hands of the house.
-
-What the test sheet says, in words: which line to look at, and which key of the profile it sets."""
+The parts are those of `panels`, packed on the page; their words are written by hands of the house.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-_SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
+_SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)  # the largest that fits is taken; set by eye
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
 _LEAST_SIDE = 40.0  # mm of the square at scale 1
 _EDGE = 0.035  # of the shorter side that stays empty

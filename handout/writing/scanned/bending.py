@@ -3,7 +3,7 @@
 The bend is a low-order affine map, a smooth warp, and what the hand aimed at being missed a little, all maps of the
 plane, so that strokes keep their smoothness and what hangs on a glyph follows it; the width of the line is not touched.
 
-Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
+Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
 """
 
 from __future__ import annotations

@@ -228,6 +228,7 @@ class MarlinConversation(Conversation[Reply]):
             self._append(Line(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
 
     def take(self, reply: Reply) -> None:
+        """Act on a reply: count what was worked through, go back to a line that is wanted again, stop at trouble."""
         if self._listener is not None:
             self._listener.append(reply)
         if isinstance(reply, Ok):

@@ -7,7 +7,7 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
-from handout.calibrating import store, through
+from handout.calibrating import calibrated_ink, store
 from handout.colour import conversions
 from handout.colour.interpolation import look_up
 from handout.errors import InputError
@@ -32,7 +32,7 @@ def test_what_is_sent_prints_as_the_ink_should_look(stored):
     rgb = np.random.default_rng(0).uniform(0.35, 0.6, (8, 8, 3))
     rgba = np.concatenate([rgb, np.full((8, 8, 1), 0.8)], axis=2)
     rgba[:, :3] = 0
-    sent = through.Through(stored)(page(rgba)).rgba
+    sent = calibrated_ink.CalibratedInk(stored)(page(rgba)).rgba
     table = stored.table()
     assert not sent[:, :3].any()  # paper stays paper
     plain, ink = rgba[:, 3:].reshape(-1, 4), sent[:, 3:].reshape(-1, 4)
@@ -47,7 +47,7 @@ def test_ink_out_of_reach_is_counted(stored):
     rgba = np.zeros((10, 10, 4))
     rgba[:5] = (0.5, 0.5, 0.5, 1.0)
     rgba[5:8] = (0.0, 0.0, 0.6, 1.0)
-    made = through.Through(stored)
+    made = calibrated_ink.CalibratedInk(stored)
     made(page(rgba))
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
@@ -57,48 +57,48 @@ def test_ink_out_of_reach_is_counted(stored):
 
 
 def test_a_blank_page_says_nothing_of_reach(stored):
-    made = through.Through(stored)
+    made = calibrated_ink.CalibratedInk(stored)
     assert not made(page(np.zeros((4, 4, 4)))).rgba.any()
     assert "reach" not in made.said()
 
 
 def test_the_newest_of_a_paper_is_used(stored, built):
     old = aged(stored, 400)
-    found, doubts = through.choose("printer-simulated")
+    found, doubts = calibrated_ink.choose("printer-simulated")
     assert found == old and len(doubts) == 1 and "400 days old" in doubts[0]
     new = store.add(built)
-    assert through.choose("sim") == (new, [])
+    assert calibrated_ink.choose("sim") == (new, [])
     cream = aged(store.add(built), 0, "cream")
-    assert [one.folder for one in store.every()] and through.choose("sim", "cream")[0].folder == cream.folder
-    assert through.choose("sim", asked="simulated/white")[0].paper == "white"
+    assert [one.folder for one in store.every()] and calibrated_ink.choose("sim", "cream")[0].folder == cream.folder
+    assert calibrated_ink.choose("sim", asked="simulated/white")[0].paper == "white"
 
 
 def test_another_paper_and_another_printer_are_doubted(stored):
-    _, doubts = through.choose("sim", "recycled")
+    _, doubts = calibrated_ink.choose("sim", "recycled")
     assert len(doubts) == 1 and "made on white, and recycled is in the printer" in doubts[0]
-    _, doubts = through.choose("epson", asked="simulated/white")
+    _, doubts = calibrated_ink.choose("epson", asked="simulated/white")
     assert "is of simulated, and this is epson" in doubts[0]
 
 
 def test_a_table_as_a_file(stored, tmp_path):
     path = tmp_path / "mine.npz"
     shutil.copy(stored.table_file, path)
-    found, _ = through.choose("sim", asked=str(path))
+    found, _ = calibrated_ink.choose("sim", asked=str(path))
     assert found.folder is None and found.paper == "white" and found.made == stored.made
     with pytest.raises(InputError, match="a table by itself"):
         found.keep_strip({})
 
 
 def test_none_and_what_is_not_there(stored):
-    assert through.choose("sim", asked="none") == (None, [])
-    assert through.choose("epson") == (None, [])
+    assert calibrated_ink.choose("sim", asked="none") == (None, [])
+    assert calibrated_ink.choose("epson") == (None, [])
     for asked in ("nothing", "no.npz"):
         with pytest.raises(InputError, match="neither a file, nor none"):
-            through.choose("sim", asked=asked)
+            calibrated_ink.choose("sim", asked=asked)
     with pytest.raises(
         InputError, match="no calibration for simulated/blue; there are calibrations for simulated/white"
     ):
-        through.choose("sim", asked="sim/blue")
+        calibrated_ink.choose("sim", asked="sim/blue")
 
 
 def test_folders_that_are_no_calibration_are_passed_over(stored):

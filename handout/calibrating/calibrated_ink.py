@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from handout.calibrating import inks, store
-from handout.calibrating.calibration import Calibration
-from handout.calibrating.reference import Kind, Reference, of_calibration
+from handout.calibrating import ink_samples, store
+from handout.calibrating.pen_reference import Kind, Reference, of_calibration
+from handout.calibrating.store import Calibration
 from handout.colour import gamut
 from handout.colour.gamut import Reach
 from handout.colour.table import apply
@@ -87,7 +87,7 @@ def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
 
 
 @dataclass
-class Through:
+class CalibratedInk:
     """Sends the ink of pages through a calibration (an `inking.device_pixels.Calibrate`), and keeps samples of it.
 
     reference : what the pen in the chart's frame says of the hand; None: nothing is known.
@@ -113,7 +113,7 @@ class Through:
         if self.reference is not None and self.reference.match is not None:
             raster = self.reference.match.raster(raster)
         if len(self._seen) < _PAGES:
-            samples = inks.of_raster(np.asarray(raster.rgba), _SAMPLED)
+            samples = ink_samples.of_raster(np.asarray(raster.rgba), _SAMPLED)
             if len(samples.rgba):
                 self._seen.append(np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1))
         return apply(raster, self._table)
@@ -141,5 +141,5 @@ class Through:
         if not self._seen:
             return None
         if self.hand:
-            return inks.reach_of(self.hand, self._table, self.reference, self.pen)
+            return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
         return gamut.reach(np.concatenate(self._seen), self._table)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from handout.calibrating import store
-from handout.calibrating.calibration import PATCHES, Calibration
-from handout.calibrating.prints import judged
+from handout.calibrating.print_diagnosis import diagnose
+from handout.calibrating.store import PATCHES, Calibration
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
 from handout.colour.reading.solid_inks import of_change, of_strength, solids_of, without_tone
@@ -81,12 +81,12 @@ def test_the_cause_takes_the_place_of_its_effects_and_may_be_accepted():
     shown = seen(Inkjet("white", faults=["no-black"]))
     effect = Finding("tone", "warn", "Middle tones are too light.")
     reading = Reading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (effect,))
-    refused = judged(reading)
+    refused = diagnose(reading)
     assert [(one.code, one.severity) for one in refused.findings] == [("no-black", "refuse")] and not refused.usable
-    assert judged(reading, accept=True).usable
+    assert diagnose(reading, accept=True).usable
     cropped = Finding("cropped", "refuse", "The upper edge is cut off.")
     other = Reading(chart("A4"), DEVICE, shown, np.full(len(DEVICE), 0.001), (cropped,))
-    assert judged(other) is other
+    assert diagnose(other) is other
 
 
 @pytest.mark.parametrize(("earlier", "fault", "usable"), [("weak-magenta", "", True), ("", "wrong-media", False)])
@@ -96,4 +96,4 @@ def test_a_chart_whose_weak_ink_was_accepted_is_no_measure_for_the_next(earlier,
     then, now = (seen(Inkjet("white", faults=[name] if name else [])) for name in (earlier, fault))
     monkeypatch.setattr(store, "read_patches", lambda _: SimpleNamespace(device=DEVICE, scanned=then))
     reading = Reading(chart("A4"), DEVICE, now, np.full(len(DEVICE), 0.001), ())
-    assert judged(reading, before=before).usable == usable
+    assert diagnose(reading, before=before).usable == usable

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.calibration import Calibration
+from handout.calibrating.store import Calibration
 from handout.colour.ink_match import InkMatch, match
 from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scribble

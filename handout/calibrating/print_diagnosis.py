@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from handout.calibrating import store
-from handout.calibrating.calibration import Calibration
-from handout.calibrating.reference import Reference
+from handout.calibrating.pen_reference import Reference
+from handout.calibrating.store import Calibration
 from handout.colour.reading import Finding, Reading
 from handout.colour.reading.solid_inks import Solids, of_change, of_strength, solids_of, without_tone
 
@@ -15,7 +15,7 @@ from handout.colour.reading.solid_inks import Solids, of_change, of_strength, so
 _EFFECTS = ("managed", "ramp", "identical", "tone")
 
 
-def judged(
+def diagnose(
     reading: Reading, known: Reference | None = None, before: Calibration | None = None, accept: bool = False
 ) -> Reading:
     """A reading with what is wrong with the print itself, its cause in the place of its effects.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.reference import Reference
+from handout.calibrating.pen_reference import Reference
 from handout.colour import gamut
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable
