@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
+from handout.colour import exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 
 
