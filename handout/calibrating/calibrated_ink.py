@@ -76,7 +76,8 @@ def _doubts(calibration: Calibration, printer: str, paper: str) -> list[str]:
         loaded = store.key(paper)
         doubts.append(
             f"The calibration was made on {calibration.paper}, and {loaded} is in the printer: colours are off by as "
-            f"much as these papers differ. Calibrate it: handout calibrate wizard --printer {calibrated} --paper {loaded}"
+            f"much as these papers differ. Calibrate it: handout calibrate wizard --printer {calibrated} "
+            f"--paper {loaded}"
         )
     if (days := calibration.age()) > _OLD:
         doubts.append(
