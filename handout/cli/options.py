@@ -12,6 +12,7 @@ import click
 from handout import page_sizes
 from handout.cli import results
 from handout.cli.console import Console
+from handout.motion import ENGINES
 from handout.pipeline.options import PENS, PictureOptions, SheetOptions, WritingOptions, slip_rate
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ _WRITING = (
     ),
     click.option(
         "--kinematics",
-        type=click.Choice(["optimal-control", "sigma-lognormal"]),
-        default="optimal-control",
+        type=click.Choice(ENGINES),
+        default=ENGINES[0],
         show_default=True,
         help="How the strokes move.",
     ),

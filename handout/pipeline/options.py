@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
+from handout.colour import exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)

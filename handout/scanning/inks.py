@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hues import kinds
-from handout.scanning.checks import blank
+from handout.scanning.checks import blank_page
 from handout.scanning.scan import Scan
 from handout.values import Array
 
@@ -29,6 +29,9 @@ _AS_DARK = 0.6  # of the commonest ink's contrast, for another to count: a paler
 _STIFF = 2e-3  # variance of colour that every axis has to bear
 _STRETCH = 0.05  # level of ruling that a unit of the axis' length costs
 _ENOUGH = 200  # pixels of strokes
+_RUN = 6.0  # mm of straight line: no stroke of a letter is so long and so level
+_LEAST = 0.10  # of the contrast of ink: fainter lines need no care
+_LINES = 4.0  # ruled lines as long as the page is wide, together
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,7 @@ def find_inks(scan: Scan) -> Inks:
     away = _away(scan, paper)
     core, threshold = _cores(away)
     if int(core.sum()) < _ENOUGH or threshold < 0.4 * _CONTRAST:
-        raise blank(scan)
+        raise blank_page(scan)
     contrast = float(np.median(away[core]))
     ruling = find_ruling(scan, paper.astype(np.float32), contrast)
     if ruling is not None:
@@ -94,7 +97,7 @@ def find_inks(scan: Scan) -> Inks:
         ruled = np.zeros((0, 3))
     colours = scan.rgb[core] / 255.0
     if len(colours) < _ENOUGH or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _CONTRAST:
-        raise blank(scan)
+        raise blank_page(scan)
     noise = _noise(scan, away, paper)
     inks, grain = _told_apart(colours, paper, noise, ruled)
     return Inks(paper, inks, grain, ruling)
@@ -224,11 +227,6 @@ def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Arra
     costs = [level + _STRETCH * float(np.linalg.norm(axis)) for level, axis in zip(levels, candidates, strict=True)]
     best = int(np.argmin(costs))
     return candidates[best], levels[best]
-
-
-_RUN = 6.0  # mm of straight line: no stroke of a letter is so long and so level
-_LEAST = 0.10  # of the contrast of ink: fainter lines need no care
-_LINES = 4.0  # ruled lines as long as the page is wide, together
 
 
 def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDArray[np.bool_] | None:

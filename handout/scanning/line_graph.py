@@ -27,6 +27,17 @@ _RINGS = np.array(
     + [(0.5 * np.cos(a), 0.5 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
     + [(0.85 * np.cos(a), 0.85 * np.sin(a)) for a in np.arange(12) * np.pi / 6]
 )
+_ALONE = 1.3  # times the usual width: wider ink is not one line's
+_OWN = 2.2  # half widths: an edge farther off is not this line's
+_LEVEL = 0.5  # half widths: where both edges are about as far, the line lies between them
+_ROUNDS = 4  # of the fit
+_FINE = 0.5  # pixels between samples across the line
+_STEP = 2.0  # pixels that a vertex moves in a round, at most
+_STIFF = 0.45  # half widths: shorter waves of the line are smoothed away
+_HOLD, _BOUND = 0.05, 0.7  # weights of the place before, and of a single edge; the middle of two edges has 1
+_ON = -0.7  # greatest cosine between two paths that go on as one line through a junction
+_PULL, _EVEN = 0.1, 5  # share and rounds of the smoothing before the fit, which only its normals need
+_END = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
 
 
 def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
@@ -60,19 +71,6 @@ def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
 def mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
     """(n,) float: mean of `values` over the circle of each vertex, of places and radii in pixels."""
     return np.asarray(sampled(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))
-
-
-_ALONE = 1.3  # times the usual width: wider ink is not one line's
-_OWN = 2.2  # half widths: an edge farther off is not this line's
-_LEVEL = 0.5  # half widths: where both edges are about as far, the line lies between them
-_ROUNDS = 4  # of the fit
-_FINE = 0.5  # pixels between samples across the line
-_STEP = 2.0  # pixels that a vertex moves in a round, at most
-_STIFF = 0.45  # half widths: shorter waves of the line are smoothed away
-_HOLD, _BOUND = 0.05, 0.7  # weights of the place before, and of a single edge; the middle of two edges has 1
-_ON = -0.7  # greatest cosine between two paths that go on as one line through a junction
-_PULL, _EVEN = 0.1, 5  # share and rounds of the smoothing before the fit, which only its normals need
-_END = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
 
 
 def half_widths(measured: Array, edges: Indices, count: int, usual: float) -> Array:

@@ -26,6 +26,12 @@ _EDGE = 4  # pixels from the edge of the picture: what lies there is no side of 
 _BESIDE = 6  # pixels to either side of an edge
 _STRAIGHT = 2.5  # pixels: how far a side may bend
 _MOST = 2.0  # degrees between opposite sides
+_CELL = 1.0  # mm
+_LEAST = 8.0  # mm: wider than any space between words
+_MIDDLE = (0.2, 0.8)  # of the ink's width: where the band may lie
+_STRAYS = 0.02  # of the rows with ink: so few may cross the band
+_LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
+_LINES = 3  # on either side
 
 
 def refuse_oblique(scan: Scan) -> None:
@@ -127,14 +133,6 @@ def _straight(points: Array) -> Array | None:
 def _between(a: Array, b: Array) -> float:
     """Degrees between two directions."""
     return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
-
-
-_CELL = 1.0  # mm
-_LEAST = 8.0  # mm: wider than any space between words
-_MIDDLE = (0.2, 0.8)  # of the ink's width: where the band may lie
-_STRAYS = 0.02  # of the rows with ink: so few may cross the band
-_LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
-_LINES = 3  # on either side
 
 
 @dataclass(frozen=True)

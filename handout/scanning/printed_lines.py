@@ -166,10 +166,9 @@ def _usual_slope(heights: list[Array], middles: Array) -> float:
     slopes = np.linspace(-_STEEPEST, _STEEPEST, 97)
     votes = np.zeros(len(slopes))
     for apart in (3, 6):
-        for a, b, step in (
-            (heights[i], heights[i + apart], middles[i + apart] - middles[i]) for i in range(_STRIPS - apart)
-        ):
-            slopes_between = (b[None, :] - a[:, None]).ravel() / step
+        for a, b in ((i, i + apart) for i in range(_STRIPS - apart)):
+            step = middles[b] - middles[a]
+            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
             votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
     best = np.flatnonzero(votes >= 0.98 * votes.max())
     return float(slopes[best].mean()) if votes.max() > 0 else 0.0
@@ -246,11 +245,8 @@ def _evenly(lines: list[PrintedLine], fewest: int) -> tuple[list[PrintedLine], I
         span = int(np.ptp(place[standing])) + 1
         worth = standing.sum() * min(1.0, standing.sum() / (0.75 * span))
         if best is None or worth > best[0] + 0.5:
-            best = (
-                float(worth),
-                [line for line, in_row in zip(lines, standing, strict=True) if in_row],
-                place[standing],
-            )
+            row = [line for line, in_row in zip(lines, standing, strict=True) if in_row]
+            best = (float(worth), row, place[standing])
     return None if best is None or best[0] < fewest else best[1:]
 
 
@@ -306,18 +302,14 @@ def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine
     """The lines of a row, with those between two that were not seen."""
     places = np.array(sorted(seen_lines))
     interpolated = partial(np.interp, xp=places)
-    values = {
-        name: [getattr(seen_lines[int(p)], name) for p in places]
-        for name in ("at", "slope", "start", "end", "bend", "seen")
-    }
+    names = ("at", "slope", "start", "end", "bend", "seen")
+    values = [[getattr(seen_lines[int(p)], name) for p in places] for name in names]
     lines = []
     for place in range(int(places[0]), int(places[-1]) + 1, every):
         if place in seen_lines:
             lines.append(seen_lines[place])
             continue
-        at, slope, start, end, bend, seen = (
-            float(interpolated(place, fp=values_seen)) for values_seen in values.values()
-        )
+        at, slope, start, end, bend, seen = (float(interpolated(place, fp=row)) for row in values)
         lines.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
     return tuple(lines)
 

@@ -50,7 +50,7 @@ def from_gml(data: bytes) -> Drawing:
     if points < _LEAST:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several = {"drawings": len(found)} if len(found) > 1 else {}
-    return recorded.drawing(_apart(found), "GML", _about(root) | several)
+    return recorded.as_drawing(_apart(found), "GML", _about(root) | several)
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:

@@ -255,7 +255,7 @@ def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
     raw = [Raw(_xy(one), one.channels.get("T"), _pen(one), *one.notes, start=one.start) for one in traces]
-    return recorded.drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
+    return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
 def _xy(trace: _Trace) -> Array:

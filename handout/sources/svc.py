@@ -46,7 +46,7 @@ def from_svc(data: bytes) -> Drawing:
         raise InputError(f"This SVC is cut off: it has {len(rows)} of {said} samples.")
     full = recorded.full_pressure(float(table[:, 6].max())) if len(rows) else 1.0
     raw = [_raw(piece, full) for piece in _on_paper(table)] if len(rows) else []
-    return recorded.drawing(raw, "SVC file", {})
+    return recorded.as_drawing(raw, "SVC file", {})
 
 
 def _on_paper(table: Array) -> list[Array]:

@@ -66,8 +66,8 @@ def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.int
     first = 0
     for line in alignment.lines:
         vertices = np.flatnonzero(np.asarray(owner) == line.number)
-        found = _Line(graph, line, vertices).assigned()
-        letter[vertices] = np.where(found >= 0, found + first, NOBODY)
+        of_line = _Line(graph, line, vertices).assigned()
+        letter[vertices] = np.where(of_line >= 0, of_line + first, NOBODY)
         first += len(line.letters)
     a, b = graph.edges.T
     joints = np.flatnonzero((letter[a] != letter[b]) & (letter[a] >= 0) & (letter[b] >= 0))
@@ -93,7 +93,7 @@ class _Line:
         self.whole = _pieces(self.edges, len(vertices))
 
     def _columns(self) -> Indices:
-        """(n,) the letter in whose column each vertex lies, or the nearest one; strokes are cut no more than needed."""
+        """(n,) the letter in whose column each vertex lies, or the nearest; few strokes are cut."""
         if not self.present.any() or not len(self.u):
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
@@ -103,34 +103,34 @@ class _Line:
         nearest = np.asarray(away.argmin(axis=1))
         paths = branches(self.edges, len(self.u))
         # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
-        ends: dict[int, list[int]] = {}
-        for path, found in zip(paths, self._cut(paths, nearest, away), strict=True):
+        votes_at: dict[int, list[int]] = {}
+        for path, letters in zip(paths, self._cut(paths, nearest, away), strict=True):
             for end in (0, -1):
-                ends.setdefault(int(path[end]), []).append(int(found[end]))
+                votes_at.setdefault(int(path[end]), []).append(int(letters[end]))
         settled = nearest.copy()
-        for vertex, votes in ends.items():
-            settled[vertex] = max(sorted(set(votes)), key=lambda one: (votes.count(one), one == nearest[vertex]))
+        for vertex, votes in votes_at.items():
+            settled[vertex] = max(sorted(set(votes)), key=lambda vote: (votes.count(vote), vote == nearest[vertex]))
         pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
-        met = np.array(sorted(ends), dtype=np.intp)
-        away[met] = pinned[met]
-        for path, found in zip(paths, self._cut(paths, settled, away), strict=True):
-            settled[path] = found
+        meetings = np.array(sorted(votes_at), dtype=np.intp)
+        away[meetings] = pinned[meetings]
+        for path, letters in zip(paths, self._cut(paths, settled, away), strict=True):
+            settled[path] = letters
         return settled
 
     def _beyond(self) -> Array:
-        """(n, letters) how far above or below what its letter reaches each vertex lies."""
+        """(n, letters) how far each vertex lies above or below what a letter reaches."""
         low, high = np.array([_reach(name) for name in self.names]).T
         return np.asarray(np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0))
 
     def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
-        """The letter of every vertex of each path, so that it runs little outside their columns and is little cut."""
+        """The letter of every vertex of each path: cut seldom, and little outside the letters' columns."""
         for path in paths:
-            among = np.unique(nearest[path])
-            if len(among) == 1:
+            letters = np.unique(nearest[path])
+            if len(letters) == 1:
                 yield nearest[path]
                 continue
             run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
-            yield among[_fewest_cuts(away[np.ix_(path, among)] ** 2 * run)]
+            yield letters[_fewest_cuts(away[np.ix_(path, letters)] ** 2 * run)]
 
     def assigned(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
@@ -139,48 +139,48 @@ class _Line:
         anchors = self._anchors()
         letter = self._branches(anchors)
         for component in set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()}:
-            own = self.whole == component
-            letter[own] = self._free(own)
+            vertices = self.whole == component
+            letter[vertices] = self._free(vertices)
         return letter
 
     def _anchors(self) -> dict[int, int]:
         """Letter → the vertex that is surely its own.  Marks come last and take what no letter has."""
         anchors: dict[int, int] = {}
-        taken: set[int] = set()
+        used: set[int] = set()
         marks = [i for i, name in enumerate(self.names) if name in _MARKS and self.present[i]]
         for i in range(len(self.names)):
             vertex = self._middle(i) if self.present[i] and i not in marks else None
             if vertex is not None:
                 anchors[i] = vertex
-                taken.add(int(self.whole[vertex]))
+                used.add(int(self.whole[vertex]))
         for i in marks:
-            vertex = self._mark(i, taken)
+            vertex = self._mark(i, used)
             if vertex is None:
                 vertex = self._middle(i)
             if vertex is not None:
                 anchors[i] = vertex
-                taken.add(int(self.whole[vertex]))
+                used.add(int(self.whole[vertex]))
         return anchors
 
     def _middle(self, i: int) -> int | None:
         """The vertex in the middle of a letter's column that is nearest to the usual height."""
         third = (self.right[i] - self.left[i]) / 3
-        own = self.column == i
-        inner = own & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
-        among = np.flatnonzero(inner if inner.any() else own)
-        return int(among[np.abs(self.up[among] - _ANCHOR).argmin()]) if len(among) else None
+        in_column = self.column == i
+        inner = in_column & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
+        candidates = np.flatnonzero(inner if inner.any() else in_column)
+        return int(candidates[np.abs(self.up[candidates] - _ANCHOR).argmin()]) if len(candidates) else None
 
     def _mark(self, i: int, taken: set[int]) -> int | None:
         """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
         free = ~np.isin(self.whole, list(taken))
-        away = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
-        fits = free & (away <= _NEAR)
+        distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
+        fitting = free & (distance <= _NEAR)
         if self.names[i] in _LOW_MARKS:
-            fits &= self.up < _LOW
+            fitting &= self.up < _LOW
         elif self.names[i] in _HIGH_MARKS:
-            fits &= self.up > _HIGH
-        among = np.flatnonzero(fits)
-        return int(among[away[among].argmin()]) if len(among) else None
+            fitting &= self.up > _HIGH
+        candidates = np.flatnonzero(fitting)
+        return int(candidates[distance[candidates].argmin()]) if len(candidates) else None
 
     def _branches(self, anchors: dict[int, int]) -> Indices:
         """(n,) letters within components that have anchors: pieces follow what they are joined to."""
@@ -189,8 +189,8 @@ class _Line:
         for vertex, letter in ((v, i) for i, v in anchors.items()):
             # a mark's component may lie in another letter's column: it is the mark's all the same
             if self.column[vertex] != letter:
-                own = self.whole == self.whole[vertex]
-                self.column = np.where(own, letter, self.column)
+                component = self.whole == self.whole[vertex]
+                self.column = np.where(component, letter, self.column)
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)

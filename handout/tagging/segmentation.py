@@ -30,6 +30,16 @@ from handout.values import Array
 _WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letters
 _FOUND = 0.2  # of the work, when the networks have read the page that have not learned from it; measured
 _DOUBT = 0.35  # of a letter's tolerance: a difference that halves confidence
+# Measured on five real pages: two folds read 98.4 % and 95.6 % of the letters of two hard ones, one fold 93.5 and 93.0;
+# a second round gains nothing
+FOLDS = 2
+_COPIES = 4  # of each line of the page, differently distorted; five did no better
+_REHEARSED = 45  # synthetic lines
+_EPOCHS, _RATE = 2, 4e-4  # a third of the rate of training: the networks start from what they know
+_PAGE_WEIGHT = 2.0  # of a column of the page; a synthetic one has 1
+# standard deviations of the distortions of a line: breadth and height (relative), shear (tangent), shift (x-heights)
+_BREADTH, _HEIGHT, _SHEAR, _SHIFT = 0.06, 0.04, 0.06, 0.8 / X_HEIGHT
+Spans = Sequence[tuple[str, float, float]]
 
 
 def page_scale(images: Sequence[Image], lines: Sequence[TranscriptLine], widths: Array) -> float:
@@ -131,19 +141,6 @@ def confidence(decodings: Sequence[Decoded]) -> Array:
         [np.maximum(np.abs(d.left - best.left), np.abs(d.right - best.right)) for d in decodings[:-1]], axis=0
     )
     return np.asarray(0.5 ** (off / tolerance / _DOUBT))
-
-
-# Measured on five real pages: two folds read 98.4 % and 95.6 % of the letters of two hard ones, one fold 93.5 and 93.0;
-# a second round gains nothing
-FOLDS = 2
-_COPIES = 4  # of each line of the page, differently distorted; five did no better
-_REHEARSED = 45  # synthetic lines
-_EPOCHS, _RATE = 2, 4e-4  # a third of the rate of training: the networks start from what they know
-_PAGE_WEIGHT = 2.0  # of a column of the page; a synthetic one has 1
-# standard deviations of the distortions of a line: breadth and height (relative), shear (tangent), shift (x-heights)
-_BREADTH, _HEIGHT, _SHEAR, _SHIFT = 0.06, 0.04, 0.06, 0.8 / X_HEIGHT
-
-Spans = Sequence[tuple[str, float, float]]
 
 
 def folds(count: int) -> NDArray[np.intp]:
