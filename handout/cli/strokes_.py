@@ -34,7 +34,7 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     from handout import atomic
     from handout.errors import InputError
     from handout.motion.reconstruction import planned_page
-    from handout.sinks import fit_svg, plans_json
+    from handout.sinks import plans
     from handout.sources import read_drawing
 
     for path, suffix in ((output, ".json"), (report, ".svg")):
@@ -47,9 +47,9 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     page = planned_page.fit(drawing, timed=timed)
     files = {}
     if output is not None:
-        files[output] = plans_json.to_json(page)
+        files[output] = plans.to_json(page)
     if report is not None:
-        files[report] = fit_svg.to_svg(drawing, page)
+        files[report] = plans.fit_report(drawing, page)
     for path, data in files.items():
         atomic.write(path, data)
     facts = _facts(page) | {"files": [str(path) for path in files]}
@@ -99,7 +99,7 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
     from handout.errors import InputError
     from handout.motion.reconstruction import planned_page
     from handout.sinks import check_outputs, write_drawings
-    from handout.sources import plans_json
+    from handout.sources import plans
 
     check_outputs(output)
     try:
@@ -107,7 +107,7 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
     except OSError as error:
         raise InputError(f"Cannot read {plan}: {error.strerror or error}.") from error
     try:
-        page = plans_json.from_json(data)
+        page = plans.from_json(data)
     except InputError as error:
         raise InputError(f"{plan}: {error}") from error
     files = write_drawings([planned_page.drawing(page)], output)
