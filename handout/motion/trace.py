@@ -65,9 +65,9 @@ def trace(
 ) -> Drawing:
     """Timed strokes for a manuscript.
 
-    A drawn hand's letters are plans, which `engine` moves through.  A scanned hand's are ink: `recovery` finds the pen's
-    paths over it and `timing` their pace, whatever the engine; each stroke has the colour of its page's ink, and there
-    is no tremor.
+    A drawn hand's letters are plans, which `engine` moves through.  A scanned hand's are ink: `recovery` finds the
+    pen's paths over it and `timing` their pace, whatever the engine; each stroke has the colour of its page's ink, and
+    there is no tremor.
 
     Parameters
     ----------
