@@ -18,7 +18,7 @@ from handout.writing.accents import accented
 from handout.writing.baseline_model import USUAL_BASELINES
 from handout.writing.choice import Chooser, joined
 from handout.writing.clearance import bounded, dotted, too_near
-from handout.writing.line_writer import Piece, ToPage, Unit
+from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit
 from handout.writing.slips import Struck
 from handout.writing.text import Letter, Repertoire, spelt
 from handout.writing.variation import USUAL, Drift, Variation, walk, warp
@@ -185,9 +185,6 @@ def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...],
     return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
 
 
-_MOST_SPACES = 12
-
-
 def repertoire(hand: Hand) -> Repertoire:
     """What a drawn hand can write."""
     return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
@@ -239,7 +236,7 @@ class DrawnLineWriter:
         if not spaces:
             return 0.0
         usual = self._hand.word_space
-        wide = usual * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
+        wide = usual * (1 + MORE_SPACE * (min(spaces, MOST_SPACES) - 1))
         # a writer has one habit of spacing: neither a closed gap nor one that reads as two
         slack = rng.normal(0.0, USUAL.word_gap * self._jitter)
         return wide + min(max(slack, -0.28 * usual), 0.5 * usual)
