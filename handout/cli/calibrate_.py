@@ -11,8 +11,7 @@ import click
 from handout import units
 from handout.cli import options, progress
 from handout.cli.console import Console
-from handout.colour import exports
-from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.pipeline.options import COLOUR_FORMATS, CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
 _METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
@@ -243,7 +242,7 @@ def show(printer: str, paper: str, as_json: bool) -> None:
 @command.command()
 @_stored_printer
 @_stored_paper
-@click.option("--format", "kind", type=click.Choice(list(exports.FORMATS)), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(COLOUR_FORMATS), required=True, help="What to write.")
 @click.option("-o", "--output", type=_PATH, required=True)
 @options.console
 def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:

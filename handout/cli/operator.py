@@ -11,9 +11,7 @@ import click
 from handout.cli import progress
 from handout.cli.console import BackgroundOutput
 from handout.errors import DeviceError, InputError
-from handout.plotting.connections import is_simulated
-from handout.plotting.driving.driver import Progress
-from handout.plotting.jobs.runner import is_about_zero
+from handout.pipeline.plotting import Progress, is_about_zero, is_simulated
 
 
 class Operator:

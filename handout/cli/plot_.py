@@ -143,7 +143,7 @@ def command(
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
-    from handout.sinks import check_outputs
+    from handout.pipeline.pictures import check_outputs
 
     check_outputs(mode.dry_run)
     request = PlotRequest(read_source(text, file, console), writing, sheet, picture, plotting)
@@ -198,10 +198,10 @@ def _check_resuming(text: tuple[str, ...]) -> None:
 def _resume(mode: _Mode, console: Console) -> None:
     """--resume."""
     from handout.cli.operator import Operator
+    from handout.pipeline.plot_jobs import find_job
     from handout.pipeline.plotting import resume
-    from handout.plotting.jobs import store
 
-    job = store.find(None if mode.resume == _LATEST else mode.resume)
+    job = find_job(None if mode.resume == _LATEST else mode.resume)
     address = mode.port or job.port
     operator = Operator(address, mode.yes, console.quiet)
     result = resume(job.name, address, mode.attendance, operator=operator, listener=console)

@@ -13,8 +13,7 @@ from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.printing import Printed
-    from handout.printing.sending import Report
+    from handout.pipeline.printing import Printed, Report
 
 _MOST_NAMED = 12  # files that are named at the end
 
@@ -70,8 +69,7 @@ def command(
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
     """
-    from handout.pipeline.printing import print_
-    from handout.printing.sending import PrintingStopped
+    from handout.pipeline.printing import PrintingStopped, print_
 
     try:
         with console.working():

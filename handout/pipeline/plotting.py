@@ -24,13 +24,16 @@ from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptio
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
 from handout.plotting import fit_to_bed, open_port, plan
-from handout.plotting.connections import is_simulated, surroundings
+from handout.plotting.connections import is_simulated as is_simulated
+from handout.plotting.connections import surroundings
 from handout.plotting.driving import plot_report
-from handout.plotting.driving.driver import Progress, Report
+from handout.plotting.driving.driver import Progress as Progress
+from handout.plotting.driving.driver import Report
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Job, Options, load
 from handout.plotting.jobs.pages import Made, laid_out
+from handout.plotting.jobs.runner import is_about_zero as is_about_zero
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
