@@ -141,6 +141,16 @@ def test_imports_run_one_way():
     assert wrong == []
 
 
+def test_motion_knows_of_scanned_writing_only_the_forms():
+    inner = {
+        name
+        for path in (PACKAGE / "motion").rglob("*.py")
+        for name in imports(path)
+        if name.startswith("handout.writing.scanned")
+    }
+    assert inner == {"handout.writing.scanned.forms"}
+
+
 def test_the_rule_can_fail():
     assert {home for _, home, _ in arrows()} >= {"writing", "motion", "cli"}
     assert "cli" not in MAY["writing"]

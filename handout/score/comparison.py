@@ -33,7 +33,7 @@ from handout.score.features import (
 from handout.score.two_sample import TwoSample, two_sample
 from handout.score.written_lines import ink, read_page
 
-DRAWS = 24
+DRAWS = 24  # of halves
 LEAST = 4  # lines: with fewer a half is one line
 
 

@@ -21,7 +21,7 @@ from handout.scanning.picture_files import read_picture
 from handout.scanning.text_lines import find_text_lines
 from handout.values import Array
 
-DPI = 300.0
+DPI = 300.0  # for which all lengths in pixels of the measures are given
 _DUST = 12  # pixels
 _THIN = 25  # pixels: no line of writing is that long and that low
 _EDGE = 12  # pixels, the outermost millimetre

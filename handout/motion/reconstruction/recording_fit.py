@@ -34,9 +34,9 @@ _GAIN = 0.05  # dB that another stroke must bring
 _TOGETHER, _WINDOW, _HOP, _MARGIN = 14, 10, 6, 0.06
 _SWEEPS, _MORE, _LEAST = 2, 3, 20
 _LOW, _HIGH = np.log([0.03, 0.02]), np.log([0.8, 1.2])  # sigma, and the time from t0 to the median, s
-_TURN = 2.4
-_PRIOR = 1e-2
-_TINY = 1e-4
+_TURN = 2.4  # rad: half the turning of a stroke at most, as `sigma_lognormal_model.MOST_BENT`, a little less
+_PRIOR = 1e-2  # weight of how far rows are from where they began
+_TINY = 1e-4  # step of the numerical derivatives
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr, ndtri
 
-from handout.hand.measures import mean_x_height
+from handout.hand.measures import body_sizes, mean_x_height
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
@@ -33,7 +33,6 @@ _AWAY = 0.15  # weight of staying where it is
 _ENOUGH = 5  # instances, from which a letter's own range is known
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that what all letters have in common counts for
-_SMALL = 0.6  # x-heights: what is lower than this has no slant of its own
 _TRIES = (1.0, 0.7, 0.5)
 
 
@@ -149,7 +148,7 @@ def spread(forms: Forms) -> Spread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = mean_x_height(hand)
-    size = measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
+    size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common(size, groups, _free(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
@@ -168,24 +167,7 @@ def spread(forms: Forms) -> Spread:
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:
     """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
-    return np.asarray(measures(xy, radius, np.array([0, len(xy)]), x_height)[0])
-
-
-def measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
-    """(n, 4): as `measure`, of n bodies, one behind the other from the vertices `first` (n + 1,) on."""
-    begin, count = first[:-1], np.diff(first)
-    low = np.minimum.reduceat(xy - radius[:, None], begin)
-    high = np.maximum.reduceat(xy + radius[:, None], begin)
-    x, y = (xy - np.repeat(np.add.reduceat(xy, begin) / count[:, None], count, axis=0)).T
-    tall = high[:, 1] - low[:, 1] > _SMALL * x_height
-    square = np.add.reduceat(y * y, begin)
-    slant = np.where(tall, np.add.reduceat(x * y, begin) / np.where(tall, square, 1.0), 0.0)
-    # of a slanted letter the upright width is what varies by itself
-    upright = xy[:, 0] - np.repeat(slant, count) * xy[:, 1]
-    wide = np.maximum.reduceat(upright, begin) - np.minimum.reduceat(upright, begin)
-    wide = np.log(wide + 2 * np.add.reduceat(radius, begin) / count)
-    high = np.log(high[:, 1] - low[:, 1])
-    return np.column_stack([wide, high, wide - high, slant])
+    return np.asarray(body_sizes(xy, radius, np.array([0, len(xy)]), x_height)[0])
 
 
 def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
