@@ -13,7 +13,7 @@ from handout import page_sizes
 from handout.cli import results
 from handout.cli.console import Console
 from handout.motion import ENGINES
-from handout.pipeline.options import PENS, PictureOptions, SheetOptions, WritingOptions, slip_rate
+from handout.pipeline.options import PENS, PictureOptions, SheetOptions, StyleOptions, WritingOptions, slip_rate
 
 if TYPE_CHECKING:
     from handout.inking.pen import Pen
@@ -170,6 +170,20 @@ manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without sl
 writing = bind("writing", WritingOptions, *_WRITING, slips_option)
 picture = bind("picture", PictureOptions, *_RASTER)
 console = bind("console", Console, *_SAYING)
+style = bind(
+    "styling",
+    StyleOptions,
+    click.option(
+        "--style",
+        default="fast-tag",
+        show_default=True,
+        help="fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
+    ),
+    click.option("--smooth", type=float, help="0.05 to 1: how much the movement rounds; default: the style's."),
+    click.option("--shear", help="Lean of the letters, such as 12deg; default: the style's."),
+    click.option("--jitter", type=float, help="How much the hand varies, 1 as people do; default: the style's."),
+    click.option("--seed", type=int, help="Same seed, same bytes; without it every run may differ."),
+)
 
 
 def text_of(words: Sequence[str], file: str | None) -> str:

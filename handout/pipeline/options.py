@@ -176,6 +176,32 @@ class PrintOptions:
     stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
 
 
+@dataclass(frozen=True)
+class StyleOptions:
+    """A handstyle, and what is changed of it."""
+
+    style: str = "fast-tag"  # a style's name, or a .toml file
+    smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
+    shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
+    jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
+    seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class PromptOptions:
+    """The sheets that an author is asked to write on."""
+
+    pages: int = 4  # how many to write
+    characters: str | None = None  # each occurs at least once; None: all printable ASCII
+    also: str = ""  # more characters than these
+    target: str | None = None  # a file with texts such as will be wanted later: its letters count, and occur
+    corpus_file: str | None = None  # a file of text to take the sentences from; None: the program's own
+    page: str = "A4"  # or letter
+    ruling: Length = "10mm"  # distance of the lines
+    letter_width: Length | None = None  # width that letters take, with gaps; None: a third of the ruling
+    ruled: bool = True  # lines and words printed pale where one writes; or nothing but the marks
+
+
 def millimetres(length: Length, what: str) -> float:
     """A length in mm; `what` names it in the error message."""
     return units.length(str(length), what)
