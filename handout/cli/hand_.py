@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.cli.prompt_ import command as prompt
 from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
@@ -139,14 +139,14 @@ def show(
     from handout.pipeline.kept_hands import show_hand
 
     result = show_hand(name, output, text, writing, picture)
-    sentence = f"Wrote {results.names(result.files)}"
+    sentence = f"Wrote {sentences.names(result.files)}"
     if result.forms:
         sentence += f": {units.count(result.forms, 'form')}; seed {result.seed}."
     elif result.hand is not None:
         letters = units.count(len(result.hand.glyphs), "letter")
         sentence += f": {letters}, {len(result.hand.letters)} different ones."
     else:
-        sentence += f".{results.lent(result.tally)}"
+        sentence += f".{sentences.lent(result.tally)}"
     console.report(result, "\n".join([*result.reasons, sentence]))
 
 
@@ -191,7 +191,7 @@ def _checked(result: CheckedHand) -> str:
         if elsewhere:
             lines.append(f"In another place of a word only: {', '.join(elsewhere)}.")
     if result.files:
-        lines.append(f"Wrote {results.names(result.files)}.")
+        lines.append(f"Wrote {sentences.names(result.files)}.")
     return "\n".join(lines)
 
 
