@@ -14,9 +14,8 @@ from handout.cli.prompt_ import command as prompt
 from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.completion.completed_hand import Outlook
     from handout.pipeline.hands import ReadHand
-    from handout.pipeline.kept_hands import CheckedHand
+    from handout.pipeline.kept_hands import CheckedHand, Outlook
 
 
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
@@ -84,9 +83,7 @@ def read(
 
 
 def _sentence(result: ReadHand) -> str:
-    from handout.hand import report
-
-    hand, doubtful = result.hand, len(report.doubtful(result.hand))
+    hand, doubtful = result.hand, result.doubtful
     sentence = (
         f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
@@ -164,25 +161,23 @@ def check(name: str, output: str | None, text: str | None, console: Console) -> 
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
-    from handout.hand import report
     from handout.pipeline.kept_hands import check_hand
 
     result = check_hand(name, output, text)
     if not console.as_json and not console.quiet:
-        click.echo(report.table(result.hand))
+        click.echo(result.table())
     console.report(result, _checked(result))
 
 
 def _checked(result: CheckedHand) -> str:
     """What a hand holds, and what a text would lack."""
-    from handout.hand import report
+    from handout.pipeline.kept_hands import LEAST
 
-    hand = result.hand
-    few = [letter for letter, count in hand.letters.items() if count < report.LEAST]
+    hand, rare = result.hand, result.rare
     lines = [
         f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{len(report.doubtful(hand))} doubtful; {len(few)} of {len(hand.letters)} fewer than {report.LEAST} times"
-        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in few) if few else "")
+        f"{result.doubtful} doubtful; {len(rare)} of {len(hand.letters)} fewer than {LEAST} times"
+        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
         + "."
     ]
     if result.lacking is not None:
