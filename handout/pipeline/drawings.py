@@ -230,7 +230,7 @@ def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
         The file cannot be read, or holds no plans.
     """
     from handout.motion.reconstruction import planned_page
-    from handout.sources import plans
+    from handout.sources.plans import from_json
 
     check_outputs(outputs)
     try:
@@ -238,7 +238,7 @@ def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
     except OSError as error:
         raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
     try:
-        fitted = plans.from_json(data)
+        fitted = from_json(data)
     except InputError as error:
         raise InputError(f"{plans}: {error}") from error
     return write_drawings([planned_page.drawing(fitted)], outputs)
