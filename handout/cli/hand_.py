@@ -164,26 +164,21 @@ def check(name: str, output: str | None, text: str | None, console: Console) -> 
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
-    from handout.hand import report
     from handout.pipeline.kept_hands import check_hand
 
     result = check_hand(name, output, text)
     if not console.as_json and not console.quiet:
-        click.echo(report.table(result.hand))
+        click.echo(result.table)
     console.report(result, _checked(result))
 
 
 def _checked(result: CheckedHand) -> str:
     """What a hand holds, and what a text would lack."""
-    from handout.hand import report
-
-    hand = result.hand
-    few = [letter for letter, count in hand.letters.items() if count < report.LEAST]
+    hand, rare = result.hand, " ".join(f"{letter}({count})" for letter, count in result.rare)
     lines = [
         f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{len(report.doubtful(hand))} doubtful; {len(few)} of {len(hand.letters)} fewer than {report.LEAST} times"
-        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in few) if few else "")
-        + "."
+        f"{result.doubtful} doubtful; {len(result.rare)} of {len(hand.letters)} fewer than {result.enough} times"
+        f"{': ' + rare if rare else ''}."
     ]
     if result.lacking is not None:
         elsewhere = sorted({f"{lack.letter} ({lack.place})" for lack in result.lacking if lack.anywhere})

@@ -55,6 +55,26 @@ class CheckedHand:
     supply: Sequence[Outlook] = ()
     notes: tuple[str, ...] = ()
 
+    @property
+    def table(self) -> str:
+        """Letter by letter what there is, in columns."""
+        return report.table(self.hand)
+
+    @property
+    def doubtful(self) -> int:
+        """How many letters are doubtful."""
+        return len(report.doubtful(self.hand))
+
+    @property
+    def rare(self) -> list[tuple[str, int]]:
+        """The letters that occur less often than `enough` times, and how often they do."""
+        return [(letter, count) for letter, count in self.hand.letters.items() if count < self.enough]
+
+    @property
+    def enough(self) -> int:
+        """How often a letter should occur."""
+        return report.LEAST
+
     def facts(self) -> Facts:
         """What ``--json`` prints."""
         facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
