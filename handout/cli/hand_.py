@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.cli.prompt_ import command as prompt
 from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.completion.completed_hand import Outlook
     from handout.pipeline.hands import ReadHand
-    from handout.pipeline.kept_hands import CheckedHand
+    from handout.pipeline.kept_hands import CheckedHand, Outlook
 
 
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
@@ -84,9 +83,7 @@ def read(
 
 
 def _sentence(result: ReadHand) -> str:
-    from handout.hand import report
-
-    hand, doubtful = result.hand, len(report.doubtful(result.hand))
+    hand, doubtful = result.hand, result.doubtful
     sentence = (
         f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
         f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
@@ -139,14 +136,14 @@ def show(
     from handout.pipeline.kept_hands import show_hand
 
     result = show_hand(name, output, text, writing, picture)
-    sentence = f"Wrote {results.names(result.files)}"
+    sentence = f"Wrote {sentences.names(result.files)}"
     if result.forms:
         sentence += f": {units.count(result.forms, 'form')}; seed {result.seed}."
     elif result.hand is not None:
         letters = units.count(len(result.hand.glyphs), "letter")
         sentence += f": {letters}, {len(result.hand.letters)} different ones."
     else:
-        sentence += f".{results.lent(result.tally)}"
+        sentence += f".{sentences.lent(result.tally)}"
     console.report(result, "\n".join([*result.reasons, sentence]))
 
 
@@ -168,17 +165,20 @@ def check(name: str, output: str | None, text: str | None, console: Console) -> 
 
     result = check_hand(name, output, text)
     if not console.as_json and not console.quiet:
-        click.echo(result.table)
+        click.echo(result.table())
     console.report(result, _checked(result))
 
 
 def _checked(result: CheckedHand) -> str:
     """What a hand holds, and what a text would lack."""
-    hand, rare = result.hand, " ".join(f"{letter}({count})" for letter, count in result.rare)
+    from handout.pipeline.kept_hands import LEAST
+
+    hand, rare = result.hand, result.rare
     lines = [
         f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
-        f"{result.doubtful} doubtful; {len(result.rare)} of {len(hand.letters)} fewer than {result.enough} times"
-        f"{': ' + rare if rare else ''}."
+        f"{result.doubtful} doubtful; {len(rare)} of {len(hand.letters)} fewer than {LEAST} times"
+        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
+        + "."
     ]
     if result.lacking is not None:
         elsewhere = sorted({f"{lack.letter} ({lack.place})" for lack in result.lacking if lack.anywhere})
@@ -186,7 +186,7 @@ def _checked(result: CheckedHand) -> str:
         if elsewhere:
             lines.append(f"In another place of a word only: {', '.join(elsewhere)}.")
     if result.files:
-        lines.append(f"Wrote {results.names(result.files)}.")
+        lines.append(f"Wrote {sentences.names(result.files)}.")
     return "\n".join(lines)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import page_sizes, units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.plot_request import HeightOptions
@@ -64,7 +64,7 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     )
     if result.executed_s is None:
         taken = units.duration(result.planned_s)
-        console.report(result, f"Wrote {results.names(result.files)}; plotting would take {taken}.")
+        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {taken}.")
     else:
         console.report(result, f"Plotted the test sheet in {units.duration(result.executed_s)}. How to read it:")
     console.say(*(f"  {line}" for line in result.how_to_read))

@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
@@ -164,7 +164,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{results.lent(result.tally)}{results.slipped(result.tally)}"
+        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -179,8 +179,8 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
         )
     console.report(
         result,
-        f"Wrote {results.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
-        f"{result.seed}.{results.lent(result.tally)}{results.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
+        f"{result.seed}.{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import page_sizes, units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, PrintOptions, WritingOptions
 
@@ -80,8 +80,8 @@ def command(
     _name_problems(result.report, console)
     if result.calibration_note:
         console.say(result.calibration_note)
-    sentence = f"{_summary(result)}; {results.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + results.lent(result.tally))
+    sentence = f"{_summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
+    console.report(result, sentence + sentences.lent(result.tally))
     return result.report.exit_code
 
 

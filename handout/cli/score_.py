@@ -12,8 +12,7 @@ import click
 from handout.cli.console import Console
 
 if TYPE_CHECKING:
-    from handout.pipeline.scoring import CrowdedPage, ScoredPage, ScoredPair
-    from handout.score.features import Distance
+    from handout.pipeline.scoring import CrowdedPage, Distance, ScoredPage, ScoredPair
 
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")  # kept in radians
 # measure → its caption, and the unit behind it

@@ -65,9 +65,9 @@ def trace(
 ) -> Drawing:
     """Timed strokes for a manuscript.
 
-    Those of a scanned hand go along its ink, in the order in which a person writes them (see `motion.recovery`), at a
-    pace that is worked out from the path, each in the colour of its page's ink; `engine` is for drawn hands, and the
-    pen of scanned ones does not tremble.
+    A drawn hand's letters are plans, which `engine` moves through.  A scanned hand's are ink: `recovery` finds the
+    pen's paths over it and `timing` their pace, whatever the engine; each stroke has the colour of its page's ink, and
+    there is no tremor.
 
     Parameters
     ----------

@@ -201,7 +201,7 @@ def fit_strokes(
         The drawing cannot be read or has no strokes; a file of another format is asked for.
     """
     from handout.motion.reconstruction import planned_page
-    from handout.sinks import fit_svg, plans_json
+    from handout.sinks import plans
 
     for path, suffix in ((output, ".json"), (report, ".svg")):
         if path is not None and path.suffix.lower() != suffix:
@@ -213,9 +213,9 @@ def fit_strokes(
     fitted = planned_page.fit(drawing, timed=timed)
     files = {}
     if output is not None:
-        files[output] = plans_json.to_json(fitted)
+        files[output] = plans.to_json(fitted)
     if report is not None:
-        files[report] = fit_svg.to_svg(drawing, fitted)
+        files[report] = plans.fit_report(drawing, fitted)
     for path, data in files.items():
         atomic.write(path, data)
     return FittedStrokes(fitted, tuple(files))
@@ -230,7 +230,7 @@ def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
         The file cannot be read, or holds no plans.
     """
     from handout.motion.reconstruction import planned_page
-    from handout.sources import plans_json
+    from handout.sources.plans import from_json
 
     check_outputs(outputs)
     try:
@@ -238,7 +238,7 @@ def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
     except OSError as error:
         raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
     try:
-        fitted = plans_json.from_json(data)
+        fitted = from_json(data)
     except InputError as error:
         raise InputError(f"{plans}: {error}") from error
     return write_drawings([planned_page.drawing(fitted)], outputs)

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
-from handout.completion.completed_hand import Outlook, complete_hand, outlook
+from handout.completion.completed_hand import Outlook as Outlook
+from handout.completion.completed_hand import complete_hand, outlook
 from handout.errors import InputError
 from handout.hand import file, library, report
+from handout.hand.report import LEAST as LEAST
 from handout.pipeline import pictures, writing
 from handout.pipeline.inputs import hand_path
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
@@ -56,24 +58,18 @@ class CheckedHand:
     notes: tuple[str, ...] = ()
 
     @property
-    def table(self) -> str:
-        """Letter by letter what there is, in columns."""
-        return report.table(self.hand)
-
-    @property
     def doubtful(self) -> int:
         """How many letters are doubtful."""
         return len(report.doubtful(self.hand))
 
     @property
-    def rare(self) -> list[tuple[str, int]]:
-        """The letters that occur less often than `enough` times, and how often they do."""
-        return [(letter, count) for letter, count in self.hand.letters.items() if count < self.enough]
+    def rare(self) -> list[str]:
+        """Letters that are there less than `LEAST` times."""
+        return [letter for letter, count in self.hand.letters.items() if count < LEAST]
 
-    @property
-    def enough(self) -> int:
-        """How often a letter should occur."""
-        return report.LEAST
+    def table(self) -> str:
+        """How often each letter is there, in each place of a word."""
+        return report.table(self.hand)
 
     def facts(self) -> Facts:
         """What ``--json`` prints."""

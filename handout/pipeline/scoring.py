@@ -11,7 +11,8 @@ import numpy as np
 from handout.errors import InputError
 from handout.pipeline.results import Fact, Facts
 from handout.score.comparison import Comparison, WriterRanking, compare, rank_writers, read_crowd
-from handout.score.features import Distance, LineFeatures, PageFeatures, distance, measure_lines, page_features
+from handout.score.features import Distance as Distance
+from handout.score.features import LineFeatures, PageFeatures, distance, measure_lines, page_features
 from handout.score.repetition import components, repetition
 from handout.score.statistics import PageStatistics, page_statistics
 from handout.score.written_lines import ink, read_page

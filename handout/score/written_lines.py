@@ -33,7 +33,7 @@ def read_page(path: Path, dpi: float | None = None) -> NDArray[np.uint8]:
     Parameters
     ----------
     path : Path
-        Any image that a scan may be, see `scanning.page`.
+        Any image that a scan may be, see `scanning.picture_files`.
     dpi : float, optional
         Resolution; otherwise the file's own, and 300 where it says none.
 
@@ -193,7 +193,7 @@ def find_words(
     filled = [_filled(mask, line, x_height, slant) for line in lines]
     gaps = np.concatenate([b[1:] - e[:-1] for b, e in filled] or [np.zeros(0)])
     limit = gap_limit(gaps / x_height) * x_height
-    found = []
+    with_words = []
     for line, (begin, end) in zip(lines, filled, strict=True):
         if not len(begin):
             continue
@@ -201,8 +201,8 @@ def find_words(
         first, last = begin[np.concatenate([[0], cut])], end[np.concatenate([cut, [len(end)]]) - 1]
         words = tuple((float(a), float(b)) for a, b in zip(first, last, strict=True) if b - a > _LEAST_INK * x_height)
         if words:
-            found.append(replace(line, words=words))
-    return found
+            with_words.append(replace(line, words=words))
+    return with_words
 
 
 def gap_limit(gaps: Array) -> float:

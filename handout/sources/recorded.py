@@ -46,9 +46,9 @@ class Raw:
 def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
 
-    Samples at which the clock stands still are left out (devices report a resting pen again and again); where no clock
-    runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began the
-    drawing is not `timed`.
+    Samples at which the clock stands still are left out, since devices report a resting pen again and again; where no
+    clock runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began
+    the drawing is not `timed`.
 
     Parameters
     ----------

@@ -29,13 +29,24 @@ NOBODY = -1  # the letter of a vertex that belongs to none
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
-_LOWEST, _HIGHEST = -0.45, 1.35  # x-heights: of letters without tails and stems
-_NEAR = 0.7  # x-heights from a mark's column to its ink
-_HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
-_CUT = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
-_OWN = 1.0  # x-heights of line that belong to a letter in whose column they lie, connected to the rest of it or not
-_NEVER = 1e6
-_ANCHOR = 0.35  # x-heights: anchors are sought as near to this height as there is ink
+
+
+@dataclass(frozen=True)
+class AssignmentSettings:
+    """Lengths in x-heights; set by eye on real pages, `cut` so that ascenders keep their loops."""
+
+    lowest: float = -0.45  # of letters without tails
+    highest: float = 1.35  # of letters without stems
+    near: float = 0.7  # x-heights from a mark's column to its ink
+    high: float = 0.75  # over the baseline: marks above it
+    low: float = 0.55  # over the baseline: marks below it
+    cut: float = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
+    length: float = 1.0  # of a piece of line that belongs to the letter of its column, joined to the rest of it or not
+    anchor: float = 0.35  # x-heights: anchors are sought as near to this height as there is ink
+
+
+_SETTINGS = AssignmentSettings()
+_NEVER = 1e6  # cost that no path takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,17 +179,17 @@ class _Line:
         in_column = self.column == i
         inner = in_column & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
         candidates = np.flatnonzero(inner if inner.any() else in_column)
-        return int(candidates[np.abs(self.up[candidates] - _ANCHOR).argmin()]) if len(candidates) else None
+        return int(candidates[np.abs(self.up[candidates] - _SETTINGS.anchor).argmin()]) if len(candidates) else None
 
     def _mark(self, i: int, taken: set[int]) -> int | None:
         """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
         free = ~np.isin(self.whole, list(taken))
         distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
-        fitting = free & (distance <= _NEAR)
+        fitting = free & (distance <= _SETTINGS.near)
         if self.names[i] in _LOW_MARKS:
-            fitting &= self.up < _LOW
+            fitting &= self.up < _SETTINGS.low
         elif self.names[i] in _HIGH_MARKS:
-            fitting &= self.up > _HIGH
+            fitting &= self.up > _SETTINGS.high
         candidates = np.flatnonzero(fitting)
         return int(candidates[distance[candidates].argmin()]) if len(candidates) else None
 
@@ -194,7 +205,7 @@ class _Line:
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
-        for number in np.flatnonzero(self._lengths(piece, inside) >= _OWN):
+        for number in np.flatnonzero(self._lengths(piece, inside) >= _SETTINGS.length):
             holder[number] = self.column[np.argmax(piece == number)]
         for letter, vertex in anchors.items():
             holder[piece[vertex]] = letter
@@ -214,26 +225,27 @@ class _Line:
         away = np.maximum(np.maximum(self.left - middle, middle - self.right), 0)
         away = np.where(self.present, away, np.inf)
         dotted = np.array([name in _DOTTED or not name.isascii() for name in self.names])
-        if height > _HIGH and (dotted & (away <= _NEAR)).any():
+        if height > _SETTINGS.high and (dotted & (away <= _SETTINGS.near)).any():
             away = np.where(dotted, away, np.inf)
-        elif height <= _HIGH and middle < self.left[self.present].min():
+        elif height <= _SETTINGS.high and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
 
 
 def _reach(name: str) -> tuple[float, float]:
     """How far down and up a letter reaches; loops and stems beyond that are another's."""
-    return -np.inf if name not in NEVER_DESCENDING else _LOWEST, np.inf if name not in NOT_ASCENDING else _HIGHEST
+    lowest = _SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf
+    return lowest, _SETTINGS.highest if name in NOT_ASCENDING else np.inf
 
 
 def _fewest_cuts(cost: Array) -> Indices:
-    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `_CUT`."""
+    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `cut`."""
     total, came = cost[0], np.zeros(cost.shape, dtype=np.intp)
     for row in range(1, len(cost)):
         best = int(total.argmin())
-        changes = total[best] + _CUT < total
+        changes = total[best] + _SETTINGS.cut < total
         came[row] = np.where(changes, best, np.arange(cost.shape[1]))
-        total = np.where(changes, total[best] + _CUT, total) + cost[row]
+        total = np.where(changes, total[best] + _SETTINGS.cut, total) + cost[row]
     chosen = np.empty(len(cost), dtype=np.intp)
     chosen[-1] = int(total.argmin())
     for row in range(len(cost) - 1, 0, -1):

@@ -17,7 +17,7 @@ from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.baseline_model import USUAL_BASELINES
 from handout.writing.choice import Chooser, joined
-from handout.writing.clearance import bounded, dotted, too_near
+from handout.writing.clearance import bound_bars, clear_dots, missing_room
 from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit
 from handout.writing.slips import Struck
 from handout.writing.text import Letter, Repertoire, spelt
@@ -111,7 +111,7 @@ class WordWriter:
         shapes = self._shapes(n)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
-        widths[:-1] += [too_near(a, b, width, breadth) for (a, b), width, breadth in pairs]
+        widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = list[list[Array]]()
         for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
@@ -121,8 +121,8 @@ class WordWriter:
                 if delayed:
                     placed = placed + self._flight()
                 points[-1].append(placed + start)
-        bounded(glyphs, points)
-        dotted(glyphs, points)
+        bound_bars(glyphs, points)
+        clear_dots(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
 
     def _flight(self) -> Array:

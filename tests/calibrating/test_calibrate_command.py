@@ -7,6 +7,7 @@ import pytest
 from PIL import Image
 
 from handout.cli import main
+from handout.colour import exports
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, job_reader
 
@@ -51,6 +52,11 @@ def test_read_build_show_export(call, scan, tmp_path):
     for kind, signature in (("icc", b"prtrRGB Lab "), ("icc-link", b"linkRGB RGB ")):
         call("calibrate", "export", "--printer", "epson", "--format", kind, "-o", f"{kind}.icc", "-q")
         assert (tmp_path / f"{kind}.icc").read_bytes()[12:24] == signature
+
+
+def test_the_help_of_export_explains_every_format(call):
+    explained = call("calibrate", "export", "--help")[0].partition("icc       ")
+    assert all(name in explained[1] + explained[2] for name in exports.FORMATS)
 
 
 @pytest.mark.parametrize("dpi", [50, 55, 60])

@@ -100,10 +100,10 @@ def first_guess(
     index : (m,) key points to take instead of those of `key_points.find`.
     bend : half the turning of a piece of the trace, rad, instead of what `key_points` and its length allow.
     """
-    found = key_points.find(even)
-    index, bend = found.index if index is None else index, bend or _half_turning
+    key = key_points.find(even)
+    index, bend = key.index if index is None else index, bend or _half_turning
     theta = np.array([bend(even[a : b + 1]) for a, b in itertools.pairwise(index.tolist())])
-    dt = np.concatenate([[0.0], _overlaps(found.turning, index[1:-1])])
+    dt = np.concatenate([[0.0], _overlaps(key.turning, index[1:-1])])
     return plan_of(even[index], dt, theta)
 
 

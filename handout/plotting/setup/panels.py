@@ -224,9 +224,9 @@ def ends(profile: Plotter, scale: float) -> Panel:
 def _shown_tails(profile: Plotter, room: float, apart: float) -> list[tuple[int, float]]:
     """The longest delays whose tails have room, two if their numbers do not run into each other: ms, and mm."""
     ways = [(ms, left_behind(ms / 1000, profile)) for ms in _TAILS]
-    fitting = [one for one in ways if 0.8 < one[1] < room] or ways[:1]
+    fitting = [tail for tail in ways if 0.8 < tail[1] < room] or ways[:1]
     last = fitting[-1]
-    return [*[one for one in fitting[:-1] if last[1] - one[1] > apart][-1:], last]
+    return [*[tail for tail in fitting[:-1] if last[1] - tail[1] > apart][-1:], last]
 
 
 def dots(profile: Plotter, scale: float) -> Panel:

@@ -215,20 +215,20 @@ def size(root: Element) -> tuple[float, float]:
         One of them is not a length.
     """
     box = frames.view_box(root.get("viewBox"))
-    found = []
+    sides = []
     for index, name in enumerate(("width", "height")):
         whole = box[2 + index] if box else 0.0
         try:
-            found.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
+            sides.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
         except InputError as error:
             raise InputError(f"<svg>: {name}: {error}.") from None
     if box and frames.is_share(root.get("width")) != frames.is_share(root.get("height")):
         # one of them given: the other follows from the shape of the viewBox
         if frames.is_share(root.get("width")):
-            found[0] = found[1] * box[2] / box[3]
+            sides[0] = sides[1] * box[2] / box[3]
         else:
-            found[1] = found[0] * box[3] / box[2]
-    return found[0], found[1]
+            sides[1] = sides[0] * box[3] / box[2]
+    return sides[0], sides[1]
 
 
 def _layer(element: Element) -> str:

@@ -115,15 +115,15 @@ class Sheet:
 
     def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The properties of an element: its attributes, what rules say of it, its own style."""
-        found = dict(attributes)
+        properties = dict(attributes)
         if self._rules:
             marks = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
             for element, parts, body in self._rules:
                 if element in ("*", tag) and parts <= marks:
-                    found |= body
+                    properties |= body
         if "style" in attributes:
-            found |= declarations(attributes["style"])
-        return found
+            properties |= declarations(attributes["style"])
+        return properties
 
 
 def declarations(text: str) -> dict[str, str]:

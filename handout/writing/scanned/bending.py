@@ -150,7 +150,7 @@ def spread(forms: Forms) -> Spread:
     x_height = mean_x_height(hand)
     size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
-    common = _common(size, groups, _free(hand))
+    common = _common_deviation(size, groups, _unjoined(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
     for own in groups:
         middle = np.median(size[own], axis=0)
@@ -162,7 +162,9 @@ def spread(forms: Forms) -> Spread:
             # slips of the pen and of the reading lie outside twice the usual
             low[own] = np.maximum(size[own].min(axis=0), middle - 2 * usual)
             high[own] = np.minimum(size[own].max(axis=0), middle + 2 * usual)
-    return Spread(size, deviation, np.minimum(low, size), np.maximum(high, size), _apart(forms, groups), x_height)
+    return Spread(
+        size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
+    )
 
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:
@@ -170,7 +172,7 @@ def measure(xy: Array, radius: Array, x_height: float) -> Array:
     return np.asarray(body_sizes(xy, radius, np.array([0, len(xy)]), x_height)[0])
 
 
-def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
+def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
     """(4,) the deviation within a letter that all letters have in common.
 
     Of letters that stand free it is the middle one's.  Where letters are joined most of what varies is where they were
@@ -186,7 +188,7 @@ def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> 
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
-def _free(hand: ScannedHand) -> NDArray[np.bool_]:
+def _unjoined(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): which glyphs are joined to no other."""
     joined = np.zeros(len(hand.glyphs), dtype=bool)
     for number, glyph in enumerate(hand.glyphs):
@@ -195,7 +197,7 @@ def _free(hand: ScannedHand) -> NDArray[np.bool_]:
     return ~joined
 
 
-def _apart(forms: Forms, groups: Sequence[Indices]) -> float:
+def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
     first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
     low = np.minimum.reduceat(forms.bodies.xy, first)
