@@ -24,7 +24,7 @@ from handout.colour.patches import Patches
 from handout.colour.reading import read
 from handout.colour.reading.opening import Scan
 from handout.colour.table import ColourTable, build
-from handout.printing.simulated import Flatbed, Inkjet, Measured
+from handout.simulated.printer import Flatbed, Inkjet, Measured
 from handout.values import Array, Raster
 
 Printer = Callable[[Array], Array]

@@ -19,9 +19,9 @@ import numpy as np
 from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError
-from handout.plotting.driver import meet
-from handout.plotting.simulated.inked import SLACK
-from handout.plotting.simulated.options import Options as Simulated
+from handout.plotting.driving.driver import meet
+from handout.simulated.plotter.inked import SLACK
+from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing
 
 KINDS = (

@@ -7,10 +7,11 @@ import numpy as np
 
 from benchmarks.plot import HANDS, TEXT, written
 from handout import profiles
-from handout.plotting import fidelity, open_port, plan, run
-from handout.plotting.blocks import Timed
-from handout.plotting.simulated import SimulatedPlotter
+from handout.plotting import open_port, plan, run
+from handout.plotting.driving import fidelity
+from handout.plotting.planning.blocks import Timed
 from handout.profiles import Acceleration, Plotter
+from handout.simulated.plotter import SimulatedPlotter
 from handout.values import Array, Drawing
 
 # how motion is told, the firmware that is told so, slices a second

@@ -28,14 +28,14 @@ import numpy as np
 import handout
 from handout import profiles
 from handout.errors import DeviceError
-from handout.plotting.jobs import running, store
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.faults import Faults
-from handout.plotting.simulated.inked import SLACK, Inked, compare
-from handout.plotting.simulated.options import BYTE_FAULTS
-from handout.plotting.simulated.options import Options as Simulated
-from handout.plotting.simulated.port import Clock
+from handout.plotting.jobs import runner, store
 from handout.profiles import Plotter
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.faults import Faults
+from handout.simulated.plotter.inked import SLACK, Inked, compare
+from handout.simulated.plotter.options import BYTE_FAULTS
+from handout.simulated.plotter.options import Options as Simulated
+from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
 
 OVERLAP = 10.0  # mm
@@ -256,7 +256,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
         for _ in range(_TRIES):
             plotter.until = plotter.now + _ENDLESS
             try:
-                running.run_job(job, lambda: plotter, person, patience=_HELD, log=run.said.append)
+                runner.run_job(job, lambda: plotter, person, patience=_HELD, log=run.said.append)
             except (DeviceError, KeyboardInterrupt) as error:
                 run.stops.append(str(error) or type(error).__name__)
                 mend(run, plotter)

@@ -16,9 +16,9 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.reading import HANDS, PENS, written
-from handout.author import reread
-from handout.author.truth import Simulated
 from handout.scanning.reading import WrittenPage
+from handout.simulated.author import reread
+from handout.simulated.author.truth import Simulated
 from handout.tagging.making import make_page
 
 RESOLUTIONS = (300, 600)

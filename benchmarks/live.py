@@ -24,14 +24,14 @@ import numpy as np
 
 from benchmarks import ebb, plot
 from handout.errors import DeviceError
-from handout.plotting import fidelity
-from handout.plotting.driver import Report
-from handout.plotting.jobs import running, store
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.driver import Report
+from handout.plotting.jobs import runner, store
 from handout.plotting.ports import Port
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
-from handout.plotting.simulated.surroundings import busy_processor, slow_disk
 from handout.profiles import Plotter
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.surroundings import busy_processor, slow_disk
 from handout.values import Drawing
 
 REST = 0.02  # s
@@ -103,7 +103,7 @@ def live(drawing: Drawing, profile: Plotter, options: Options) -> Live:
 
     with tempfile.TemporaryDirectory() as folder:
         job = store.create([drawing], profile, store.Options(), place=Path(folder))
-        running.run_job(job, lambda: port, _Nobody(), plotted=plotted, log=said.append)
+        runner.run_job(job, lambda: port, _Nobody(), plotted=plotted, log=said.append)
     return Live(port.executed(), reports[0], tuple(said))
 
 

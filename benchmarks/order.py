@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import handout
-from handout.plotting.order import by_travel
+from handout.plotting.planning.order import by_travel
 from handout.sinks.paths import joined
 from handout.values import Array, Drawing, Page, Stroke
 
@@ -26,7 +26,7 @@ _PX = 25.4 / 96  # mm
 # what a script does that reads, orders and writes, start included: vpype does the same
 _OURS = """
 import sys
-from handout.plotting.order import by_tour
+from handout.plotting.planning.order import by_tour
 from handout.sinks.svg import to_svg
 from handout.sources import read_drawing
 from dataclasses import replace

@@ -27,8 +27,6 @@ import numpy as np
 
 from benchmarks import recorded
 from benchmarks.followed import Tally, tally
-from handout.author import reread
-from handout.author.simulate import simulate
 from handout.errors import InputError
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
@@ -41,6 +39,8 @@ from handout.motion.recovery.network import network
 from handout.motion.recovery.prices import Costs
 from handout.motion.recovery.walks import walks
 from handout.scanning.reading import read_page
+from handout.simulated.author import reread
+from handout.simulated.author.simulate import simulate
 from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 from handout.writing.layout import Layout, page

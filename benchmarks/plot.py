@@ -15,15 +15,17 @@ import numpy as np
 
 import handout
 from handout import profiles
-from handout.plotting import Plan, fidelity, lookahead, plan, run
-from handout.plotting.blocks import Move
-from handout.plotting.course import DRAW, machine, starts
+from handout.plotting import Plan, plan, run
 from handout.plotting.dialect import dialect
-from handout.plotting.driver import OVERLAP, Report
-from handout.plotting.planned import Order
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.driver import OVERLAP, Report
+from handout.plotting.planning import lookahead
+from handout.plotting.planning.blocks import Move
+from handout.plotting.planning.plan import Order
+from handout.plotting.planning.toolpath import DRAW, machine, starts
 from handout.profiles import Acceleration, Length, Plotter, Speed
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
 from handout.values import Drawing, Page, Stroke
 
 TEXT = (

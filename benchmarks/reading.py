@@ -18,13 +18,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from handout.author import judge
-from handout.author.simulate import simulate
-from handout.author.truth import Simulated
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
+from handout.simulated.author import judge
+from handout.simulated.author.simulate import simulate
+from handout.simulated.author.truth import Simulated
 from handout.writing.layout import Layout, page
 
 PENS = ("ballpoint", "fineliner", "fountain", "pencil")

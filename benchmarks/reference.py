@@ -28,9 +28,10 @@ from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
-from handout.printing.simulated import Flatbed, Inkjet, Sheet, light, stock, writer
-from handout.printing.simulated.flatbed import SETTINGS
-from handout.printing.simulated.sheet import Written
+from handout.simulated import spectra
+from handout.simulated.printer import Flatbed, Inkjet, Sheet, stock, writer
+from handout.simulated.scanner.flatbed import SETTINGS
+from handout.simulated.sheet import Written
 from handout.values import Array, Raster
 from handout.writing.compose import compose
 from handout.writing.layout import Layout, page
@@ -80,7 +81,7 @@ def table(name: str, inks: dict[str, object], settings: dict[str, dict[str, obje
 def spectrum(lobes: tuple[tuple[float, float, float], ...]) -> Array:
     """(31,) density."""
     return np.sum(
-        [height * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
+        [height * np.exp(-0.5 * ((spectra.WAVELENGTHS - at) / wide) ** 2) for at, wide, height in lobes], axis=0
     )
 
 
@@ -146,7 +147,7 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)
         printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
-    views = (lambda part: convert.lab(flatbed.see(part)), lambda part: light.lab(light.xyz(part)))
+    views = (lambda part: convert.lab(flatbed.see(part)), lambda part: spectra.lab(spectra.xyz(part)))
     if reached.sum() < _LEAST:
         return [[np.nan, np.nan]] * 2
     return [[float(convert.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]

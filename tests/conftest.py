@@ -23,8 +23,8 @@ def small_scan(tmp_path_factory):
     import numpy as np
     from PIL import Image
 
-    from handout.author.simulate import simulate
     from handout.hand.library import load
+    from handout.simulated.author.simulate import simulate
     from handout.writing.layout import Layout, page
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)

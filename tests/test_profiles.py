@@ -11,10 +11,11 @@ import pytest
 
 from handout import profiles, shipped
 from handout.errors import ProfileError
-from handout.plotting import fidelity, fit_to_bed, open_port, plan, run
+from handout.plotting import fit_to_bed, open_port, plan, run
 from handout.plotting.dialect import dialect
+from handout.plotting.driving import fidelity
 from handout.printing import media, submit
-from handout.printing.simulated import Flatbed, Inkjet, rip
+from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
 from handout.writing.layout import PAGES

@@ -50,8 +50,8 @@ sheet([work / "tags.png"], 1, here / "tags.png", 32)
 def printed_and_scanned(paper):
     """An address on a paper of the simulated printer: as it should look, printed as it is, printed through the table."""
     import numpy as np
-    from handout.calibrating.loop import simulated
-    from handout.printing.simulated import Flatbed
+    from handout.simulated.print_and_scan import simulated
+    from handout.simulated.printer import Flatbed
     from handout.profiles import find
 
     loop = simulated(find("sim", "printer"), paper)

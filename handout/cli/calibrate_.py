@@ -77,10 +77,10 @@ def wizard(**given: Any) -> int:
     handout calibrate wizard --printer pdf -o charts       print the files yourself
     handout calibrate wizard --printer sim --paper cream
     """
-    from handout.calibrating.loop import simulated
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
     from handout.printing.submit import resolve
+    from handout.simulated.print_and_scan import simulated
 
     profile = resolve(given["printer"])
     if profile.file and not profile.simulated and given["output"] is None:

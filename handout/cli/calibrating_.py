@@ -14,11 +14,11 @@ from handout.errors import HandoutError
 
 if TYPE_CHECKING:
     from handout.calibrating.calibration import Calibration
-    from handout.calibrating.loop import Loop
     from handout.calibrating.reference import Reference
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
     from handout.colour.reading import Finding
+    from handout.simulated.print_and_scan import Loop
 
 T = TypeVar("T")
 _SIMULATED = {

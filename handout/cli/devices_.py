@@ -37,9 +37,9 @@ def list_(ports: bool, as_json: bool) -> None:
 
 
 def _list_ports(as_json: bool) -> None:
-    from handout.plotting.ports import found_ports
+    from handout.plotting.ports import serial_devices
 
-    found = found_ports()
+    found = serial_devices()
     if as_json:
         rows = [{"port": port.name, "title": port.title, "usb": port.usb_text or None} for port in found]
         click.echo(json.dumps({"ports": rows}, ensure_ascii=False))
@@ -80,10 +80,10 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
 def _identify(port: str) -> dict[str, Any]:
     """Who is there, of all dialects."""
     from handout.errors import DeviceSilent
-    from handout.plotting import probing
+    from handout.plotting import connections
 
-    port = probing.only_port() if port == "auto" else port
-    answer = probing.identify(port)
+    port = connections.only_port() if port == "auto" else port
+    answer = connections.identify(port)
     if answer is None:
         raise DeviceSilent(
             f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
@@ -95,7 +95,7 @@ def _identify(port: str) -> dict[str, Any]:
 def _meet(address: str, device: str) -> dict[str, Any]:
     """Who is there and what are its limits, in the dialect of a profile."""
     from handout import profiles
-    from handout.plotting import open_port, probing
+    from handout.plotting import connections, open_port
     from handout.plotting.dialect import dialect
 
     profile = profiles.find(device, "plotter")
@@ -104,13 +104,13 @@ def _meet(address: str, device: str) -> dict[str, Any]:
     port = open_port(address, profile)
     try:
         controller = spoken.connect(port, profile, lambda said: click.echo(said, err=True))
-        answer = probing.ask(port, [profile.dialect], wakes=0.0)
+        answer = connections.ask(port, [profile.dialect], wakes=0.0)
         own = controller.profile
     finally:
         port.close()
     name = getattr(port, "url", address)
     firmware = answer.firmware if answer else ""
-    return {"port": name, "dialect": profile.dialect, "firmware": firmware, "limits": probing.limits(own)}
+    return {"port": name, "dialect": profile.dialect, "firmware": firmware, "limits": connections.limits(own)}
 
 
 @command.command("show")

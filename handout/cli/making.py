@@ -21,8 +21,8 @@ from handout.errors import HandoutError, InputError
 
 if TYPE_CHECKING:
     from handout.plotting.jobs.job import Job
+    from handout.plotting.jobs.page_producer import Program
     from handout.plotting.jobs.pages import Made
-    from handout.plotting.jobs.supply import Program
     from handout.profiles import Plotter
     from handout.values import Manuscript
     from handout.writing.sheets import Sheet
@@ -109,7 +109,7 @@ def words(page: Manuscript) -> list[str]:
 @contextlib.contextmanager
 def supply(job: Job) -> Iterator[Program | None]:
     """A program that makes the pages that a job lacks, as long as it is plotted."""
-    from handout.plotting.jobs.supply import Program
+    from handout.plotting.jobs.page_producer import Program
 
     if job.whole:
         yield None

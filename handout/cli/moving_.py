@@ -26,11 +26,13 @@ def _do(given: dict[str, Any], done: str, move: Callable[[Controller], None], kn
     port, quiet = given["port"], given["quiet"]
     if port is None:
         raise InputError("Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:).")
-    from handout.plotting import driver, moving, open_port
+    from handout.plotting import open_port
+    from handout.plotting.driving import driver
+    from handout.plotting.setup import manual
 
     profile = plotting_.profile(given["device"], port)
     with contextlib.closing(open_port(port, profile)) as opened:
-        place = moving.moved(driver.meet(opened, profile, results.talk(quiet)), move)
+        place = manual.moved(driver.meet(opened, profile, results.talk(quiet)), move)
     at = None if place is None or not knows else [round(value, 3) for value in place]
     result = {"device": profile.name, "done": done, "position": at}
     where = "" if at is None else f", at {at[0]:g}, {at[1]:g} mm"
@@ -73,9 +75,9 @@ def home(**given: Any) -> None:
     \b
     handout pen home --device axidraw-v3 --port auto
     """
-    from handout.plotting import moving
+    from handout.plotting.setup import manual
 
-    _do(given, "the pen is above its zero", moving.home)
+    _do(given, "the pen is above its zero", manual.home)
 
 
 @click.command("jog", context_settings=_WAYS)
@@ -91,10 +93,10 @@ def jog(x: str, y: str, **given: Any) -> None:
     handout pen jog 20 0 --device axidraw-v3 --port auto
     handout pen jog -5mm 12.5mm --device eleksdraw --port /dev/ttyUSB0
     """
-    from handout.plotting import moving
+    from handout.plotting.setup import manual
 
     dx, dy = units.length(x, "jog x"), units.length(y, "jog y")
-    _do(given, f"moved by {dx:g}, {dy:g} mm", lambda controller: moving.jog(controller, dx, dy))
+    _do(given, f"moved by {dx:g}, {dy:g} mm", lambda controller: manual.jog(controller, dx, dy))
 
 
 @click.command("motors-off")

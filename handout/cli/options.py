@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,8 +12,10 @@ import click
 
 from handout import encodings, units
 from handout.cli import results
+from handout.cli.console import Console
 from handout.errors import InputError
 from handout.inking.pen import PENS
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, slip_rate
 
 if TYPE_CHECKING:
     from handout.inking.papers import Paper
@@ -84,6 +87,50 @@ _RASTER = (
 )
 
 
+Option = Callable[[Callable[..., object]], Callable[..., object]]
+Verb = Callable[..., object]
+
+
+def bind(name: str, kind: Callable[..., object], *made: Option) -> Callable[[Verb], Verb]:
+    """Options of click that a verb gets as one value, in its parameter `name`.
+
+    Parameters
+    ----------
+    kind : a frozen dataclass, or what makes one of keywords; the click options are called like its fields.
+    made : what `click.option` returned, in the order of the help text.
+    """
+
+    def decorate(verb: Verb) -> Verb:
+        @wraps(verb)
+        def bound(*arguments: object, **values: object) -> object:
+            mine = {field: values.pop(field) for field in fields}
+            return verb(*arguments, **{name: kind(**mine)}, **values)
+
+        inner = len(vars(verb).get("__click_params__", ()))
+        result: Verb = bound
+        for option in reversed(made):
+            result = option(result)
+        fields = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
+        return result
+
+    return decorate
+
+
+def sheet(usual_page: str) -> Callable[[Verb], Verb]:
+    """--page (usually that one), --margin and --pages, as `sheet`: SheetOptions."""
+    return bind(
+        "sheet",
+        partial(SheetOptions, usual_page=usual_page),
+        click.option("--page", "page", help=f"{_SIZES}  [default: {usual_page}]"),
+        click.option("--margin", help=_SIDES),
+        click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
+    )
+
+
+_SIZES = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+_SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
+
+
 def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         for option in reversed(options):
@@ -97,25 +144,15 @@ manner_options = _all(_WRITING)
 writing_options = _all((*_WRITING, *_SAYING))
 
 
-def _slips(_context: click.Context, _option: click.Parameter, given: str | None) -> float:
+def _slips(_context: click.Context, _option: click.Parameter, text: str | None) -> float:
     """Slips in 100 words: nothing, a number, or the option alone."""
-    if given is None:
-        return 0.0
-    from handout.writing.slips import USUAL, check_rate
-
-    try:
-        return check_rate(USUAL if given == _USUALLY else float(given))
-    except ValueError:
-        raise InputError(
-            f"slips: {given!r} is no number of slips in 100 words; give one, such as --slips 3, or put --slips last."
-        ) from None
+    return slip_rate(text)
 
 
-_USUALLY = "usual"
 slips_option = click.option(
     "--slips",
     is_flag=False,
-    flag_value=_USUALLY,
+    flag_value="usual",
     metavar="[RATE]",
     callback=_slips,
     help="Words in 100 begun wrongly, struck out and written again; without a number 2. Never in addresses.",
@@ -124,18 +161,20 @@ slips_option = click.option(
 
 def sheet_options(default: str) -> Callable[[F], F]:
     """--page (of that default), --margin and --pages."""
-    sizes = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
-    sides = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
     return _all(
         (
-            click.option("--page", "page_name", default=default, show_default=True, help=sizes),
-            click.option("--margin", help=sides),
+            click.option("--page", "page_name", default=default, show_default=True, help=_SIZES),
+            click.option("--margin", help=_SIDES),
             click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
         )
     )
 
 
 picture_options = _all(_RASTER)
+manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without slips, for other programs' commands
+writing = bind("writing", WritingOptions, *_WRITING, slips_option)
+picture = bind("picture", PictureOptions, *_RASTER)
+console = bind("console", Console, *_SAYING)
 
 
 def text_of(words: Sequence[str], file: str | None) -> str:

@@ -55,7 +55,7 @@ def test(
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run sheet.svg.")
     import numpy as np
 
-    from handout.plotting.trying import reading, sheet
+    from handout.plotting.setup import sheet
     from handout.writing.layout import page
 
     profile = plotting_.profile(device, port)
@@ -67,7 +67,7 @@ def test(
         assert port is not None
         result, said = _plotted(drawing, profile, port, quiet=quiet)
     results.report(result, said, as_json=as_json, quiet=quiet)
-    for line in [] if quiet else reading.how_to_read(profile):
+    for line in [] if quiet else sheet.how_to_read(profile):
         click.echo(f"  {line}", err=True)
 
 
@@ -88,7 +88,7 @@ def _written(drawing: Drawing, profile: Plotter, files: tuple[Path, ...]) -> tup
 def _plotted(drawing: Drawing, profile: Plotter, port: str, *, quiet: bool) -> tuple[dict[str, Any], str]:
     """The sheet on paper, as a job like any other."""
     from handout.plotting import open_port
-    from handout.plotting.driver import OVERLAP
+    from handout.plotting.driving.driver import OVERLAP
     from handout.plotting.jobs import store
     from handout.plotting.jobs.job import Options
 
@@ -181,8 +181,8 @@ def heights(
     if port is None:
         raise InputError("Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:).")
     from handout import profiles
-    from handout.plotting.trying import heights as finding
-    from handout.plotting.trying import saving
+    from handout.plotting.setup import pen_heights as finding
+    from handout.plotting.setup import saved_heights
 
     profile = plotting_.profile(device, port)
     finding.check(profile)
@@ -191,14 +191,14 @@ def heights(
     if again and name is None:
         raise InputError("--again replaces a profile that is saved: give it with --save NAME.")
     source = profiles.locate(device or plotting_.usual_device(port), "plotter")
-    path = None if name is None else saving.place(name, again)
+    path = None if name is None else saved_heights.place(name, again)
     given = None if up is None or down is None else finding.Heights(up, down)
     if given is not None:
-        saving.check(source, saving.lines(given, profile))
+        saved_heights.check(source, saved_heights.lines(given, profile))
     found = _found(profile, port, given, _AtTheTerminal(port, yes), results.talk(quiet))
-    keys = saving.lines(found, profile)
+    keys = saved_heights.lines(found, profile)
     if path is not None:
-        saving.save(source, path, keys)
+        saved_heights.save(source, path, keys)
     if as_json:
         results.report({**keys, "file": None if path is None else str(path)}, "", as_json=True, quiet=True)
     else:
@@ -208,8 +208,9 @@ def heights(
 
 def _found(profile: Plotter, address: str, given: Any, person: _AtTheTerminal, log: Any) -> Any:
     """The heights that were given and tried, or those the person found."""
-    from handout.plotting import driver, open_port
-    from handout.plotting.trying import heights as finding
+    from handout.plotting import open_port
+    from handout.plotting.driving import driver
+    from handout.plotting.setup import pen_heights as finding
 
     with contextlib.closing(open_port(address, profile)) as port:
         controller = driver.meet(port, profile, log)

@@ -143,7 +143,8 @@ def _wanted(text: tuple[str, ...], file: str | None, given: dict[str, Any]) -> _
 
 def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, Any]) -> None:
     """--port."""
-    from handout.plotting import open_port, reporting
+    from handout.plotting import open_port
+    from handout.plotting.driving import plot_report
     from handout.plotting.jobs import job as kept_
 
     asked, profile, quiet = _asked(wanted, given), wanted.profile, given["quiet"]
@@ -169,13 +170,13 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
     result = {**tally.facts(wanted.job, []), **_executed(reports), "copies": asked.copies, "job": kept.name, **paper}
     sheets = _sheets(kept.pages * asked.copies)
     said = f"Plotted {sheets} in {units.duration(result['executed_s'])}; seed {wanted.job.seed}."
-    said = f"{said}{results.lent(result)}{results.slipped(result)}\n{reporting.sentence(reports)}".strip()
+    said = f"{said}{results.lent(result)}{results.slipped(result)}\n{plot_report.sentence(reports)}".strip()
     results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
 def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
     """How the job is to be drawn."""
-    from handout.plotting.driver import usual_overlap
+    from handout.plotting.driving.driver import usual_overlap
     from handout.plotting.jobs.job import Options
 
     fast, drawing, every = wanted.job.fast, wanted.drawing, given["pause_every"]
@@ -221,7 +222,7 @@ def _check_resuming(context: click.Context, text: tuple[str, ...]) -> None:
 
 def _resume(given: dict[str, Any]) -> None:
     """--resume."""
-    from handout.plotting import reporting
+    from handout.plotting.driving import plot_report
     from handout.plotting.jobs import job as kept_
     from handout.plotting.jobs import store
 
@@ -236,7 +237,7 @@ def _resume(given: dict[str, Any]) -> None:
     reports = plotting_.run(job, port, told, **asked)
     result = {**plotting_.facts(kept_.load(job.folder)), **_executed(reports)}
     said = f"Plotted the rest of {job.name} in {units.duration(result['executed_s'])}.{results.lent(result)}"
-    said = f"{said}\n{reporting.sentence(reports)}".strip()
+    said = f"{said}\n{plot_report.sentence(reports)}".strip()
     results.report(result, said, as_json=given["as_json"], quiet=quiet)
 
 
@@ -283,13 +284,13 @@ def _sheets(number: int) -> str:
 
 def _executed(reports: list[Report]) -> dict[str, Any]:
     """What `--json` prints of a plot."""
-    from handout.plotting import reporting
+    from handout.plotting.driving import plot_report
 
     return {
         "planned_s": round(sum(report.announced_s for report in reports), 2),
         "executed_s": round(sum(report.executed_s for report in reports), 2),
         "stretched": _stretched(reports),
-        **reporting.facts(reports),
+        **plot_report.facts(reports),
     }
 
 

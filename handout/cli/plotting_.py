@@ -45,7 +45,7 @@ def profile(device: str | None, port: str | None) -> Plotter:
 
 def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
     """The profile with other heights of the pen: servo values, or of a Z axis lengths."""
-    from handout.plotting.trying.heights import replaced
+    from handout.plotting.setup.pen_heights import replaced
 
     def height(text: str | None, what: str) -> float | None:
         if text is None:
@@ -61,7 +61,7 @@ def with_heights(profile: Plotter, up: str | None, down: str | None) -> Plotter:
 
 
 class _AtTheTerminal:
-    """The person at the plotter, asked at the terminal; a `running.Person`.
+    """The person at the plotter, asked at the terminal; a `runner.Person`.
 
     yes : nothing is asked about sheets and pens; voice : what is still to be said comes before a question.
     """
@@ -135,18 +135,18 @@ class Account:
 
     def planned(self, plans: Sequence[Plan]) -> None:
         """Write what is predicted of every page."""
-        from handout.plotting import reporting
+        from handout.plotting.driving import plot_report
 
         if self.path is not None:
-            reporting.write(self.path, [reporting.row(plan, page) for page, plan in enumerate(plans, 1)])
+            plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
 
     def plotted(self, report: Report, port: Port) -> None:
         """Write what is to be said of all parts up to the one that has just been plotted."""
-        from handout.plotting import reporting
+        from handout.plotting.driving import plot_report
 
         if self.path is not None:
-            self.rows.append(reporting.plotted(report, port, len(self.rows) + 1))
-            reporting.write(self.path, self.rows)
+            self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+            plot_report.write(self.path, self.rows)
 
 
 def run(
@@ -163,9 +163,8 @@ def run(
 ) -> list[Report]:
     """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
     patience = _patience(hold_limit, yes)
-    from handout.plotting import open_port
-    from handout.plotting.jobs import running
-    from handout.plotting.simulated.surroundings import disturbed
+    from handout.plotting.connections import open_port, surroundings
+    from handout.plotting.jobs import runner
 
     def opened() -> Port:
         nonlocal port
@@ -175,11 +174,11 @@ def run(
     with (
         _kept(job),
         making.supply(job) as supply,
-        disturbed(address),
+        surroundings(address),
         progress.shown(quiet) as tell,
         Voice(quiet) as voice,
     ):
-        return running.run_job(
+        return runner.run_job(
             job,
             opened,
             _AtTheTerminal(address, yes, voice),
@@ -276,7 +275,7 @@ def _part(job: Job, standing: Standing) -> str:
 
 def _drawn(job: Job, standing: Standing) -> float:
     """mm of ink that are certainly on paper."""
-    from handout.plotting.remaining import drawn
+    from handout.plotting.jobs.places import drawn
 
     whole = sum(part.ink for part in job.parts[: standing.part])
     if not standing.begun or standing.part >= len(job.parts):

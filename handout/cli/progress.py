@@ -31,7 +31,7 @@ def wanted(quiet: bool) -> bool:
     return not quiet and sys.stderr.isatty()
 
 
-def _unseen(share: float, stage: str, left: float | None = None) -> None:
+def unseen(share: float, stage: str, left: float | None = None) -> None:
     """Nobody looks."""
 
 
@@ -39,7 +39,7 @@ def _unseen(share: float, stage: str, left: float | None = None) -> None:
 def shown(quiet: bool) -> Iterator[Line]:
     """A function that is told how far the work of the block has come; a terminal shows it, unless one wants quiet."""
     if _shown or not wanted(quiet):
-        yield _unseen
+        yield unseen
         return
     bar, clock = _bar(), _Clock()
     task = bar.add_task("", total=None, clock=clock)  # which moves to and fro until a share is known

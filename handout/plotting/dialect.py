@@ -14,8 +14,8 @@ import importlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, Protocol, cast
 
-from handout.plotting.blocks import Block
-from handout.plotting.planned import Plan
+from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Pen, Plotter
 

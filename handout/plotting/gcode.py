@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 
 from handout import units
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
 
 _LONGEST = 69  # characters of a line; some senders and controllers count those of comments too

@@ -1,4 +1,4 @@
-"""Ways to a machine: a serial port, a network socket, or the simulated plotter.  A port moves bytes and no more."""
+"""Ports move bytes to and from a machine and know nothing of what these mean; and which serial ports there are."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import errno
 import re
 from typing import Any, NamedTuple, Protocol
 
-from handout.errors import InputError, PortError
-from handout.profiles import Plotter
+from handout.errors import PortError
+from handout.plotting.bed import Placement
+from handout.values import Drawing, Page
 
 
 class Port(Protocol):
@@ -23,34 +24,31 @@ class Port(Protocol):
         """Close the connection; harmless if it is closed."""
 
 
-def open_port(url: str, profile: Plotter) -> Port:
-    """Open the way to a machine.
+class InstrumentedPort(Port):
+    """A port to a machine that also tells what its pen really did, and by which clock: the simulated plotter."""
 
-    Parameters
-    ----------
-    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``auto``: the only serial
-        port that the machine can be at; ``sim:`` for the simulated plotter, with options such as
-        ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+    @property
+    def keeps_real_time(self) -> bool:
+        """Whether its time passes while nobody reads."""
+        raise NotImplementedError
 
-    Raises
-    ------
-    PortError
-        It cannot be opened; the message says what to check and which serial ports there are.
-    InputError
-        Options the simulated plotter does not know.
-    """
-    if url == "sim" or url.startswith("sim:"):
-        from handout.plotting.simulated import SimulatedPlotter, options
+    @property
+    def time(self) -> float:
+        """What its clock would show now, s."""
+        raise NotImplementedError
 
-        rest = url[4:]
-        if rest and not rest.startswith("?"):
-            raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
-        return SimulatedPlotter(profile, options.parse(rest[1:]))
-    if url == "auto":
-        from handout.plotting.probing import find_port
+    @property
+    def executed_s(self) -> float:
+        """Seconds from the first instruction of the plot to the end of the last motion or pause."""
+        raise NotImplementedError
 
-        url = find_port(profile)
-    return SerialPort(url, profile.port.baud)
+    def lay(self, page: Page, placement: Placement) -> None:
+        """Lay a fresh sheet on the bed; times of execution start anew."""
+        raise NotImplementedError
+
+    def executed(self) -> Drawing:
+        """What the pen has drawn on the sheet, with the times at which it was executed."""
+        raise NotImplementedError
 
 
 class SerialPort:
@@ -140,7 +138,7 @@ def _termios_error() -> type[Exception]:
     return termios.error
 
 
-class Found(NamedTuple):
+class SerialDevice(NamedTuple):
     """A serial port of this computer: its name, what it is called, and its USB id (vendor, product) if it has one."""
 
     name: str
@@ -153,17 +151,17 @@ class Found(NamedTuple):
         return "" if self.usb is None else f"{self.usb[0]:04x}:{self.usb[1]:04x}"
 
 
-def found_ports() -> list[Found]:
+def serial_devices() -> list[SerialDevice]:
     """The serial ports of this computer, by name."""
     from serial.tools import list_ports
 
     rows = [(port.device, port.description or "", port.vid, port.pid) for port in list_ports.comports()]
     return sorted(
-        Found(name, "" if title == "n/a" else title, None if vid is None or pid is None else (vid, pid))
+        SerialDevice(name, "" if title == "n/a" else title, None if vid is None or pid is None else (vid, pid))
         for name, title, vid, pid in rows
     )
 
 
 def serial_ports() -> list[str]:
     """Names of the serial ports of this computer."""
-    return [port.name for port in found_ports()]
+    return [port.name for port in serial_devices()]

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from handout import profiles
-from handout.calibrating import loop, store
+from handout.calibrating import store
 from handout.calibrating.session import Step
 from handout.calibrating.wizard import Wizard, chart_pages
 from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
 from handout.colour.reading import read
-from handout.printing.simulated import Flatbed, Inkjet
+from handout.simulated import print_and_scan as loop
+from handout.simulated.printer import Flatbed, Inkjet
 
 DPI = 80
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.calibrating import loop
 from handout.cli import main
-from handout.printing.simulated import Flatbed, rip
+from handout.simulated import print_and_scan as loop
+from handout.simulated.printer import Flatbed, rip
 
 TABLE = "name,street,city\nAda Lovelace,12 St James's Square,London\n"
 

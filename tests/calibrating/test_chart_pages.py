@@ -9,7 +9,7 @@ from handout.calibrating import pages
 from handout.calibrating.pages import Printed
 from handout.errors import InputError
 from handout.printing.folders import FolderQueue
-from handout.printing.simulated import rip
+from handout.simulated.printer import rip
 from handout.values import Page
 
 DPI = 72

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from handout.calibrating import inks, loop, reference, store, through, verification
+from handout.calibrating import inks, reference, store, through, verification
 from handout.calibrating.reference import Kind
 from handout.colour.chart import chart
 from handout.colour.reading import Scan, Scribble, read
 from handout.colour.reading.scribble import load, save
 from handout.errors import InputError
 from handout.hand.library import find
-from handout.printing.simulated import SETTINGS, Flatbed, Inkjet, Sheet
+from handout.simulated import print_and_scan as loop
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Sheet
 from handout.values import Drawing, Page, Raster
 
 HAND = "house-joined-ballpoint"

@@ -9,7 +9,7 @@ from handout.colour import convert
 from handout.colour.reading import Refused, Scan
 from handout.colour.tetrahedra import look_up
 from handout.errors import InputError
-from handout.printing.simulated import Flatbed, Inkjet
+from handout.simulated.printer import Flatbed, Inkjet
 
 
 @pytest.fixture

@@ -6,11 +6,12 @@ import pytest
 import tifffile
 from PIL import Image
 
-from handout.calibrating import loop, store
+from handout.calibrating import store
 from handout.calibrating.session import Step
 from handout.calibrating.wizard import ScansRefused, Wizard
 from handout.errors import InputError
-from handout.printing.simulated import Flatbed, Inkjet
+from handout.simulated import print_and_scan as loop
+from handout.simulated.printer import Flatbed, Inkjet
 
 DPI = 80
 

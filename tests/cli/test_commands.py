@@ -93,7 +93,7 @@ def test_plot_on_the_simulated_plotter(call):
 def test_a_disk_that_is_too_slow_is_said_once(call, monkeypatch):
     """On a clock of its own, by which the disk takes a second."""
     from handout.plotting.jobs import journal
-    from handout.plotting.simulated import port
+    from handout.simulated.plotter import port
     from tests.plotting.clocks import Clock, LateDisk
 
     clock = Clock()

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import handout
-from handout.plotting.simulated import SimulatedPlotter
+from handout.simulated.plotter import SimulatedPlotter
 
 _HALF = """
 import signal, sys

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from handout.colour.patches import Patches
-from handout.printing.simulated import Inkjet
+from handout.simulated.printer import Inkjet
 from handout.values import Array
 
 _MIX = np.array([[0.90, 0.07, 0.03], [0.05, 0.88, 0.07], [0.02, 0.12, 0.86]])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.colour.contrast import curved, of_chart, straightened
-from handout.printing.simulated import PAPERS, Flatbed, Inkjet, Measured
+from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
 
 LEVELS = np.rint(np.linspace(0, 255, 8)) / 255
 CUBE = np.array(list(itertools.product(LEVELS, repeat=3)))

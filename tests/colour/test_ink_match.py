@@ -7,7 +7,9 @@ import pytest
 from handout.colour import convert
 from handout.colour.ink_match import Tone, match
 from handout.colour.strokes import density_of, strokes_in
-from handout.printing.simulated import PAPERS, SETTINGS, Flatbed, light
+from handout.simulated import spectra
+from handout.simulated.printer import PAPERS
+from handout.simulated.scanner.flatbed import SETTINGS, Flatbed
 from handout.values import Raster
 
 DPI = 300
@@ -30,7 +32,7 @@ def amount(seed, width):
 
 def scan(ink, paper, amounts, flatbed, seed):
     """(h, w, 3) as a flatbed shows it, 0–1."""
-    density = sum(h * np.exp(-0.5 * ((light.WAVELENGTHS - at) / wide) ** 2) for at, wide, h in LOBES[ink])
+    density = sum(h * np.exp(-0.5 * ((spectra.WAVELENGTHS - at) / wide) ** 2) for at, wide, h in LOBES[ink])
     levels = np.linspace(0, 2, 128)
     table = (PAPERS[paper].spectrum * 10 ** (-density * levels[:, None])) @ flatbed.bands
     seen = np.stack([np.interp(amounts, levels, table[:, k]) for k in range(3)], axis=-1).astype(np.float32)

@@ -12,7 +12,7 @@ from handout.calibrating.prints import judged
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
 from handout.colour.reading.strength import of_change, of_strength, solids_of, without_tone
-from handout.printing.simulated import PAPERS, Flatbed, Inkjet, Measured
+from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
 
 DEVICE = chart("A4").colours
 CAUSES = {

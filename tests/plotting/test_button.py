@@ -8,12 +8,12 @@ from handout import profiles
 from handout.errors import DeviceAlarm
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.dialects import ebb
-from handout.plotting.driver import meet
-from handout.plotting.jobs import running, store
+from handout.plotting.driving.driver import meet
+from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
 DRAWING = page(words=2)
@@ -50,7 +50,7 @@ def no_waiting_for_the_disk(monkeypatch):
 def test_it_holds_and_goes_on(tmp_path, version, after):
     plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=after, firmware=version))
     job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
-    running.run_job(job, lambda: plotter, person)
+    runner.run_job(job, lambda: plotter, person)
     assert job.standing().finished and not plotter.pen_is_down
     if after == 10**6:
         assert person.seen == []
@@ -86,5 +86,5 @@ def test_nobody_comes_to_press_it_again(tmp_path):
     plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=40))
     job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
     with pytest.raises(DeviceAlarm, match=r"nobody has pressed again for 5 s: the pen is lifted"):
-        running.run_job(job, lambda: plotter, person, patience=5.0)
+        runner.run_job(job, lambda: plotter, person, patience=5.0)
     assert not plotter.pen_is_down and not job.standing().finished

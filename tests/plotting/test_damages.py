@@ -10,11 +10,11 @@ from benchmarks.damages import KINDS
 from benchmarks.faults import MACHINES, SHORTLY, Desk, Run, profile_of
 from handout.errors import DeviceHeld
 from handout.plotting.dialects.grbl.track import Track
-from handout.plotting.jobs import running, store
+from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.journal import Journal
-from handout.plotting.places import Place
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options
+from handout.plotting.jobs.places import Place
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options
 
 short = functools.cache(lambda: faults.drawing(faults.SHORT))
 extent = functools.cache(lambda machine: faults.undisturbed(machine, short()))
@@ -78,7 +78,7 @@ def held(tmp_path, machine, patience, seconds=math.inf, after=None):
     job = store.create([short()], desk.profile, store.Options(overlap=10.0), place=tmp_path)
     with faults.journals(desk):
         try:
-            running.run_job(job, lambda: desk, Passer(desk, seconds), patience=patience, log=said.append)
+            runner.run_job(job, lambda: desk, Passer(desk, seconds), patience=patience, log=said.append)
         except DeviceHeld as error:
             return desk, job, said, str(error)
     return desk, job, said, ""
@@ -90,7 +90,7 @@ def test_a_hold_that_nobody_ends_is_the_end_and_the_pen_is_lifted(tmp_path):
     assert sum("on hold" in line for line in said) == 1 and desk.now < 90
     desk.replug()
     with faults.journals(desk):
-        running.run_job(job, lambda: desk, Passer(desk, 0.0))
+        runner.run_job(job, lambda: desk, Passer(desk, 0.0))
     ink = compare(short(), desk.executed().strokes)
     assert job.standing().finished and not ink.missing and not ink.stray and ink.doubled < 0.5
 

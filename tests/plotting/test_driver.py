@@ -11,9 +11,10 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
-from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting import open_port, plan, run
 from handout.plotting.dialect import dialect
-from handout.plotting.securing import ink
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.overlap import ink
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=6)

@@ -7,9 +7,10 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
-from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting import open_port, plan, run
 from handout.plotting.dialects import ebb
-from handout.plotting.driver import draw, meet
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.driver import draw, meet
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 VERSIONS = ["2.2.7", "2.4.5", "2.6.5", "2.8.1", "3.0.0"]

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan
-from handout.plotting.blocks import Timed
 from handout.plotting.dialects import ebb
-from handout.plotting.simulated.ebb import moves
+from handout.plotting.planning.blocks import Timed
+from handout.simulated.plotter.ebb import moves
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 FULL = 2**31

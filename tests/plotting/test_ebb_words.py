@@ -7,11 +7,11 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
-from handout.plotting.blocks import Move, Pause, Pen, Timed
 from handout.plotting.dialects import ebb
 from handout.plotting.dialects.ebb import words
 from handout.plotting.dialects.ebb.version import UNKNOWN, Version
 from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Values
+from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 

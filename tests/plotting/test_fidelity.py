@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cursive import page
 
-from handout.plotting import fidelity
+from handout.plotting.driving import fidelity
 from handout.values import Drawing, Stroke
 
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialects.grbl import words
+from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
 BLOCKS = [

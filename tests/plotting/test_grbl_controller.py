@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceError
-from handout.plotting import fidelity, open_port, plan, run
-from handout.plotting.blocks import Move
+from handout.plotting import open_port, plan, run
 from handout.plotting.dialect import dialect
 from handout.plotting.dialects.grbl.controller import Grbl
+from handout.plotting.driving import fidelity
+from handout.plotting.planning.blocks import Move
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 DRAWING = page(words=4)

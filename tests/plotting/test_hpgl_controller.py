@@ -7,9 +7,10 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
-from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting import open_port, plan, run
 from handout.plotting.dialects.hpgl import connect, words
 from handout.plotting.dialects.hpgl.meant import Meant
+from handout.plotting.driving import fidelity
 from handout.profiles import Length, Time
 
 PROFILE = profiles.find("hp-7475a", "plotter")

@@ -6,8 +6,8 @@ import pytest
 
 from handout import profiles
 from handout.plotting import open_port
-from handout.plotting.simulated.hpgl.carriage import Carriage
-from handout.plotting.simulated.hpgl.framing import Escapes
+from handout.simulated.plotter.hpgl.carriage import Carriage
+from handout.simulated.plotter.hpgl.framing import Escapes
 
 PROFILE = profiles.find("hpgl", "plotter")
 

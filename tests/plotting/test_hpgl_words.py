@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from handout import profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import plan
-from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialect import dialect
 from handout.plotting.dialects.hpgl import words
 from handout.plotting.dialects.hpgl.meant import Meant
+from handout.plotting.planning.blocks import Move, Pause, Pen
 
 PROFILE = profiles.find("hp-7475a", "plotter")
 ONE_PEN = profiles.find("hpgl", "plotter")

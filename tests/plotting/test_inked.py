@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan, run
-from handout.plotting.places import Place
-from handout.plotting.remaining import drawn, remaining
-from handout.plotting.simulated.inked import compare
+from handout.plotting.jobs.places import Place, drawn, remaining
+from handout.simulated.plotter.inked import compare
 from handout.values import Drawing, Page, Stroke
 
 PROFILE = profiles.find("simulated", "plotter")

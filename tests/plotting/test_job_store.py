@@ -10,8 +10,8 @@ from cursive import page
 from handout import profiles
 from handout.errors import DoesNotFit, InputError
 from handout.plotting.jobs import store
+from handout.plotting.jobs.places import START
 from handout.plotting.jobs.store import Options
-from handout.plotting.places import START
 from handout.values import Drawing, Page
 
 SERVO = profiles.find("grbl-servo", "plotter")

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.errors import DoesNotFit, InputError
 from handout.plotting import bed
-from handout.plotting.jobs import running, store
+from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options, load
+from handout.plotting.jobs.page_producer import Program
 from handout.plotting.jobs.pages import Made
-from handout.plotting.jobs.supply import Program
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
 from handout.values import Drawing
 
 PROFILE = profiles.find("simulated", "plotter")
@@ -116,7 +116,7 @@ def one_life(desk, place, power, ahead, monkeypatch):
             if share > next(ahead, np.inf):
                 maker.make()
 
-        running.run_job(job, desk.opened, desk, supply=maker, progress=progress)
+        runner.run_job(job, desk.opened, desk, supply=maker, progress=progress)
     except PowerCut:
         power.lost(place)
         desk.plotter.power_on()
@@ -168,7 +168,7 @@ def test_the_same_is_asked_for_whether_the_pages_are_there_or_not(tmp_path, monk
     for job in (store.create(TEXT, PROFILE, options, place=tmp_path / "a"), begun(tmp_path / "b", options)):
         desk, shares = Desk(), []
         supply = None if job.whole else Maker(job.folder)
-        running.run_job(
+        runner.run_job(
             job, desk.opened, desk, supply=supply, progress=lambda share, left, shares=shares: shares.append(share)
         )
         assert shares[-1] == pytest.approx(1.0) and max(shares) <= 1.0
@@ -184,13 +184,13 @@ def test_what_is_made_is_drawn_when_the_rest_cannot_be(tmp_path, monkeypatch):
     while not program.trouble():
         pass
     with pytest.raises(InputError, match="The hand is gone"):
-        running.run_job(load(job.folder), desk.opened, desk, supply=program, log=said.append)
+        runner.run_job(load(job.folder), desk.opened, desk, supply=program, log=said.append)
     program.close()
     assert len(desk.sheets()) == 2 and "The hand is gone. The pages before that are drawn." in said
     standing = job.standing()
     assert (standing.part, standing.begun, standing.finished) == (2, False, False)
     with pytest.raises(InputError, match="Only 2 pages"):
-        running.run_job(load(job.folder), desk.opened, desk)
+        runner.run_job(load(job.folder), desk.opened, desk)
 
 
 @pytest.mark.parametrize("code", ["exit(1)", "pass"])
@@ -198,7 +198,7 @@ def test_a_program_that_makes_nothing_is_not_waited_for(tmp_path, monkeypatch, c
     monkeypatch.setattr("os.fsync", lambda handle: None)
     program, desk, job = Program([sys.executable, "-c", code]), Desk(), begun(tmp_path)
     with pytest.raises(InputError, match=r"ended with [01]"):
-        running.run_job(job, desk.opened, desk, supply=program)
+        runner.run_job(job, desk.opened, desk, supply=program)
     program.close()
     assert len(desk.sheets()) == 1
 

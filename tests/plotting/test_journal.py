@@ -7,7 +7,7 @@ import pytest
 from handout.errors import InputError
 from handout.plotting.jobs import journal
 from handout.plotting.jobs.journal import Journal, Standing, read
-from handout.plotting.places import START, Place
+from handout.plotting.jobs.places import START, Place
 
 PLACES = [Place(0, 0.125), Place(0, 1 / 3), Place(1), Place(4, 17.25)]
 

@@ -7,10 +7,10 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
-from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialects import marlin
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.options import Options
+from handout.plotting.planning.blocks import Move, Pause, Pen
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.options import Options
 
 replace = msgspec.structs.replace
 SLOW = profiles.find("marlin-servo", "plotter")

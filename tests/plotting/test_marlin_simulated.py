@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.plotting import fidelity, open_port, plan, run
+from handout.plotting import open_port, plan, run
+from handout.plotting.driving import fidelity
 
 SERVO = profiles.find("marlin-servo", "plotter")
 replace = msgspec.structs.replace

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.blocks import Move, Pause, Pen
 from handout.plotting.dialects import marlin
 from handout.plotting.dialects.marlin import words
 from handout.plotting.dialects.marlin.held import Held
+from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
 BLOCKS = [

@@ -6,7 +6,7 @@ from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.order import by_tour, by_travel, shortened
+from handout.plotting.planning.order import by_tour, by_travel, shortened
 from handout.values import Drawing, Page, Stroke
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from handout import profiles, shipped
 from handout.errors import InputError
-from handout.plotting import driver
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.trying import heights, saving
+from handout.plotting.driving import driver
+from handout.plotting.setup import pen_heights, saved_heights
+from handout.simulated.plotter import SimulatedPlotter
 
 
 def touches(port):
@@ -55,8 +55,8 @@ def test_both_heights_are_found(name):
     profile, port, controller = met(name)
     pen = profile.pen
     person = Looking(port)
-    found = heights.find(heights.begin(controller, port, person, lambda _: None))
-    steps = heights.Steps(profile)
+    found = pen_heights.find(pen_heights.begin(controller, port, person, lambda _: None))
+    steps = pen_heights.Steps(profile)
     share = 0.1 if pen.lift == "z" else 0.5
     first = pen.down + share * (pen.up - pen.down)  # where the simulated pen touches
     touching = found.down - steps.sign * 2 * steps.row
@@ -64,7 +64,7 @@ def test_both_heights_are_found(name):
     assert steps.sign * (found.down - found.up) >= 0.9 * abs(pen.up - pen.down)
     assert not port.pen_is_down
     drawn = port.executed().strokes
-    assert len(drawn) == sum(range(2, heights.ROWS + 2))  # a wave and its marks
+    assert len(drawn) == sum(range(2, pen_heights.ROWS + 2))  # a wave and its marks
 
 
 def test_nothing_moves_before_the_person_says_so():
@@ -77,7 +77,7 @@ def test_nothing_moves_before_the_person_says_so():
                 raise InputError("nobody")
 
         with pytest.raises(InputError):
-            heights.find(heights.begin(controller, port, Away(port), lambda _: None))
+            pen_heights.find(pen_heights.begin(controller, port, Away(port), lambda _: None))
         assert (len(port.paper.trace), port.paper.power) == before
 
 
@@ -92,7 +92,7 @@ def test_an_interrupt_lifts_the_pen(name):
             return "d"
 
     with pytest.raises(KeyboardInterrupt):
-        heights.find(heights.begin(controller, port, Stopping(port), lambda _: None))
+        pen_heights.find(pen_heights.begin(controller, port, Stopping(port), lambda _: None))
     port.read(2.0)
     assert not port.pen_is_down
 
@@ -100,7 +100,7 @@ def test_an_interrupt_lifts_the_pen(name):
 @pytest.mark.parametrize("name", ["simulated", "grbl-z", "marlin-servo", "axidraw-v3"])
 def test_an_interrupt_while_a_row_is_drawn_lifts_the_pen(name):
     _, port, controller = met(name)
-    bench = heights.begin(controller, port, Looking(port), lambda _: None)
+    bench = pen_heights.begin(controller, port, Looking(port), lambda _: None)
     send, drawing = controller.send, []
 
     def interrupted(data):
@@ -112,45 +112,45 @@ def test_an_interrupt_while_a_row_is_drawn_lifts_the_pen(name):
 
     controller.send = interrupted
     with pytest.raises(KeyboardInterrupt):
-        heights.tried(bench, heights.Heights(bench.pen.up, bench.pen.down))
+        pen_heights.tried(bench, pen_heights.Heights(bench.pen.up, bench.pen.down))
     port.read(2.0)
     assert drawing[-1] and not port.pen_is_down
 
 
 def test_the_paper_can_be_called_zero():
     profile, port, controller = met("grbl-z")
-    found = heights.find(heights.begin(controller, port, Looking(port, n="y"), lambda _: None))
+    found = pen_heights.find(pen_heights.begin(controller, port, Looking(port, n="y"), lambda _: None))
     assert found.down == pytest.approx(-0.2) and found.up == pytest.approx(profile.pen.up)
 
 
 def test_given_heights_are_tried():
     _, port, controller = met("simulated")
     person = Looking(port)
-    heights.tried(heights.begin(controller, port, person, lambda _: None), heights.Heights(20.0, 100.0))
+    pen_heights.tried(pen_heights.begin(controller, port, person, lambda _: None), pen_heights.Heights(20.0, 100.0))
     values = {value for _, value in port.paper.power if value}
     assert {20.0, 100.0} <= values and len(port.executed().strokes) == 2
     assert len(person.asked) == 1
 
 
 def test_the_end_of_the_range_is_not_passed():
-    steps = heights.Steps(profiles.find("marlin-servo", "plotter"))
+    steps = pen_heights.Steps(profiles.find("marlin-servo", "plotter"))
     assert steps.from_(178.0, 6.0) is None and steps.from_(100.0, 6.0) == 106.0
     assert steps.rows(175.0)[-1] == 180.0
 
 
 def test_pens_without_heights_are_refused():
     with pytest.raises(InputError, match="lifts and lowers its pen by itself"):
-        heights.check(profiles.find("hp-7475a", "plotter"))
+        pen_heights.check(profiles.find("hp-7475a", "plotter"))
     own = profiles.find("simulated", "plotter")
     lines = {"lift": "command", "up_command": ("M5",), "down_command": ("M3",)}
     with pytest.raises(InputError, match="lines of your own"):
-        heights.check(msgspec.structs.replace(own, pen=msgspec.structs.replace(own.pen, **lines)))
+        pen_heights.check(msgspec.structs.replace(own, pen=msgspec.structs.replace(own.pen, **lines)))
 
 
 def test_a_copy_keeps_all_but_the_heights(tmp_path):
     source = shipped.folder("devices") / "plotter-axidraw-v3.toml"
     path = tmp_path / "devices" / "plotter-mine.toml"
-    saving.save(source, path, {"up": 20000.0, "down": 15000.5})
+    saved_heights.save(source, path, {"up": 20000.0, "down": 15000.5})
     before, after = source.read_text(encoding="utf-8").splitlines(), path.read_text(encoding="utf-8").splitlines()
     changed = [(a, b) for a, b in zip(before, after, strict=True) if a != b]
     assert [b.split("#")[0].strip() for _, b in changed] == ["up = 20000", "down = 15000.5"]
@@ -162,7 +162,7 @@ def test_what_a_profile_cannot_have_is_not_written(tmp_path):
     source = shipped.folder("devices") / "plotter-grbl-z.toml"
     path = tmp_path / "plotter-mine.toml"
     with pytest.raises(InputError, match=r"plotter-mine.toml: pen.up = 1 must be higher"):
-        saving.save(source, path, {"up": 1.0, "down": 2.0})
+        saved_heights.save(source, path, {"up": 1.0, "down": 2.0})
     odd = tmp_path / "odd.toml"
     text = source.read_text(encoding="utf-8").replace("[pen]\n", "").replace("\nlift", "\npen.lift")
     head, _, rest = text.partition("[bed]")
@@ -170,11 +170,11 @@ def test_what_a_profile_cannot_have_is_not_written(tmp_path):
         rest.partition("pen.lift")[0]
     ), encoding="utf-8")  # fmt: skip
     with pytest.raises(InputError, match="write up = 3, down = 1 by hand"):
-        saving.save(odd, path, {"up": 3.0, "down": 1.0})
+        saved_heights.save(odd, path, {"up": 3.0, "down": 1.0})
     assert not path.exists()
 
 
 def test_a_pen_that_follows_pressure_presses_as_deep_as_before():
     own = profiles.find("grbl-z", "plotter")
     own = msgspec.structs.replace(own, pen=msgspec.structs.replace(own.pen, pressed=-0.5))
-    assert saving.lines(heights.Heights(3.0, 0.2), own) == {"up": 3.0, "down": 0.2, "pressed": -0.3}
+    assert saved_heights.lines(pen_heights.Heights(3.0, 0.2), own) == {"up": 3.0, "down": 0.2, "pressed": -0.3}

@@ -9,9 +9,10 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import ProfileError
-from handout.plotting import fidelity, open_port, pens, plan, run
-from handout.plotting.blocks import Move, Pen
+from handout.plotting import open_port, pen_lift, plan, run
 from handout.plotting.dialects.grbl import words
+from handout.plotting.driving import fidelity
+from handout.plotting.planning.blocks import Move, Pen
 from handout.values import Drawing, Stroke
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
@@ -48,7 +49,7 @@ def test_a_servo_comes_down_in_steps_of_a_fiftieth_of_a_second():
 def test_a_z_axis_comes_down_slowly_and_goes_up_fast():
     pen = with_pen(ON_Z, ramp=profiles.Time(0.5)).pen
     assert words.pen(True, pen) == [b"G1Z0F300\n"] and words.pen(False, pen) == [b"G1Z2.5F900\n"]
-    assert pens.lowering_speed(with_pen(ON_Z, ramp=profiles.Time(0.01)).pen) == 15
+    assert pen_lift.lowering_speed(with_pen(ON_Z, ramp=profiles.Time(0.01)).pen) == 15
 
 
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)

@@ -8,8 +8,8 @@ import pytest
 from handout import profiles
 from handout.errors import DoesNotFit
 from handout.plotting import bed, plan
-from handout.plotting.trying import lettering, patterns, reading, sheet
-from handout.plotting.trying.panel import Caption
+from handout.plotting.setup import panels, sheet
+from handout.plotting.setup.panels import Caption
 from handout.values import Drawing, Page, Stroke
 
 SIM = profiles.find("simulated", "plotter")
@@ -41,20 +41,20 @@ def with_play(lines, play):
 @pytest.mark.parametrize("along", [0, 1])
 @pytest.mark.parametrize("play", [0.0, 0.15, 0.3, 0.55])
 def test_the_vernier_reads_the_play(along, play):
-    panel = patterns.vernier(along, "X", SIM, 1.0)
+    panel = panels.vernier(along, "X", SIM, 1.0)
     drawn = with_play(panel.lines, play)
     first, last = -4, 12
     count = last - first + 1
     up, down = drawn[1 : 1 + count], drawn[2 + count :][::-1]
     assert len(down) == count
     apart = [abs(a[-1, along] - b[-1, along]) for a, b in zip(up, down, strict=True)]
-    assert patterns.STEP * (first + int(np.argmin(apart))) == pytest.approx(play)
+    assert panels.STEP * (first + int(np.argmin(apart))) == pytest.approx(play)
     labels = [caption.text for caption in panel.captions]
     assert labels == ["0", ".2", ".4", ".6", "X play"]
 
 
 @pytest.mark.parametrize("profile", [SIM, EBB], ids=["grbl", "ebb"])
-@pytest.mark.parametrize("ladder", [patterns.straight, patterns.loops])
+@pytest.mark.parametrize("ladder", [panels.straight, panels.loops])
 def test_a_ladder_is_drawn_at_the_speeds_it_says(profile, ladder):
     panel = ladder(profile, 1.0)
     made = plan(drawing(panel), profile)
@@ -76,7 +76,7 @@ def speeds(made, number):
 
 
 def test_lines_begin_with_the_rests_they_name():
-    panel = patterns.starts(SIM, 1.0)
+    panel = panels.starts(SIM, 1.0)
     wanted = [int(caption.text) for caption in panel.captions if caption.text.isdigit()]
     xs = {round(float(line.xy[0, 0]), 6) for line in panel.lines}
     assert len(xs) == 1  # all begin on the rule
@@ -85,13 +85,13 @@ def test_lines_begin_with_the_rests_they_name():
         assert 1000 * still == pytest.approx(ms)
     made = plan(drawing(panel), SIM)
     short = plan(Drawing(drawing(panel).strokes[:1], PAGE), SIM)
-    moving = sum(line.length for line in panel.lines[1:]) / patterns.pace(SIM)
+    moving = sum(line.length for line in panel.lines[1:]) / panels.pace(SIM)
     assert made.duration - short.duration > moving + sum(wanted) / 1000
 
 
 @pytest.mark.parametrize("profile", [SIM, EBB], ids=["grbl", "ebb"])
 def test_the_marks_of_tails_are_where_the_pen_would_be(profile):
-    panel = patterns.ends(profile, 1.0)
+    panel = panels.ends(profile, 1.0)
     rule = panel.lines[0].xy[0, 0]
     shown = [int(caption.text) for caption in panel.captions if caption.text.isdigit()]
     marks = [line.xy[0, 0] - rule for line in panel.lines[1 : 1 + len(shown)]]
@@ -134,13 +134,13 @@ def test_what_cannot_be_set_is_left_out():
     hp = profiles.find("hp-7475a", "plotter")
     names = [panel.name for panel in sheet._panels(hp, ("X", "Y"), 60.0, 1.0)]
     assert "starts" not in names and "play X" in names
-    assert not any("pen.down_time" in line for line in reading.how_to_read(hp))
-    assert any("pen.down_time" in line for line in reading.how_to_read(SIM))
+    assert not any("pen.down_time" in line for line in sheet.how_to_read(hp))
+    assert any("pen.down_time" in line for line in sheet.how_to_read(SIM))
 
 
 def test_captions_stand_where_they_are_put():
     captions = [Caption("80 mm", 30.0, 50.0, 1.5), Caption("play", 90.0, 120.0, 3.0)]
-    made = lettering.written(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
+    made = sheet.written(captions, "house-print", PAGE, np.random.default_rng(2), 1.0)
     words = [[s.xy for s in made.strokes if (s.xy[:, 1].mean() < 80) == (n == 0)] for n in range(2)]
     for caption, strokes in zip(captions, words, strict=True):
         xy = np.concatenate(strokes)

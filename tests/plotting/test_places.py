@@ -6,8 +6,7 @@ from cursive import page
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.places import START, Milestones, Place, place
-from handout.plotting.remaining import drawn
+from handout.plotting.jobs.places import START, Milestones, Place, drawn, place
 from handout.values import Drawing, Page, Stroke
 
 PROFILES = [profiles.find(name, "plotter") for name in ("simulated", "grbl-z")]

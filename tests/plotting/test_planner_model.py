@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.plotting import course, lookahead, streaming
+from handout.plotting.planning import feed_segments, lookahead, toolpath
 
 STEPS, ACCELERATION, RATE = (80.0, 100.0), (2000.0, 1500.0), (150.0, 120.0)
 MACHINE = lookahead.Machine(
@@ -76,12 +76,12 @@ def fed(points, feed, queue, line_time):
     """The model of a machine that gets its lines no faster than one in `line_time`; and its queue at every line."""
     n = len(feed)
     stands = np.arange(n) == 0
-    draw = np.full(n, course.DRAW, dtype=np.int8)
+    draw = np.full(n, toolpath.DRAW, dtype=np.int8)
     none = np.zeros(n)
-    way = course.Course(points, draw, np.zeros(n, dtype=int), none, stands, np.zeros(n + 1), np.array([0]), ())
+    way = toolpath.Course(points, draw, np.zeros(n, dtype=int), none, stands, np.zeros(n + 1), np.array([0]), ())
     port = msgspec.structs.replace(PROFILE.port, queue=queue, line_time=line_time, baud=4_000_000)
     lines, motion = modelled(points, feed, queue, 0.01)
-    have = streaming.depth(way, motion, msgspec.structs.replace(PROFILE, port=port))
+    have = feed_segments.depth(way, motion, msgspec.structs.replace(PROFILE, port=port))
     return way, have, lookahead.run(lines, feed, have)
 
 
@@ -92,12 +92,12 @@ def test_lines_that_come_slowly_leave_less_to_look_ahead(seed):
     seen = stepped_through(points, feed, 4, 0.01, 0.011)
     assert have[4:-4].min() < 4 <= have.max()
     assert motion.duration.sum() == pytest.approx(seen.begins[-1], rel=0.01)
-    assert streaming.least(way, have, 4) == have[1:-4].min()
+    assert feed_segments.least(way, have, 4) == have[1:-4].min()
 
 
 def test_a_queue_that_fills_in_time_is_always_full():
     points, feed = scribble(2, 40, 0.1, 0.4)
     way, have, motion = fed(points, feed, 15, 0.002)
     assert (have == np.minimum(15, 40 - np.arange(40))).all()
-    assert streaming.least(way, have, 15) == 15
+    assert feed_segments.least(way, have, 15) == 15
     assert (motion.duration == modelled(points, feed, 15, 0.01)[1].duration).all()

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import InputError
-from handout.plotting import execution, fidelity, open_port, plan, run
-from handout.plotting.blocks import Move, Pause, Pen
+from handout.plotting import open_port, plan, run
+from handout.plotting.driving import fidelity
+from handout.plotting.planning import feed_segments
+from handout.plotting.planning.blocks import Move, Pause, Pen
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -192,9 +194,9 @@ def lost(profile, speed):
     A cut keeps within its deviation, and leaves out what is nearer to a knot than a segment is long at least; "fast"
     cuts twice.  Then come whole micrometres, and up to a step in each axis.
     """
-    allowed = (execution.DEVIATION, execution.DEVIATION / 2)[: 2 if speed == "fast" else 1]
+    allowed = (feed_segments.DEVIATION, feed_segments.DEVIATION / 2)[: 2 if speed == "fast" else 1]
     steps = np.sqrt(2) / profile.limits.steps_per_mm
-    return sum(deviation + execution.shortest(profile) for deviation in allowed) + 0.001 + steps
+    return sum(deviation + feed_segments.shortest(profile) for deviation in allowed) + 0.001 + steps
 
 
 def hausdorff(a, b):

@@ -7,13 +7,12 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import DeviceError, InputError
-from handout.plotting.jobs import running, store
-from handout.plotting.jobs.finding import found
+from handout.plotting.jobs import runner, store
+from handout.plotting.jobs.places import START, Place, found
 from handout.plotting.jobs.store import Options
-from handout.plotting.places import START, Place
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 HOMING = msgspec.structs.replace(PROFILE, homing=True)
@@ -80,9 +79,9 @@ class Stop:
 def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
     job, plotter, person, words = made(tmp_path, profile), SimulatedPlotter(profile), Somebody(), []
     with pytest.raises(KeyboardInterrupt):
-        running.run_job(job, lambda: plotter, person, progress=Stop(share))
+        runner.run_job(job, lambda: plotter, person, progress=Stop(share))
     assert not plotter.pen_is_down and job.standing().stopped == "KeyboardInterrupt"
-    running.run_job(job, again(plotter), person, log=words.append)
+    runner.run_job(job, again(plotter), person, log=words.append)
     judged(plotter, 1, exact=True)
     assert person.asked == []
     assert any("kept its place" in word for word in words) == (profile is not HOMING)
@@ -95,8 +94,8 @@ def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, 
     plotter = SimulatedPlotter(profile, Simulated(fault="unplugged", after=after))
     job, person, words = made(tmp_path, profile), Somebody(), []
     with pytest.raises(DeviceError):
-        running.run_job(job, lambda: plotter, person)
-    running.run_job(job, again(plotter), person, log=words.append)
+        runner.run_job(job, lambda: plotter, person)
+    runner.run_job(job, again(plotter), person, log=words.append)
     judged(plotter, 1, exact=True)
 
 
@@ -107,13 +106,13 @@ def test_a_machine_that_forgot_its_place_is_asked_about(tmp_path, fault, profile
     plotter = SimulatedPlotter(profile, Simulated(fault=fault, after=after))
     job, person = made(tmp_path, profile), Somebody(plotter)
     with pytest.raises(DeviceError):
-        running.run_job(job, lambda: plotter, person)
+        runner.run_job(job, lambda: plotter, person)
 
     def switched_on():
         plotter.power_on()
         return plotter
 
-    running.run_job(job, switched_on, person)
+    runner.run_job(job, switched_on, person)
     judged(plotter, 1, off=0.3 if fault == "lost-byte" else 0.1)  # a line may have come over wrong before it is noticed
     assert len(person.asked) == (0 if profile is HOMING else 1)
 
@@ -124,13 +123,13 @@ def test_a_plotter_of_vectors_finds_its_zero_by_itself(tmp_path, fault):
     plotter, person = SimulatedPlotter(profile, Simulated(fault=fault, after=60)), Somebody()
     job = made(tmp_path, profile)
     with pytest.raises((DeviceError, KeyboardInterrupt)):
-        running.run_job(job, lambda: plotter, person, progress=Stop(0.9))
+        runner.run_job(job, lambda: plotter, person, progress=Stop(0.9))
 
     def opened():
         plotter.power_on() if fault == "power-cut" else plotter.replug()
         return plotter
 
-    running.run_job(job, opened, person)
+    runner.run_job(job, opened, person)
     judged(plotter, 1)
     assert person.asked == []
 
@@ -140,8 +139,8 @@ def test_again_and_again(tmp_path):
     job = made(tmp_path, drawings=(LONGER,))
     for share in (0.1, 0.12, 0.3, 0.5, 0.51, 0.9, 0.97):
         with pytest.raises(KeyboardInterrupt):
-            running.run_job(job, again(plotter), person, progress=Stop(share))
-    running.run_job(job, again(plotter), person)
+            runner.run_job(job, again(plotter), person, progress=Stop(share))
+    runner.run_job(job, again(plotter), person)
     judged(plotter, 7, exact=True, drawing=LONGER)
     assert len(job.standing().runs) == 8
 
@@ -155,7 +154,7 @@ def test_a_person_puts_it_right_and_the_same_program_goes_on(tmp_path):
             return True
 
     person = Patient()
-    running.run_job(made(tmp_path), again(plotter), person)
+    runner.run_job(made(tmp_path), again(plotter), person)
     judged(plotter, 1, exact=True)
     assert len(person.asked) == 1 and "connection" in person.asked[0]
 
@@ -164,7 +163,7 @@ def test_nobody_is_there_to_push_the_pen_to_its_zero(tmp_path):
     plotter = SimulatedPlotter(PROFILE, Simulated(fault="power-cut", after=100))
     job = made(tmp_path)
     with pytest.raises(DeviceError):
-        running.run_job(job, lambda: plotter, Somebody())
+        runner.run_job(job, lambda: plotter, Somebody())
     plotter.power_on()
 
     class Nobody(Somebody):
@@ -173,10 +172,10 @@ def test_nobody_is_there_to_push_the_pen_to_its_zero(tmp_path):
 
     before = len(plotter.paper.trace)
     with pytest.raises(InputError, match="push it above the plotter's zero, the lower left corner"):
-        running.run_job(job, lambda: plotter, Nobody())
+        runner.run_job(job, lambda: plotter, Nobody())
     assert len(plotter.paper.trace) == before, "nothing may move"
     plotter.stand_at_zero()
-    running.run_job(job, again(plotter), Nobody(), at_zero=True)
+    runner.run_job(job, again(plotter), Nobody(), at_zero=True)
     judged(plotter, 1)
 
 

@@ -11,8 +11,9 @@ from cursive import page
 
 from handout import profiles
 from handout.errors import InputError, PortError
-from handout.plotting import fidelity, open_port, plan, run, serial_ports
-from handout.plotting.simulated import SimulatedPlotter
+from handout.plotting import open_port, plan, run, serial_ports
+from handout.plotting.driving import fidelity
+from handout.simulated.plotter import SimulatedPlotter
 
 PROFILE = profiles.find("simulated", "plotter")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")

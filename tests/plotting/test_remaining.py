@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.plotting.places import START, Place
-from handout.plotting.remaining import drawn, onward, remaining
+from handout.plotting.jobs.places import START, Place, drawn, onward, remaining
 from handout.values import Drawing, Page, Stroke
 
 CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")

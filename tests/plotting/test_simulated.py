@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.errors import InputError, PortError
-from handout.plotting import open_port, plan, run
-from handout.plotting.simulated import SimulatedPlotter, surroundings
-from handout.plotting.simulated.options import FAULTS, parse
-from handout.plotting.simulated.stepper import _ramp
+from handout.plotting import connections, open_port, plan, run
+from handout.simulated.plotter import SimulatedPlotter, surroundings
+from handout.simulated.plotter.options import FAULTS, parse
+from handout.simulated.plotter.stepper import _ramp
 
 SERVO, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 
@@ -239,7 +239,7 @@ def test_real_time_takes_its_time():
 def test_real_time_does_not_dawdle(monkeypatch):
     clock = [0.0]
     wall = SimpleNamespace(monotonic=lambda: clock[0], sleep=lambda s: clock.__setitem__(0, clock[0] + s))
-    monkeypatch.setattr("handout.plotting.simulated.port.time", wall)
+    monkeypatch.setattr("handout.simulated.plotter.port.time", wall)
     port = awake(url="sim:?realtime=1")
     say(port, "G4P0.3")
     assert clock[0] == pytest.approx(port.now)
@@ -278,12 +278,12 @@ def test_what_goes_wrong_around_it_lasts_as_long_as_it_is_used(monkeypatch):
     slept = []
     monkeypatch.setattr(surroundings.time, "sleep", slept.append)
     usual = os.fsync
-    with surroundings.disturbed("sim:?disk=700ms&busy=1"), Path(os.devnull).open("rb") as nothing:
+    with connections.surroundings("sim:?disk=700ms&busy=1"), Path(os.devnull).open("rb") as nothing:
         with contextlib.suppress(OSError):
             os.fsync(nothing.fileno())
         assert slept == pytest.approx([0.7]) and os.fsync is not usual
     assert os.fsync is usual
-    with surroundings.disturbed("/dev/ttyUSB0"), surroundings.disturbed("sim:"):
+    with connections.surroundings("/dev/ttyUSB0"), connections.surroundings("sim:"):
         assert os.fsync is usual
     with surroundings.busy_processor(1) as others:
         (other,) = others

@@ -14,12 +14,12 @@ from benchmarks.faults import Crash, Desk
 from benchmarks.live import rests
 from handout import profiles
 from handout.errors import InputError
-from handout.plotting.jobs import journal, running, store
+from handout.plotting.jobs import journal, runner, store
 from handout.plotting.jobs.journal import Journal, read
-from handout.plotting.places import Place
-from handout.plotting.simulated import SimulatedPlotter
-from handout.plotting.simulated.inked import compare
-from handout.plotting.simulated.options import Options as Simulated
+from handout.plotting.jobs.places import Place
+from handout.simulated.plotter import SimulatedPlotter
+from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.options import Options as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
 DRAWING = page(words=3)
@@ -42,7 +42,7 @@ def plotted(tmp_path, plotter, overlap=20.0, **more):
     """Plot a job; its reports, and what was said."""
     job = store.create([DRAWING], plotter.profile, store.Options(overlap=overlap), place=tmp_path)
     said, reports = [], []
-    running.run_job(
+    runner.run_job(
         job, lambda: plotter, Nobody(), plotted=lambda report, port: reports.append(report), log=said.append, **more
     )
     return job, reports[0], [line for line in said if "disk" in line]
@@ -116,14 +116,14 @@ def test_the_computer_dies_while_the_disk_is_late(tmp_path, late, monkeypatch, n
             raise Crash
 
     with pytest.raises(Crash):
-        running.run_job(job, lambda: plotter, Nobody(), progress=dies)
+        runner.run_job(job, lambda: plotter, Nobody(), progress=dies)
     path = job.folder / "journal"
     os.truncate(path, kept[path.stat().st_ino])
     assert not job.standing().finished
     plotter.replug()
     slow.dead = False
     disk(0.0)
-    running.run_job(job, lambda: plotter, Nobody())
+    runner.run_job(job, lambda: plotter, Nobody())
     ink = compare(DRAWING, plotter.executed().strokes)
     assert ink.missing == 0 and ink.dots == 0 and ink.stray == 0 and ink.doubled <= 1.1 * LONGEST
 
@@ -180,12 +180,12 @@ def test_an_error_of_the_disk_within_a_stroke_lifts_the_pen(tmp_path, monkeypatc
     job = store.create([DRAWING], plotter.profile, store.Options(), place=tmp_path)
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(InputError, match=f"Cannot write the journal .*: {os.strerror(number)}"):
-        running.run_job(job, lambda: plotter, Nobody())
+        runner.run_job(job, lambda: plotter, Nobody())
     assert not plotter.pen_is_down and plotter.at_rest
     assert not [one for one in threading.enumerate() if one.name.startswith("journal")]
     monkeypatch.setattr("os.fsync", lambda handle: None)
     plotter.replug()
-    running.run_job(job, lambda: plotter, Nobody())
+    runner.run_job(job, lambda: plotter, Nobody())
     ink = compare(DRAWING, plotter.executed().strokes)
     assert ink.missing == 0 and ink.dots == 0 and job.standing().finished
 
@@ -201,10 +201,10 @@ def test_what_is_known_is_on_the_disk_after_an_interrupt_that_finds_it_busy(tmp_
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        running.run_job(job, lambda: plotter, Nobody(), progress=stop)
+        runner.run_job(job, lambda: plotter, Nobody(), progress=stop)
     assert job.standing().stopped == "KeyboardInterrupt" and not plotter.pen_is_down
     plotter.replug()
-    running.run_job(job, lambda: plotter, Nobody())
+    runner.run_job(job, lambda: plotter, Nobody())
     ink = compare(DRAWING, plotter.executed().strokes)
     assert ink.missing == 0 and ink.doubled <= 0.5
 

@@ -14,12 +14,12 @@ from typing import Any, Literal
 import msgspec
 
 from handout.errors import InputError
-from handout.plotting.driver import OVERLAP
+from handout.plotting.driving.driver import OVERLAP
 from handout.plotting.jobs import journal, pages
 from handout.plotting.jobs.journal import Journal, Standing
 from handout.plotting.jobs.pages import Record
 from handout.plotting.jobs.parts import Layers, Part, parts
-from handout.plotting.planned import Order
+from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
 from handout.values import Drawing
 

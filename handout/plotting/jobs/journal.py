@@ -37,7 +37,7 @@ from types import TracebackType
 
 from handout import atomic
 from handout.errors import InputError
-from handout.plotting.places import START, Place
+from handout.plotting.jobs.places import START, Place
 
 _DRAWN, _UNPROVEN = "drawn", "unproven"
 

@@ -20,8 +20,8 @@ import numpy as np
 from handout.errors import InputError
 from handout.plotting import bed
 from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
-from handout.plotting.order import shortened
-from handout.plotting.planned import Order
+from handout.plotting.planning.order import shortened
+from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
 from handout.sinks.drawing_json import from_json, to_json
 from handout.values import Drawing, Stroke

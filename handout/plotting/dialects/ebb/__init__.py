@@ -5,7 +5,7 @@ from __future__ import annotations
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects.ebb.controller import Ebb
 from handout.plotting.dialects.ebb.words import opening, program, set_pen
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 

@@ -10,7 +10,6 @@ from collections.abc import Callable
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting import literal
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Heard, Log, unheard
 from handout.plotting.dialects.ebb import connecting, words
 from handout.plotting.dialects.ebb.counting import Counted
@@ -18,6 +17,7 @@ from handout.plotting.dialects.ebb.stepping import Motors, mixing
 from handout.plotting.dialects.ebb.talk import Asked, Talk
 from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
 from handout.plotting.dialects.ebb.words import About
+from handout.plotting.planning import time_slices
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 from handout.values import Array
@@ -253,7 +253,7 @@ class Ebb:
     def _travel(self, motors: Motors, there: Array) -> None:
         for data in words.lifted(self.profile.pen):
             self.talk.ask(data)
-        for _, data in motors.run(literal.travel(motors.place, there, self.profile)):
+        for _, data in motors.run(time_slices.travel(motors.place, there, self.profile)):
             while len(self.talk.open) >= self._open:
                 self.talk.hear()
             self.talk.put(data)

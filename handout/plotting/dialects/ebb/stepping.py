@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.plotting.blocks import Timed
 from handout.plotting.dialects.ebb.version import SIGNED, STEPS, TIME, Version
+from handout.plotting.planning.blocks import Timed
 from handout.profiles import Plotter
 from handout.values import Array
 

@@ -12,11 +12,11 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from handout.errors import InputError
-from handout.plotting import pens
-from handout.plotting.blocks import Block, Move, Pause, Pen, Timed
+from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
 from handout.plotting.dialects.ebb.stepping import Motors
 from handout.plotting.dialects.ebb.version import HOME, Version
+from handout.plotting.planning.blocks import Block, Move, Pause, Pen, Timed
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -121,7 +121,7 @@ def seconds(data: bytes) -> float:
 
 def pen(down: bool, profile: PenProfile) -> bytes:
     """Lower or lift the pen, and wait for it."""
-    return command("SP", 0 if down else 1, *_milliseconds(pens.wait(profile, down, 0.0)))
+    return command("SP", 0 if down else 1, *_milliseconds(pen_lift.wait(profile, down, 0.0)))
 
 
 def _milliseconds(seconds: float) -> list[int]:
@@ -137,7 +137,7 @@ def _rate(way: float, seconds: float) -> int:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a length of its pulse; see `dialect.Dialect.set_pen`."""
-    there = pens.at(profile, value)
+    there = pen_lift.at(profile, value)
     return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from handout.plotting.dialects.grbl import words
 from handout.plotting.gcode import header
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
 
 

@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from handout.plotting import pens
-from handout.plotting.blocks import Block, Move, Pause, Pen
+from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.planning.blocks import Block, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -189,9 +189,9 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
         rest = float(profile.down_time if down else profile.up_time)
         return [*closing(), *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
     lines = []
-    for value, wait in pens.way(profile, down):
+    for value, wait in pen_lift.way(profile, down):
         if profile.lift == "z":
-            speed = pens.lowering_speed(profile) if down else profile.z_speed
+            speed = pen_lift.lowering_speed(profile) if down else profile.z_speed
             lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
         else:
             lines.append(f"M3S{_number(value)}\n".encode())
@@ -212,7 +212,7 @@ def call_it(place: tuple[float, float, float]) -> bytes:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
-    return [*MODES, *pen(True, pens.at(profile, value)), *closing()]
+    return [*MODES, *pen(True, pen_lift.at(profile, value)), *closing()]
 
 
 def pause(seconds: float) -> bytes:

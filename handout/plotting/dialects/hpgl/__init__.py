@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from handout.plotting import pens
+from handout.plotting import pen_lift
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects.hpgl import words
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Pen, Plotter
 
@@ -20,7 +20,7 @@ def file(plan: Plan, profile: Plotter) -> bytes:
 
 def set_pen(pen: Pen, value: float) -> list[bytes]:
     """See `Dialect.set_pen`; there are no heights."""
-    pens.at(pen, value)
+    pen_lift.at(pen, value)
     return []
 
 

@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, cast
 
-from handout.plotting.blocks import Block, Move, Pause, Pen
 from handout.plotting.dialect import Command
+from handout.plotting.planning.blocks import Block, Move, Pause, Pen
 from handout.profiles import Plotter
 
 SPACE, SIZE, LINE_ERROR, STATE = b"\x1b.B", b"\x1b.L", b"\x1b.E", b"\x1b.O"  # asked and answered at once

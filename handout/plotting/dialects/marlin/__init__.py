@@ -6,7 +6,7 @@ from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects.marlin.controller import Marlin
 from handout.plotting.dialects.marlin.words import homing, program, set_pen
 from handout.plotting.gcode import header
-from handout.plotting.planned import Plan
+from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from handout.errors import DeviceError, DeviceSilent
-from handout.plotting.blocks import Move, Pen
 from handout.plotting.dialect import Buttonless, Heard, Log, unheard
 from handout.plotting.dialects.marlin import connecting, words
 from handout.plotting.dialects.marlin.held import Held
 from handout.plotting.dialects.marlin.link import Line, Link
 from handout.plotting.dialects.marlin.words import Ok, Position
+from handout.plotting.planning.blocks import Move, Pen
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 

@@ -14,9 +14,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from handout.plotting import pens
-from handout.plotting.blocks import Block, Move, Pause, Pen
+from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.planning.blocks import Block, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
@@ -222,9 +222,9 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
         rest = float(profile.down_time if down else profile.up_time)
         return [STANDING, *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
     lines = [] if profile.lift == "z" else [STANDING]
-    for value, wait in pens.way(profile, down):
+    for value, wait in pen_lift.way(profile, down):
         if profile.lift == "z":
-            speed = pens.lowering_speed(profile) if down else profile.z_speed
+            speed = pen_lift.lowering_speed(profile) if down else profile.z_speed
             lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
         else:
             lines.append(f"M280P0S{round(value)}\n".encode())
@@ -234,7 +234,7 @@ def pen(down: bool, profile: PenProfile) -> list[bytes]:
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
     """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
-    return [*MODES[:2], *pen(True, pens.at(profile, value)), *closing()]
+    return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), *closing()]
 
 
 def pause(seconds: float) -> bytes:
@@ -283,7 +283,7 @@ def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
         return True
     block = blocks[index]
     if isinstance(block, Pen):
-        return profile.pen.lift != "z" or pens.wait(profile.pen, block.down, 0.0) > 0
+        return profile.pen.lift != "z" or pen_lift.wait(profile.pen, block.down, 0.0) > 0
     return isinstance(block, Pause)
 
 

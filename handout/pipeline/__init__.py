@@ -1,0 +1,37 @@
+"""The application: what the verbs of the command do, as functions that any program may call.
+
+The command line, the vpype plug-in and the notebook call this room and nothing below it; so does a script.  Nothing
+here knows click or a terminal.  Files:
+
+    options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions
+    results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
+
+How a verb is built
+-------------------
+1. Its options are frozen dataclasses here, named after what they describe, with the defaults of the command and a
+   comment for each field: the shared ones of `options`, and one of the verb's own in the verb's file (`PrintOptions`
+   in `printing.py`).  A length is a `Length`: a text with a unit, or a number of mm.  ``None`` means "not asked for",
+   so nothing has to ask click whether a value came from the user.
+2. The work is one function in the verb's file here, `verb(what, options…, *, listener=SILENT) -> Result`.  It reads
+   like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
+   goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.
+3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file (or in `results`) with a
+   `facts()` method, which gives the JSON object that ``--json`` prints, and a field `notes`, sentences on what was
+   decided for the user: letters that were lent, parts that were left out, options that were not followed.
+4. `cli/verb_.py` binds and prints, no more::
+
+       @click.command("write")
+       @click.argument("text", nargs=-1)
+       @options.sheet("A4")        # gives the parameter  sheet: SheetOptions
+       @options.writing            # gives the parameter  writing: WritingOptions
+       @options.picture            # gives the parameter  picture: PictureOptions
+       @options.console            # gives the parameter  console: Console (which is the Listener)
+       def command(text: tuple[str, ...], sheet: SheetOptions, ..., console: Console) -> None:
+           result = write(text, ..., listener=console)
+           console.note(*result.notes)
+           console.report(result.facts(), f"Wrote {…}.")
+
+   A verb binds options of its own with `options.bind("printing", PrintOptions, click.option(…), …)`: the names of the
+   click options are the fields of the dataclass.
+5. `__init__` of this room and of `handout` name the function in their table of public names.
+"""

@@ -1,0 +1,117 @@
+"""What a caller may ask for: the options that several verbs share, typed and frozen, with the command's defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from handout import units
+from handout.errors import InputError
+from handout.inking.pen import PENS as PENS
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand
+    from handout.values import Hand
+
+Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
+
+ALIGNMENTS = ("left", "right", "centre", "ragged")
+ENGINES = ("optimal-control", "sigma-lognormal")
+
+
+@dataclass(frozen=True)
+class WritingOptions:
+    """How a text is written.
+
+    hand : the name of a hand, the path of its file, or a hand that was loaded or read.
+    seed : same seed, same writing; None: one by chance, which the result tells.
+    x_height : height of a small letter; None: 2.5 mm, or a scanned hand's own.
+    line_spacing : distance of baselines; None: the hand's own.
+    align : one of `ALIGNMENTS`.
+    kinematics : how strokes move, one of `ENGINES`.
+    speed : "human", "fast", or a factor.
+    jitter : variation, 1 as people vary, 0 none.
+    haste : −1 careful, 0 as drawn, 1 hurried; for drawn hands.
+    fit : shrink what does not fit its page.
+    fallback : take similar forms for characters that the hand lacks.
+    slips : words in 100 that are begun wrongly and struck out.
+    """
+
+    hand: str | Hand | ScannedHand = "house-joined"
+    seed: int | None = None
+    x_height: Length | None = None
+    line_spacing: Length | None = None
+    align: str = "ragged"
+    kinematics: str = "optimal-control"
+    speed: str | float = "human"
+    jitter: float = 1.0
+    haste: float = 0.0
+    fit: bool = False
+    fallback: bool = False
+    slips: float = 0.0
+
+
+@dataclass(frozen=True)
+class SheetOptions:
+    """The sheet that is written on.
+
+    page : a name such as "A5", or WxHmm; None: that of a scanned sheet, or else `usual_page`.
+    margin : one, two or four lengths, parted by commas, from the top clockwise; None: a tenth of the short side.
+    pages : how many there may be; None: as many as the text needs.
+    usual_page : the page where none is asked for.
+    """
+
+    page: str | None = None
+    margin: str | None = None
+    pages: int | None = None
+    usual_page: str = "A4"
+
+    @property
+    def page_name(self) -> str:
+        """The page that is asked for, or the usual one."""
+        return self.usual_page if self.page is None else self.page
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """How writing looks in pictures.
+
+    dpi : pixels an inch of PNG files.
+    pen : one of `PENS`, or for a scanned hand another .hand file; None: ballpoint, or a scanned hand's own pen.
+    pen_width : width of the line; None: the pen's own.
+    ink : colour of the ink, "#rrggbb" or a name; None: the pen's own.
+    paper : "none", "plain", "laid", "ruled", "squared" (with ":8mm", ":8mm,25mm"), or a picture of a sheet.
+    transparent : leave the paper out of PNG files.
+    """
+
+    dpi: float = 300.0
+    pen: str | None = None
+    pen_width: Length | None = None
+    ink: str | None = None
+    paper: str = "none"
+    transparent: bool = False
+
+
+def millimetres(length: Length, what: str) -> float:
+    """A length in mm; `what` names it in the error message."""
+    return units.length(str(length), what)
+
+
+def slip_rate(text: str | None) -> float:
+    """Slips in 100 words: none, a number of them, or "usual".
+
+    Raises
+    ------
+    InputError
+        No number, or one outside 0 to 100.
+    """
+    if text is None:
+        return 0.0
+    from handout.writing.slips import USUAL, check_rate
+
+    try:
+        return check_rate(USUAL if text == "usual" else float(text))
+    except ValueError:
+        raise InputError(
+            f"slips: {text!r} is no number of slips in 100 words; give one, such as --slips 3, or put --slips last."
+        ) from None

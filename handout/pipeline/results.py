@@ -1,0 +1,124 @@
+"""What a call gives back: facts that turn into JSON, a tally of what was written, and a listener to work that goes on.
+
+A result is a frozen dataclass with `facts()`, the JSON object that ``--json`` prints, and `notes`, sentences for the
+user.  `Listener` is how the same sentences, and the progress, reach whoever waits for the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+if TYPE_CHECKING:
+    from handout.values import Drawing, Manuscript
+
+# what JSON can hold
+Fact: TypeAlias = "str | int | float | bool | Sequence[Fact] | Mapping[str, Fact] | None"
+Facts = dict[str, Fact]
+
+
+class Result(Protocol):
+    """What every result can do."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what was decided for the user."""
+
+    def facts(self) -> Facts:
+        """The JSON object that ``--json`` prints; under "notes" the notes, where there are any."""
+
+
+class Listener(Protocol):
+    """Whoever waits for long work: hears sentences at once, and how far it has come."""
+
+    def say(self, *sentences: str) -> None:
+        """Hear what the user should know now; it is no part of the result."""
+
+    def note(self, *sentences: str) -> None:
+        """Hear what the user should know now, and what belongs to the notes of the result."""
+
+    def progress(self, share: float, stage: str) -> None:
+        """Hear which share of the work is done, 0 to 1, and what is being done; a `handout.progress.Tell`."""
+
+
+class Silent:
+    """A listener who does not listen."""
+
+    def say(self, *sentences: str) -> None:
+        """Nothing."""
+
+    def note(self, *sentences: str) -> None:
+        """Nothing."""
+
+    def progress(self, share: float, stage: str) -> None:
+        """Nothing."""
+
+
+SILENT = Silent()
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What has been written, added up, so that a long batch need not be kept; tallies add up with +.
+
+    pen_down, pen_up : mm; duration : s.
+    borrowed : the letters that the hand lacked, and what was written for them.
+    slips : the words that were struck out.
+    """
+
+    pages: int = 0
+    lines: int = 0
+    characters: int = 0
+    strokes: int = 0
+    pen_down: float = 0.0
+    pen_up: float = 0.0
+    duration: float = 0.0
+    borrowed: Sequence[Mapping[str, Fact]] = ()
+    slips: Sequence[Mapping[str, Fact]] = ()
+
+    @classmethod
+    def of(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:
+        """Of some pages of one text, as manuscripts and as strokes."""
+        letters = (placed.glyph.letter for page in pages for line in page.lines for placed in line.placed)
+        return cls(
+            pages=len(pages),
+            lines=sum(len(page.lines) for page in pages),
+            characters=sum(map(bool, letters)),
+            strokes=sum(len(drawing.strokes) for drawing in drawings),
+            pen_down=sum(drawing.pen_down for drawing in drawings),
+            pen_up=sum(drawing.pen_up for drawing in drawings),
+            duration=sum(drawing.duration for drawing in drawings),
+            borrowed=list(pages[0].about.get("borrowed", [])) if pages else [],
+            slips=[slip for page in pages for slip in page.about.get("slips", [])],
+        )
+
+    def __add__(self, other: Tally) -> Tally:
+        return Tally(
+            self.pages + other.pages,
+            self.lines + other.lines,
+            self.characters + other.characters,
+            self.strokes + other.strokes,
+            self.pen_down + other.pen_down,
+            self.pen_up + other.pen_up,
+            self.duration + other.duration,
+            [*self.borrowed, *other.borrowed],
+            [*self.slips, *other.slips],
+        )
+
+    def facts(self, seed: int, hand: str, files: Sequence[object]) -> Facts:
+        """What ``--json`` prints of it."""
+        return {
+            "pages": self.pages,
+            "lines": self.lines,
+            "characters": self.characters,
+            "strokes": self.strokes,
+            "pen_down_mm": round(self.pen_down, 2),
+            "pen_up_mm": round(self.pen_up, 2),
+            "duration_s": round(self.duration, 2),
+            "seed": seed,
+            "hand": hand,
+            "files": [str(path) for path in files],
+            **({"borrowed": self.borrowed} if self.borrowed else {}),
+            **({"slips": self.slips} if self.slips else {}),
+        }

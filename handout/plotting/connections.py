@@ -1,0 +1,205 @@
+"""The way to a machine: opened by its address, found by its USB id, or by questions to whoever is at a port.
+
+No question is one that a plotter of another dialect takes for a command to move.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import re
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple, cast
+
+import msgspec
+
+from handout.errors import DeviceError, InputError, PortError
+from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
+from handout.profiles import Plotter
+
+EBB_USB = (0x04D8, 0xFD92)  # of the EiBotBoard; Source: its documentation
+_MOMENT = 0.25  # s
+_WAKES = 2.5  # s a controller may take to start when its port is opened
+_ANSWERS = 1.0  # s an answer may take
+
+
+def open_port(url: str, profile: Plotter) -> Port:
+    """Open the way to a machine.
+
+    Parameters
+    ----------
+    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port`` or another address of pyserial's; ``auto``: the only serial
+        port that the machine can be at; ``sim:`` for the simulated plotter, with options such as
+        ``sim:?fault=alarm&after=40&buffer=64&realtime=1``.
+
+    Raises
+    ------
+    PortError
+        It cannot be opened; the message says what to check and which serial ports there are.
+    InputError
+        Options the simulated plotter does not know.
+    """
+    if _is_simulated(url):
+        rest = url[4:]
+        if rest and not rest.startswith("?"):
+            raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
+        return cast(Port, _simulated().plotter(profile, rest[1:]))
+    return SerialPort(find_port(profile) if url == "auto" else url, profile.port.baud)
+
+
+def surroundings(url: str) -> AbstractContextManager[None]:
+    """What goes wrong around a machine as long as it is used; only a simulated one asks for it (``sim:?disk=1s``)."""
+    if not _is_simulated(url):
+        return contextlib.nullcontext()
+    return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
+
+
+def _is_simulated(url: str) -> bool:
+    return url == "sim" or url.startswith("sim:")
+
+
+def _simulated() -> Any:
+    """The room of the simulated plotter, which is loaded only for its own addresses."""
+    return importlib.import_module("handout.simulated.plotter")
+
+
+class _Question(NamedTuple):
+    """What is asked at which speeds, and what the answer of a machine that speaks a dialect looks like."""
+
+    dialect: str
+    asked: bytes
+    answer: re.Pattern[bytes]
+    bauds: tuple[int, ...]
+
+
+_QUESTIONS = (
+    _Question("grbl", b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
+    _Question("ebb", b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
+    _Question("marlin", b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
+    _Question("hpgl", b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
+)
+
+
+class Answer(NamedTuple):
+    """Who answered: a dialect, and what the machine says it is."""
+
+    dialect: str
+    firmware: str
+
+
+def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | None:
+    """Find out which of the dialects the machine at an open port speaks; None if it answers none of the questions.
+
+    wakes : s it is given to start; what it says by itself is listened to.
+    """
+    heard, waited = b"", 0.0
+    while waited < wakes and not (b"Grbl" in heard and b"\n" in heard):
+        more = port.read(_MOMENT)
+        heard, waited = heard + more, waited + (0.0 if more else _MOMENT)
+        if len(heard) > 100_000:
+            return None
+    for question in _QUESTIONS:
+        if question.dialect not in dialects:
+            continue
+        port.write(question.asked)
+        if (found := question.answer.search(_listen(port))) is not None:
+            return Answer(question.dialect, found.group(1).decode("ascii", "replace").strip(" :"))
+    return None
+
+
+def _listen(port: Port) -> bytes:
+    """What is answered, up to a moment of silence."""
+    heard, waited = b"", 0.0
+    while waited < _ANSWERS and len(heard) < 100_000:
+        more = port.read(_MOMENT)
+        heard += more
+        if heard and not more:
+            break
+        waited += 0.0 if more else _MOMENT
+    return heard
+
+
+def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answer | None:
+    """Find out who is at a port, of all dialects and at their usual speeds; None: nobody who answers.
+
+    Raises
+    ------
+    PortError
+        The port cannot be opened.
+    """
+    bauds = sorted({baud for question in _QUESTIONS for baud in question.bauds}, key=lambda baud: baud != 115200)
+    for baud in bauds:
+        port = open_at(url, baud)
+        try:
+            answer = ask(port, [question.dialect for question in _QUESTIONS if baud in question.bauds])
+        finally:
+            port.close()
+        if answer is not None:
+            return answer
+    return None
+
+
+def find_port(
+    profile: Plotter, ports: Sequence[SerialDevice] | None = None, open_at: Callable[[str, int], Port] = SerialPort
+) -> str:
+    """The name of the only serial port that a machine can be at: by its USB id, or else by who answers.
+
+    Raises
+    ------
+    PortError
+        None, or several.
+    """
+    usb = [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
+    boards = [port for port in usb if (port.usb == EBB_USB) == (profile.dialect == "ebb")]
+    if not boards:
+        raise PortError(
+            f"None of this computer's serial ports can be that of the plotter ({profile.title}): is it plugged in and "
+            "switched on? (See: handout devices list --ports.)"
+        )
+    if len(boards) == 1:
+        return boards[0].name
+    answering = [port.name for port in boards if _speaks(port.name, profile, open_at)]
+    if len(answering) == 1:
+        return answering[0]
+    names = ", ".join(answering or [port.name for port in boards])
+    said = "Several plotters answer" if answering else "Several serial ports are there and none answers"
+    raise PortError(f"{said} as {profile.title} should: choose one of {names} with --port.")
+
+
+def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
+    """The name of the only serial port with a USB id, whoever is there.
+
+    Raises
+    ------
+    PortError
+        None, or several.
+    """
+    names = [port.name for port in (serial_devices() if ports is None else ports) if port.usb is not None]
+    if not names:
+        raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
+    if len(names) > 1:
+        raise PortError(f"Several serial ports are there: choose one of {', '.join(names)} with --port.")
+    return names[0]
+
+
+def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> bool:
+    try:
+        port = open_at(url, profile.port.baud)
+    except PortError:  # in use, or not ours
+        return False
+    try:
+        return ask(port, [profile.dialect], float(profile.port.start_up)) is not None
+    except DeviceError:
+        return False
+    finally:
+        port.close()
+
+
+def limits(profile: Plotter) -> dict[str, float]:
+    """What a machine can do and hold, by the names of the keys of its file; mm, mm/s, mm/s²."""
+    keys = ("draw_speed", "travel_speed", "acceleration", "junction_deviation", "steps_per_mm")
+    said = {f"limits.{key}": float(getattr(profile.limits, key)) for key in keys}
+    said |= {"bed.width": float(profile.bed.width), "bed.height": float(profile.bed.height)}
+    ports = msgspec.structs.asdict(profile.port)
+    return said | {f"port.{key}": float(ports[key]) for key in ("buffer", "queue")}

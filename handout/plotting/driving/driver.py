@@ -1,0 +1,314 @@
+"""From a plan to a machine: stream it, tell how far it is, and whatever happens leave the pen lifted."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from handout.errors import DeviceError, DeviceGarbled
+from handout.plotting import bed
+from handout.plotting.dialect import Command, Controller, Heard, dialect
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.observation import Observed, Observer
+from handout.plotting.driving.overlap import Secure, Securing
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import plan as replan
+from handout.plotting.planning.toolpath import DRAW
+from handout.plotting.ports import InstrumentedPort, Port
+from handout.profiles import Plotter
+from handout.values import Array
+
+Progress = Callable[[float, float], None]
+Watch = Callable[[int, int, int, int], None]
+Proved = Callable[[int], None]
+_OFTEN = 0.2  # s of plotting between two calls of `progress`
+OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
+_AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
+
+
+def usual_overlap(profile: Plotter, fast: bool) -> float:
+    """mm of ink that may be under way where nothing else is asked for; more for what is drawn as fast as can be."""
+    return max(OVERLAP, _AHEAD * profile.limits.draw_speed) if fast else OVERLAP
+
+
+@dataclass(frozen=True)
+class Report:
+    """How a plot went.
+
+    executed_s : s, of the machine's clock if it is simulated, else measured here.
+    announced_s : s, as the plan said.
+    stretched : time the strokes took over the time they were meant to take; as the machine's answers tell, or else as
+        the plan predicts.
+    lines : commands of the program, all executed.
+    segments : straight pieces that were drawn.
+    min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
+        fill its queue, or it does not say.
+    unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
+    observed : what was executed, as far as the machine's answers tell.
+    plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
+        reports are kept for long.
+    """
+
+    executed_s: float
+    announced_s: float
+    stretched: float
+    lines: int
+    segments: int
+    min_queue: int | None
+    unsecured: float
+    observed: Observed
+    plan: Plan | None
+
+
+def run(
+    plan: Plan,
+    port: Port,
+    profile: Plotter,
+    *,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    secure: Secure | None = None,
+    overlap: float = OVERLAP,
+    log: Callable[[str], None] | None = None,
+) -> Report:
+    """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
+    log = log or (lambda _: None)
+    controller = meet(port, profile, log)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    try:
+        if profile.homing:
+            controller.home()
+        elif profile.bed.zero == "here":
+            controller.zero()
+    except BaseException:
+        controller.halt()
+        raise
+    try:
+        return draw(
+            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
+        )
+    except KeyboardInterrupt:
+        park(controller)
+        raise
+
+
+def park(controller: Controller) -> None:
+    """Go back to zero after a stop that was asked for, if the machine knows the way; a further interrupt ends that."""
+    with contextlib.suppress(DeviceError, KeyboardInterrupt):
+        if controller.position() is not None:
+            try:
+                controller.go(0.0, 0.0)
+            except KeyboardInterrupt:
+                controller.halt()
+
+
+def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
+    """Connect to a machine; it does not move."""
+    return dialect(profile.dialect).connect(port, profile, log)
+
+
+def draw(
+    plan: Plan,
+    controller: Controller,
+    port: Port,
+    profile: Plotter,
+    *,
+    fresh: bool = True,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    proved: Proved | None = None,
+    secure: Secure | None = None,
+    overlap: float = OVERLAP,
+    log: Callable[[str], None] | None = None,
+) -> Report:
+    """Plot a plan with a machine that is connected and stands at its zero.
+
+    Parameters
+    ----------
+    fresh : whether the sheet is new; a simulated plotter asks.
+    progress : called with the share that is done, 0 to 1, and the time that is left, s.
+    watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
+        how many blocks of the plan have certainly been done.
+    proved : called before `watch` whenever more is known to be right, with how many blocks that are.
+    secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
+        what is secured counts as executed.  It is waited for with the pen lifted.
+    overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
+        with by drawing no more than that twice; more where `secure` takes too long, which is told.
+    log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
+
+    Raises
+    ------
+    DoesNotFit
+        The machine's own settings leave less room than the drawing needs.
+    DeviceSilent, DeviceAlarm, PortError
+        The pen has been lifted then if the machine still answered.
+    KeyboardInterrupt
+        As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
+    """
+    log = log or (lambda _: None)
+    bed.check(plan.course.points[:, :2], controller.profile)
+    own = msgspec.structs.replace(controller.profile, bed=profile.bed)
+    if _moves_differently(own, plan.profile):
+        log("The plot is planned anew for the plotter's own limits.")
+        plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
+    if plan.placement.turned and fresh:
+        log("The page is turned to fit the bed: its top edge lies to the left.")
+    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
+        log(said)
+    if isinstance(port, InstrumentedPort) and fresh:
+        port.lay(plan.drawing.page, plan.placement)
+    commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
+    before = port.executed_s if isinstance(port, InstrumentedPort) else time.monotonic()
+    clock = (lambda: port.time) if isinstance(port, InstrumentedPort) else time.monotonic
+    stands = isinstance(port, InstrumentedPort) and not port.keeps_real_time
+    securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
+    stream = _Stream(plan, commands, controller, progress, watch, securing, clock, proved)
+    try:
+        with _few_garbage():
+            stream.run()
+    except DeviceError as error:
+        controller.halt()
+        kind = DeviceGarbled if controller.spoilt else type(error)
+        raise kind(f"{error} {stream.under_way()}".strip()) from error
+    except BaseException:  # an interrupt above all, but whatever it is: the pen must not stay on the paper
+        with contextlib.suppress(KeyboardInterrupt):  # whoever presses once more has been heard
+            controller.halt()
+        stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
+        raise
+    return _report(stream, port, before, fresh)
+
+
+@contextlib.contextmanager
+def _few_garbage() -> Iterator[None]:
+    """Leave what there is out of the search for garbage, which would take a tenth of a second within a stroke."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _moves_differently(own: Plotter, planned: Plotter) -> bool:
+    return (own.limits, own.pen, own.port.queue) != (planned.limits, planned.pen, planned.port.queue)
+
+
+class _Stream:
+    """A program under way."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        commands: list[Command],
+        controller: Controller,
+        progress: Progress | None,
+        watch: Watch | None,
+        securing: Securing,
+        clock: Callable[[], float],
+        proved: Proved | None = None,
+    ) -> None:
+        self.plan, self.commands, self.controller = plan, commands, controller
+        self.progress, self.watch, self.securing, self.proved = progress, watch, securing, proved
+        self.min_queue: int | None = None
+        self.observer, self._clock = Observer(plan, commands), clock
+        self._before = controller.sent  # commands of the programs before this one
+        self._counts = (0, 0, 0)
+        controller.listener = self._listen
+        self._proven = 0
+        self._told = 0.0
+        self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
+
+    def run(self) -> None:
+        """Send all commands, and wait until the last has been executed."""
+        for number, command in enumerate(self.commands):
+            while not self.securing.ready(number, max(self._counts[2], 0)):
+                self.controller.wait()
+                self.note()
+            self.controller.send(command.data)
+            self.note()
+        self.controller.finish()
+        self.note()
+        self.securing.finish(self._counts[2])
+        if self.progress is not None:
+            self.progress(1.0, 0.0)
+
+    def under_way(self) -> str:
+        """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
+        executed = max(self.controller.executed - self._before, 0)
+        begun = self._strokes[: executed + 2]
+        strokes = len(self.plan.drawing.strokes)
+        return f"It happened at stroke {int(begun.max()) + 1} of {strokes}." if begun.max(initial=-1) >= 0 else ""
+
+    def note(self) -> None:
+        """Tell everyone who wants to know what has changed."""
+        machine, first = self.controller, self._before
+        before, self._counts = self._counts, (machine.sent - first, machine.taken - first, machine.executed - first)
+        self._note_proof(machine.proven - first)
+        if self._counts == before:
+            return
+        executed = max(self._counts[2], 0)
+        done = self.commands[executed - 1].done if executed else 0
+        if self.watch is not None:
+            self.watch(*self._counts, done)
+        at, whole = float(self.plan.begins[min(done, len(self.plan.begins) - 1)]), max(self.plan.duration, 1e-9)
+        if self.progress is not None and at - self._told >= _OFTEN:
+            self._told = at
+            self.progress(at / whole, whole - at)
+
+    def _note_proof(self, proven: int) -> None:
+        """Tell of how much is known that no command came over wrong."""
+        if proven > self._proven:
+            self._proven = proven
+            if self.proved is not None:
+                self.proved(self.commands[proven - 1].done)
+
+    def _listen(self, heard: Heard) -> None:
+        """Note what it says when it says it: by the time that a command is sent it may be old."""
+        self.observer.note(self._clock(), heard.executed - self._before, heard.place)
+        if heard.queued is not None:
+            self._watch_queue(heard.queued, heard.taken - self._before)
+
+    def _watch_queue(self, queued: int, taken: int) -> None:
+        """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
+        first = taken - self.plan.profile.port.queue
+        if first < 1 or taken >= len(self.commands) or not self.securing.draws(taken):
+            return
+        stroke = self._strokes[first]
+        if stroke >= 0 and self._strokes[taken] == stroke:
+            self.min_queue = queued if self.min_queue is None else min(self.min_queue, queued)
+
+
+def _strokes(plan: Plan) -> Array:
+    """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
+    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
+
+
+def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
+    plan, stretched = stream.plan, stream.plan.stretched
+    observed = stream.observer.observed(stream.controller.silent)
+    if isinstance(port, InstrumentedPort):
+        executed_s = port.executed_s - (0.0 if fresh else before)
+        if fresh:
+            stretched = fidelity.stretched(plan.intended(), port.executed())
+    else:
+        executed_s = time.monotonic() - before
+        stretched = stretched if observed.unknown else observed.stretched
+    segments = int(np.count_nonzero(plan.course.kind == DRAW))
+    lines = len(stream.commands)
+    return Report(
+        executed_s,
+        plan.duration,
+        stretched,
+        lines,
+        segments,
+        stream.min_queue,
+        stream.securing.most,
+        observed,
+        plan,
+    )

@@ -1,0 +1,220 @@
+"""The report of a plot: how the motion that was executed, or is predicted, compares with the writing's, by page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from handout import atomic
+from handout.plotting.driving import fidelity
+from handout.plotting.driving.driver import Report
+from handout.plotting.driving.observation import Observed
+from handout.plotting.planning import feed_segments
+from handout.plotting.planning.plan import Plan
+from handout.plotting.ports import InstrumentedPort, Port
+from handout.values import Array, Drawing, Stroke
+
+_WINDOW = 0.5  # s over which time is compared with time; over less, a pen that hardly moves tells nothing
+_NAMED = 12  # words that are named
+_NOTED = 1.03  # a stretch beyond this is told with its place
+
+Row = dict[str, Any]
+
+
+def row(
+    plan: Plan,
+    page: int,
+    *,
+    executed: Drawing | None = None,
+    min_queue: int | None = None,
+    observed: Observed | None = None,
+) -> Row:
+    """What is to be said of one page.
+
+    Parameters
+    ----------
+    page : its number, from 1.
+    executed : what the simulated plotter drew, or the strokes that were observed; None: what the plan predicts.
+    min_queue : as the machine said; None: as the plan predicts.
+    observed : what the machine's answers tell; None: nothing was plotted.
+
+    Returns
+    -------
+    dict
+        correlation, rms_of_peak : of the speeds at the same times; in_place : the same at the same places.
+        intended_s, executed_s : time of the strokes alone; stretched : their ratio; announced_s : of everything.
+        segments, segments_per_s : of the strokes; min_queue : moves in hand in the middle of a stroke, the least.
+        measured : whether these are of what was executed; unknown : why not, if something was plotted.
+        rests : where the pen stood within strokes, by the machine's answers: stroke, word, text, at_s, seconds;
+        rested_s : in all; least_rest_s : shorter ones may not have been noticed; all None if that is not known.
+        deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
+    """
+    meant, done = plan.intended(), plan.predicted() if executed is None else executed
+    segments = int(np.count_nonzero(plan.course.draws))
+    took = float(plan.motion.duration[plan.course.draws].sum())
+    if min_queue is None:
+        min_queue = feed_segments.least_queue(plan.course, plan.motion, plan.profile)
+    intended_s, executed_s = fidelity.times(meant, done)
+    return {
+        "page": page,
+        "measured": executed is not None,
+        **_likeness(meant, done),
+        "intended_s": round(intended_s, 3),
+        "executed_s": round(executed_s, 3),
+        "stretched": round(executed_s / intended_s, 5) if intended_s > 0 else 1.0,
+        "announced_s": round(plan.duration, 3),
+        "segments": segments,
+        "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
+        "min_queue": min_queue,
+        "stretched_at": stretches(meant, done),
+        **_rests(observed),
+    }
+
+
+def _rests(observed: Observed | None) -> Row:
+    if observed is None or observed.unknown:
+        unknown = "" if observed is None else observed.unknown
+        return {"unknown": unknown, "rests": None, "rested_s": None, "least_rest_s": None}
+    rests = [
+        rest._asdict() | {"at_s": round(rest.at_s, 3), "seconds": round(rest.seconds, 3)} for rest in observed.rests
+    ]
+    known = {"rested_s": round(observed.rested_s, 3), "least_rest_s": round(observed.least_s, 3)}
+    return {"unknown": "", "rests": rests, **known}
+
+
+def _likeness(meant: Drawing, done: Drawing) -> Row:
+    """How alike two drawings of the same strokes are; all None if nothing in them moves."""
+    if not any(fidelity.comparable(*pair) for pair in _pairs(meant, done)):
+        return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
+    found = fidelity.compare(meant, done)
+    return {
+        "correlation": round(found.timed, 5),
+        "rms_of_peak": round(found.timed_rms, 5),
+        "in_place": {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
+        "deviation_mm": round(found.deviation, 4),
+    }
+
+
+def plotted(report: Report, port: Port, page: int) -> Row:
+    """What is to be said of a page that has just been plotted.
+
+    What a simulated plotter drew is known; what a real one did, as far as its answers tell; of one that says nothing,
+    it is what the plan predicts.
+    """
+    assert report.plan is not None
+    executed, many = report.observed.executed, len(report.plan.drawing.strokes)
+    if isinstance(port, InstrumentedPort):
+        executed, sheet = None, port.executed()
+        if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
+            executed = Drawing(sheet.strokes[-many:], sheet.page)
+    return row(report.plan, page, executed=executed, min_queue=report.min_queue, observed=report.observed)
+
+
+def facts(reports: Sequence[Report]) -> Row:
+    """What is known of how parts were executed, for machines to read.
+
+    Returns
+    -------
+    dict
+        measured : whether the plotter's answers tell what was executed; unknown : why not.
+        rests, rested_s : how often and how long the pen stood within strokes; None if that is not known.
+        unsecured_mm : ink that was drawn and not yet certain on the disk, at most.
+    """
+    unknown = next((report.observed.unknown for report in reports if report.observed.unknown), "")
+    known = bool(reports) and not unknown
+    return {
+        "measured": known,
+        **({"unknown": unknown} if unknown else {}),
+        "rests": sum(len(report.observed.rests) for report in reports) if known else None,
+        "rested_s": round(sum(report.observed.rested_s for report in reports), 2) if known else None,
+        "unsecured_mm": round(max((report.unsecured for report in reports), default=0.0), 1),
+    }
+
+
+def sentence(reports: Sequence[Report]) -> str:
+    """How faithful a plot was, in one sentence; "" if nothing was plotted."""
+    told = facts(reports)
+    if not reports:
+        return ""
+    if not told["measured"]:
+        return f"Whether the pen rested is not known: {told['unknown']}"
+    least = max(report.observed.least_s for report in reports)
+    fits = [report.observed.correlation for report in reports if report.observed.correlation is not None]
+    kept = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
+    time = max(report.observed.stretched for report in reports)
+    measured = f"Measured: {kept}strokes in {time:.3f} of their time;"
+    if not told["rests"]:
+        return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
+    words = dict.fromkeys(rest.text for report in reports for rest in report.observed.rests if rest.text)
+    times = "once" if told["rests"] == 1 else f"{told['rests']} times"
+    named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
+    where = f", in: {', '.join(named)}" if words else ""
+    return f"{measured} the pen rested {times}, {told['rested_s']:.2f} s in all{where}."
+
+
+def stretches(meant: Drawing, done: Drawing) -> list[Row]:
+    """The strokes in which half a second took noticeably longer than it was meant to.
+
+    Returns
+    -------
+    list of dict
+        stroke, word : their numbers, from 0 (word −1: unknown); factor : of the whole stroke; worst : of the half of a
+        second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
+    """
+    rows = []
+    for number, (a, b) in enumerate(_pairs(meant, done)):
+        if not fidelity.moves(a, b):
+            continue
+        clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 10)
+        share = np.interp(np.append(clock, clock + _WINDOW), a.t - a.t[0], _share(a.xy))
+        when = np.interp(share, _share(b.xy), b.t)
+        local = (when[len(clock) :] - when[: len(clock)]) / min(_WINDOW, a.t[-1] - a.t[0])
+        worst = int(np.argmax(local))
+        if local[worst] > _NOTED:
+            factor = (b.t[-1] - b.t[0]) / (a.t[-1] - a.t[0])
+            found = {"factor": round(float(factor), 4), "worst": round(float(local[worst]), 3)}
+            rows.append({"stroke": number, "word": a.word, **found, "at_s": round(float(clock[worst]), 3)})
+    return rows
+
+
+def whole(rows: Sequence[Row]) -> Row:
+    """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
+    intended, executed = (sum(row[key] for row in rows) for key in ("intended_s", "executed_s"))
+    least = [row["correlation"] for row in rows if row["correlation"] is not None]
+    most = [row["rms_of_peak"] for row in rows if row["rms_of_peak"] is not None]
+    queues = [row["min_queue"] for row in rows if row["min_queue"] is not None]
+    rests = [row["rests"] for row in rows if row["rests"] is not None]
+    rests = rests if len(rests) == len(rows) else []
+    return {
+        "measured": all(row["measured"] for row in rows),
+        "correlation": min(least, default=None),
+        "rms_of_peak": max(most, default=None),
+        "intended_s": round(intended, 3),
+        "executed_s": round(executed, 3),
+        "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
+        "announced_s": round(sum(row["announced_s"] for row in rows), 3),
+        "segments": sum(row["segments"] for row in rows),
+        "min_queue": min(queues, default=None),
+        "rests": sum(map(len, rests)) if rests else None,
+        "rested_s": round(sum(row["rested_s"] for row in rows), 3) if rests else None,
+        "pages": list(rows),
+    }
+
+
+def write(path: Path, rows: Sequence[Row]) -> None:
+    """Write the report of all pages as JSON; all of it or nothing."""
+    atomic.write(path, (json.dumps(whole(rows), indent=1) + "\n").encode())
+
+
+def _pairs(meant: Drawing, done: Drawing) -> Iterator[tuple[Stroke, Stroke]]:
+    return zip(meant.strokes, done.strokes, strict=True)
+
+
+def _share(xy: Array) -> Array:
+    """How much of the length of a path lies before each of its points, 0 to 1."""
+    along = fidelity.along_path(xy)
+    return np.asarray(along / along[-1])

@@ -1,0 +1,208 @@
+"""How far a drawing has been drawn: from the blocks of its plan that are done to a place on one of its strokes.
+
+A drawing cut in two at a place: what is drawn, and what is left of it.
+
+Where on a drawing a machine stands: its own word for its position, as a place on what it was drawing."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.plotting.planning.blocks import Pen
+from handout.plotting.planning.plan import Plan
+from handout.values import Array, Drawing, Stroke
+
+
+class Place(NamedTuple):
+    """All strokes before `stroke` are drawn, and of this one what lies before `time` (s, on the drawing's clock).
+
+    A time before the stroke's first means that nothing of it is drawn; a stroke after the last, that all are.
+    """
+
+    stroke: int
+    time: float = -np.inf
+
+
+START = Place(0)
+
+
+class Milestones:
+    """What has been drawn when so many blocks of a plan are done.
+
+    Attributes
+    ----------
+    stroke : (blocks + 1,) int; time : (blocks + 1,) float, s: the `Place` for every number of blocks done.
+    ink : (blocks + 1,) float, mm: the length that is drawn by then.
+    """
+
+    stroke: NDArray[np.intp]
+    time: Array
+    ink: Array
+
+    def __init__(self, plan: Plan) -> None:
+        told, course = plan.course.told, plan.course
+        at = np.arange(len(told))
+        rows = np.array([row if block is None else -1 for block, row in told], dtype=np.intp)
+        drawn = (rows >= 0) & course.draws[rows]
+        pens = [(index, block.down) for index, (block, _) in enumerate(told) if isinstance(block, Pen)]
+        # a stroke is done with what comes last before the pen is lifted from it: a move, or the rest of a dot
+        complete = np.array([lift - 1 for (_, down), (lift, _) in itertools.pairwise(pens) if down], dtype=int)
+        stroke = np.searchsorted(complete, at, side="right")
+        last = np.maximum.accumulate(np.where(drawn, at, -1))
+        under_way = (last >= 0) & (course.stroke[rows[last]] == stroke)
+        time = np.where(under_way, _reached(plan)[rows[last]], -np.inf)
+        length = np.where(drawn, np.hypot(*np.diff(course.points[:, :2], axis=0).T)[rows], 0.0)
+        self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
+        self.ink = np.append(0.0, np.cumsum(length))
+
+    def place(self, done: int) -> Place:
+        """What is drawn when `done` blocks are done."""
+        return Place(int(self.stroke[done]), float(self.time[done]))
+
+
+def place(plan: Plan, done: int) -> Place:
+    """What is drawn when `done` blocks of a plan are done; `Milestones` answers the same for many numbers at once."""
+    return Milestones(plan).place(done)
+
+
+def _reached(plan: Plan) -> Array:
+    """(n,) float, s: for every drawn move of the course, the time in the drawing at which it ends."""
+    draws, stroke = plan.course.draws, plan.course.stroke
+    meant = np.where(draws, np.maximum(plan.meant, 0.0), 0.0)
+    so_far = np.cumsum(meant)
+    many = len(plan.drawing.strokes)
+    whole = np.bincount(stroke[draws], meant[draws], many)
+    before = np.append(0.0, np.cumsum(whole)[:-1])
+    begins, ends = (np.array([one.t[at] for one in plan.drawing.strokes]) for at in (0, -1))
+    share = np.clip((so_far - before[stroke]) / np.maximum(whole[stroke], 1e-12), 0.0, 1.0)
+    return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))
+
+
+_CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
+_ANGLES = ("azimuth", "rotation")  # these come round again
+
+
+def drawn(drawing: Drawing, place: Place) -> Drawing:
+    """The part of a drawing that lies before a place."""
+    whole = drawing.strokes[: place.stroke]
+    broken = [_until(stroke, place.time) for stroke in drawing.strokes[place.stroke : place.stroke + 1]]
+    return dataclasses.replace(drawing, strokes=(*whole, *(stroke for stroke in broken if stroke is not None)))
+
+
+def remaining(drawing: Drawing, place: Place) -> Drawing:
+    """What is left of a drawing behind a place: the broken stroke begins there; times, words and layers are kept."""
+    if place.stroke >= len(drawing.strokes):
+        return dataclasses.replace(drawing, strokes=())
+    broken = _from(drawing.strokes[place.stroke], place.time)
+    whole = drawing.strokes[place.stroke + 1 :]
+    return dataclasses.replace(drawing, strokes=whole if broken is None else (broken, *whole))
+
+
+def onward(before: Place, left: Drawing, whole: Drawing, after: Place) -> Place:
+    """A place on what was left behind another place, as a place on the whole drawing."""
+    return max(before, Place(after.stroke + len(whole.strokes) - len(left.strokes), after.time))
+
+
+def _until(stroke: Stroke, time: float) -> Stroke | None:
+    if time < stroke.t[0] or (time == stroke.t[0] and len(stroke.t) > 1):
+        return None
+    if time >= stroke.t[-1]:
+        return stroke
+    return _cut(stroke, np.append(stroke.t[stroke.t < time], time))
+
+
+def _from(stroke: Stroke, time: float) -> Stroke | None:
+    if (time <= stroke.t[0] and len(stroke.t) > 1) or time < stroke.t[0]:
+        return stroke
+    if time >= stroke.t[-1]:
+        return None
+    return _cut(stroke, np.append(time, stroke.t[stroke.t > time]))
+
+
+def _cut(stroke: Stroke, t: Array) -> Stroke:
+    """The stroke at the times t: its samples, and what lies between them at an end."""
+    xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
+    known = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
+    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in known.items()}
+    return dataclasses.replace(stroke, t=t, xy=xy, **channels)
+
+
+def _between(name: str, t: Array, known: Array, values: Array) -> Array:
+    """A channel at the times t; its samples stay as they are, to the last digit."""
+    found = np.interp(t, known, np.unwrap(values) if name in _ANGLES else values)
+    at = np.minimum(np.searchsorted(known, t), len(known) - 1)
+    return np.where(known[at] == t, values[at], found)
+
+
+_NEAR = (
+    0.15  # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
+)
+_CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and line may lead along each other
+_PAST = 0.03  # mm by which the line has left a place when that is behind it
+
+
+def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array | None = None) -> Place | None:
+    """The place at which a machine has stopped that stands at `at`; None if it stands nowhere on its way.
+
+    Parameters
+    ----------
+    certain : what is certainly drawn.
+    at : (2,) float, mm on the page.
+    reach : mm of ink that it can have drawn behind that.
+    zero : (2,) float, mm on the page, from where it may have come to begin behind that place.
+
+    Notes
+    -----
+    Where its line comes by several times it is the first: the others might leave a gap.
+    """
+    best, nearest, draws = None, _NEAR, False
+    for place, a, b, until in _ways(drawing, certain, reach, zero):
+        along = b - a
+        length2 = float(along @ along)
+        share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
+        off = float(np.hypot(*(a + share * along - at)))
+        if off < (nearest if best is None else nearest - _CLEARLY):
+            draws = bool(np.isfinite(until))
+            best, nearest = Place(place.stroke, place.time + share * (until - place.time) if draws else place.time), off
+        elif draws and off > nearest + _PAST:
+            break
+    return best
+
+
+def _ways(
+    drawing: Drawing, certain: Place, reach: float, zero: Array | None
+) -> Iterator[tuple[Place, Array, Array, float]]:
+    """The straight pieces the pen takes from a place on: the place before each, its ends, the time at its end.
+
+    Travels have an infinite time: wherever the pen stands on one, the next stroke has not begun.
+    """
+    left = remaining(drawing, certain)
+    skipped = len(drawing.strokes) - len(left.strokes)
+    before: Array | None = None
+    for start in _starts(drawing, certain, zero) if left.strokes else ():
+        yield certain, start, left.strokes[0].xy[0], np.inf
+    for number, stroke in enumerate(left.strokes, skipped):
+        if before is not None:
+            yield Place(number), before, stroke.xy[0], np.inf
+        for at in range(len(stroke.t) - 1):
+            yield Place(number, float(stroke.t[at])), stroke.xy[at], stroke.xy[at + 1], float(stroke.t[at + 1])
+            reach -= float(np.hypot(*(stroke.xy[at + 1] - stroke.xy[at])))
+            if reach < 0:
+                return
+        if len(stroke.t) == 1:
+            yield Place(number), stroke.xy[0], stroke.xy[0], np.inf
+        before = stroke.xy[-1]
+
+
+def _starts(drawing: Drawing, certain: Place, zero: Array | None) -> Iterator[Array]:
+    """Where the way to a place begins, with the pen lifted: in zero, or at the end of the stroke before."""
+    if zero is not None:
+        yield zero
+    if 0 < certain.stroke < len(drawing.strokes) and certain.time <= drawing.strokes[certain.stroke].t[0]:
+        yield drawing.strokes[certain.stroke - 1].xy[-1]

@@ -1,0 +1,355 @@
+"""Plot a job, or what is left of it: part after part, asking for pens and sheets, keeping the journal.
+
+The pages of a long text may still be made while the first are drawn: those that are lacking come from a `Supply`.
+
+After something has gone wrong nothing moves by itself.  When a person has taken the job up again, the machine looks for
+its zero, or is told where that is, or still knows; then it goes, pen lifted, to where drawing has to go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Protocol
+
+import msgspec
+import numpy as np
+
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
+from handout.plotting import bed
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
+from handout.plotting.driving.driver import Progress, Report, draw, meet, park
+from handout.plotting.jobs.job import Job, load
+from handout.plotting.jobs.journal import Journal
+from handout.plotting.jobs.page_producer import Supply
+from handout.plotting.jobs.parts import Part, asked
+from handout.plotting.jobs.places import Milestones, Place, found, onward, remaining
+from handout.plotting.planning.plan import Plan
+from handout.plotting.planning.planner import plan
+from handout.plotting.ports import Port
+from handout.values import Drawing
+
+_ZERO = 0.02  # mm; a machine that says it stands in its zero may just have been switched on
+_REACH = 1.1  # ink on the drawing's path for ink in straight pieces
+_WRITTEN = 1.0  # mm of ink between two lines of the journal
+
+
+class Person(Protocol):
+    """Whoever stands at the plotter."""
+
+    def do(self, request: str) -> None:
+        """Ask for something, and wait until it is done; InputError if there is nobody to ask."""
+
+    def try_again(self, error: DeviceError) -> bool:
+        """Say what has gone wrong, and wait until it is put right; False if the job is to end here."""
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """The plot pauses, its pen lifted: wait until its button has been `pressed`, or until one is told to go on."""
+
+
+def run_job(
+    job: Job,
+    open_port: Callable[[], Port],
+    person: Person,
+    *,
+    supply: Supply | None = None,
+    at_zero: bool = False,
+    home_after: bool = False,
+    patience: float = math.inf,
+    progress: Progress | None = None,
+    plotted: Callable[[Report, Port], None] | None = None,
+    log: Callable[[str], None] | None = None,
+) -> list[Report]:
+    """Plot what is left of a job.
+
+    Parameters
+    ----------
+    open_port : opens the way to the machine, and again after a break.
+    supply : whence the pages come that are not made yet, if there are such.
+    at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    home_after : the pen goes back to zero after an interrupt too, if the machine knows the way; at the end of every
+        part it does so anyway.
+    patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
+        break, the pen lifted.
+    progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
+    plotted : told of every part that has been plotted.
+
+    Returns
+    -------
+    list of Report
+        One for every part that was plotted, without its plan and its strokes: a job may have many.
+
+    Raises
+    ------
+    DeviceError, KeyboardInterrupt
+        The journal knows how far it has come.
+    InputError
+        Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job; a page cannot
+        be made.
+    """
+    with job.open() as kept:
+        run = _Run(job, kept, supply, person, progress, plotted, log or (lambda _: None))
+        while not run.is_done():
+            try:
+                with contextlib.closing(open_port()) as port:
+                    run.parts(port, at_zero, home_after, patience)
+            except DeviceError as error:
+                at_zero = False
+                if not person.try_again(error):
+                    raise
+        job.drop_drawings()
+    return run.reports
+
+
+class _Run:
+    """One program's work on a job."""
+
+    def __init__(
+        self,
+        job: Job,
+        kept: Journal,
+        supply: Supply | None,
+        person: Person,
+        progress: Progress | None,
+        plotted: Callable[[Report, Port], None] | None,
+        log: Callable[[str], None],
+    ) -> None:
+        self.job, self.kept, self.supply, self.person, self.log = job, kept, supply, person, log
+        self.progress, self.plotted = progress, plotted
+        self.reports: list[Report] = []
+        self.controller: Controller
+        self._warned = False
+
+    def is_done(self) -> bool:
+        """Whether nothing is left; a part that only its end was not written down of is complete."""
+        kept = self.kept
+        if kept.standing.finished:
+            return True
+        part = self._next()
+        if part is not None and kept.standing.begun and not self._left(kept.standing.part).strokes:
+            kept.complete()
+            part = self._next()
+        if part is None:
+            kept.finish()
+        return part is None
+
+    def _left(self, number: int) -> Drawing:
+        return remaining(self.job.drawing(number), self.kept.standing.place)
+
+    def _next(self) -> Part | None:
+        """The part that is under way or comes next, waited for if it is not made yet; None behind the last."""
+        number, waited = self.kept.standing.part, False
+        if number >= len(self.job.parts) and not self.job.whole:
+            self.job = load(self.job.folder)
+        while number >= len(self.job.parts) and not self.job.whole:
+            if self.supply is None:
+                raise InputError(f"Only {self.job.pages} pages of the job {self.job.name} are made.")
+            if not waited:
+                self.log("The next sheet is still being written.")
+            waited = True
+            self.supply.wait()
+            self.job = load(self.job.folder)
+        return self.job.parts[number] if number < len(self.job.parts) else None
+
+    def parts(self, port: Port, at_zero: bool, home_after: bool, patience: float) -> None:
+        """All parts that are left, over one connection."""
+        self.controller = self._meet(port, patience)
+        try:
+            self._find_zero(self.controller, at_zero)
+            self._parts(port, patience)
+        except KeyboardInterrupt:
+            if home_after:
+                park(self.controller)
+            raise
+
+    def _meet(self, port: Port, patience: float) -> Controller:
+        controller = meet(port, self.job.profile, self.log)
+        controller.patience = patience
+        return controller
+
+    def _parts(self, port: Port, patience: float) -> None:
+        kept = self.kept
+        while (part := self._next()) is not None:
+            self._warn()
+            number = kept.standing.part
+            before = self.job.parts[number - 1] if number else None
+            fresh = not kept.standing.begun and (before is None or (before.copy, before.page) != (part.copy, part.page))
+            if not kept.standing.begun:
+                for request in asked(before, part, self.job.pages, self.job.layers):
+                    self.person.do(request)
+                kept.begin(number)
+            self._draw_with_pauses(number, port, fresh, patience)
+            kept.complete()
+
+    def _draw_with_pauses(self, number: int, port: Port, fresh: bool, patience: float) -> None:
+        """One part; when its button is pressed the machine stops, lifts its pen and waits, as after an interrupt."""
+        while True:
+            self.controller.heed_button()
+            try:
+                self._draw(number, self.controller, port, fresh)
+                return
+            except ButtonPressed:
+                self.person.paused(_for_a_while(self.controller.pressed, patience))
+            if not self._left(number).strokes:
+                return
+            fresh = False
+            self.controller = self._meet(port, patience)
+            if self.controller.position() is None:
+                self._find_zero(self.controller, at_zero=False)
+            else:
+                self.controller.go(0.0, 0.0)
+
+    def _warn(self) -> None:
+        """Say at once that some page will be lacking, not when its turn comes."""
+        trouble = "" if self.supply is None or self._warned else self.supply.trouble()
+        if trouble:
+            self._warned = True
+            self.log(f"{trouble} The pages before that are drawn.")
+
+    def _find_zero(self, controller: Controller, at_zero: bool) -> None:
+        """Make sure that the machine knows its zero and stands in it."""
+        profile, standing = self.job.profile, self.kept.standing
+        resumed = standing.begun or standing.part > 0
+        knows = resumed and not at_zero and self._look(controller)
+        if profile.homing:
+            if knows:
+                controller.go(0.0, 0.0)  # which lifts the pen, wherever it was left
+            controller.home()
+        elif knows:
+            self.log(
+                "The plotter has kept its place: it goes back to its zero with the pen lifted, and on from there. If "
+                "it was moved by hand, stop it now and use --at-zero."
+            )
+            controller.go(0.0, 0.0)
+        elif resumed or profile.bed.zero == "here":
+            if resumed and not at_zero:
+                corner = bed.CORNERS[profile.bed.origin]
+                self.person.do(
+                    f"Lift the pen and push it above the plotter's zero, the {corner} of the page as it lies"
+                )
+            controller.zero()
+
+    def _look(self, controller: Controller) -> bool:
+        """Whether the machine still knows where it is; if so, what it has drawn is known to the step."""
+        at = controller.position()
+        if at is None or max(map(abs, at)) < _ZERO:
+            return False
+        if self.kept.standing.begun and not self.kept.standing.doubtful:
+            whole = self.job.drawing(self.kept.standing.part)
+            xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
+            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
+            if place is not None:
+                self.kept.drawn(place)
+        return True
+
+    def _draw(self, number: int, controller: Controller, port: Port, fresh: bool) -> None:
+        """One part, or what is left of it."""
+        job, kept = self.job, self.kept
+        whole = job.drawing(number)
+        left = remaining(whole, kept.standing.place)
+        own = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
+        made = plan(left, own, speed=job.options.speed)
+        keeper = _Keeper(kept, whole, left, made)
+        try:
+            report = draw(
+                made,
+                controller,
+                port,
+                job.profile,
+                fresh=fresh,
+                progress=self._progress(number, made),
+                watch=keeper.note,
+                proved=keeper.proved,
+                secure=keeper.secure,
+                overlap=job.options.overlap,
+                log=self.log,
+            )
+        except DeviceError as error:
+            keeper.write()
+            if isinstance(error, DeviceGarbled):
+                kept.doubt()
+            raise
+        except BaseException:  # the machine was stopped in good order
+            keeper.write()
+            with contextlib.suppress(DeviceError):
+                self._look(controller)
+            raise
+        if self.plotted is not None:
+            self.plotted(report, port)
+        observed = dataclasses.replace(report.observed, executed=None)
+        self.reports.append(dataclasses.replace(report, observed=observed, plan=None))
+
+    def _progress(self, number: int, made: Plan) -> Progress | None:
+        """The progress of a part as that of the whole job, by its ink."""
+        tell = self.progress
+        if tell is None:
+            return None
+        if not self.job.whole:
+            self.job = load(self.job.folder)
+        parts = self.job.parts
+        whole = max(self.job.ink, 1e-9)
+        behind = sum(part.ink for part in parts[:number])
+        later = max(whole - behind - parts[number].ink, 0.0)
+        begun = behind + max(parts[number].ink - made.pen_down, 0.0)
+        pace = made.duration / max(made.pen_down, 1e-9)
+
+        def told(share: float, left: float) -> None:
+            tell(min((begun + share * made.pen_down) / whole, 1.0), left + pace * later)
+
+        return told
+
+
+def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], bool]:
+    """Whether a button is pressed, for so many seconds; DeviceAlarm when nobody has come."""
+    waited = 0.0
+
+    def looked() -> bool:
+        nonlocal waited
+        waited += BUTTON_LOOK
+        if waited > patience:
+            raise DeviceAlarm(
+                f"The plot was paused at the plotter's button, which nobody has pressed again for {patience:.0f} s: "
+                "the pen is lifted."
+            )
+        return pressed()
+
+    return looked
+
+
+class _Keeper:
+    """Writes into the journal how far a part has come, as the driver tells it."""
+
+    def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
+        self.kept, self.whole, self.left = kept, whole, left
+        self.start, self.reached = kept.standing.place, Milestones(made)
+        self._done = self._written = self._proven = self._sure = 0
+
+    def note(self, sent: int, taken: int, executed: int, done: int) -> None:
+        """So much is certainly drawn; not every line is worth writing."""
+        self._done = done
+        if self.reached.ink[done] - self.reached.ink[self._written] >= _WRITTEN:
+            self.write()
+
+    def proved(self, done: int) -> None:
+        """So much is known to be right."""
+        self._proven = done
+        if self.reached.ink[done] - self.reached.ink[self._sure] >= _WRITTEN:
+            self.write()
+
+    def write(self) -> None:
+        """Write down what was noted last."""
+        self._written, self._sure = self._done, self._proven
+        self.kept.drawn(self._place(min(self._proven, self._done)))
+        if self._proven < self._done:
+            self.kept.drawn(self._place(self._done), proven=False)
+
+    def _place(self, done: int) -> Place:
+        return onward(self.start, self.left, self.whole, self.reached.place(done))
+
+    def secure(self) -> Future[None]:
+        """What was noted last is to survive a power cut; done when it would."""
+        self.write()
+        return self.kept.secure()

@@ -1,0 +1,125 @@
+"""Which feed to give each segment so that the machine's own planner moves the pen as the hand did.
+
+The mean speed of a segment is the wrong feed: GRBL enters a block no faster than the slower of two neighbours' feeds,
+so every change of speed comes late.  Here the planner is run in advance (`lookahead`), and each feed is raised where
+its segment would take too long and lowered where it would be over too soon.  Where the machine cannot keep up whatever
+its feed, the time is made up before and after, as far as neighbours have speed to spare: so each feed also follows
+what the stretches around its segment take, short ones and long ones.  What is left then is a true stretch.  A stroke
+that asks for much more than the machine has is not hurried where it could be: its time is lost, its speeds are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from handout.plotting.planning.lookahead import Blocks, Flags, run
+from handout.values import Array
+
+_ROUNDS = 30
+_PATIENCE = 6  # rounds without a gain after which it is done
+_FIRST = 12  # rounds in which each segment looks at itself alone
+_STEP = 0.6  # share of its own error, as a power, that a round corrects then; more makes neighbours swing
+_STEP_AROUND = 0.3  # the same where the stretches around it count as well
+_AROUND = ((5, 0.2), (15, 0.3), (45, 0.4), (135, 0.3))  # segments, and the share of their common error; in all below 2
+_LOST = (0.02, 0.04)  # a stroke that takes longer by the first is hurried, by the second it is not, less in between
+_HEADROOM = 1.6  # a feed above this multiple of the wanted speed only makes the motion rough
+_LEAST = 1 / 60  # mm/s: F1, the slowest a GRBL runs
+_INSTANT = 1e-9
+_SPARE_TURN = 2**0.5  # GRBL lets a diagonal move take that much more than an axis alone; so may a curve
+
+
+class _Strokes:
+    """Drawn segments, those of a stroke in a row.
+
+    rows : (m,) their places among all moves; wanted : (m,) s; length : (m,) mm; first, last : (m,) of their stroke.
+    """
+
+    def __init__(self, length: Array, wanted: Array, draws: Flags) -> None:
+        self.rows = np.flatnonzero(draws)
+        self.wanted, self.length = np.maximum(wanted[self.rows], _INSTANT), length[self.rows]
+        starts = np.flatnonzero(np.diff(self.rows, prepend=-2) > 1)
+        many = np.diff(np.append(starts, len(self.rows)))
+        self.first = np.repeat(starts, many)
+        self.last = np.repeat(starts + many - 1, many)
+
+    def around(self, values: Array, width: int) -> Array:
+        """Sums over `width` segments around each, within its stroke."""
+        total, number = np.concatenate([[0.0], np.cumsum(values)]), np.arange(len(values))
+        late = np.minimum(number + width // 2, self.last) + 1
+        return np.asarray(total[late] - total[np.maximum(number - width // 2, self.first)])
+
+    def whole(self, values: Array) -> Array:
+        """Sums over the stroke of each segment."""
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(total[self.last + 1] - total[self.first])
+
+    def error(self, took: Array) -> float:
+        """How far the motion is off: squares of the speeds' errors, at the same times and at the same places."""
+        late = np.cumsum(took - self.wanted)
+        late -= np.where(self.first > 0, late[self.first - 1], 0.0)
+        speed = self.length / self.wanted
+        inner = np.arange(len(speed)) < self.last
+        leaving = np.where(inner, 0.5 * (speed + np.append(speed[1:], 0.0)), 0.5 * speed) * late
+        entering = np.where(np.arange(len(speed)) > self.first, np.append(0.0, leaving[:-1]), 0.0)
+        in_place = speed * (took - self.wanted)
+        return float((((leaving - entering) ** 2 + in_place**2) / self.wanted).sum())
+
+
+def fit(lines: Blocks, wanted: Array, feed: Array, draws: Flags, most: Array, queue: int) -> Array:
+    """Feeds, mm/s, with which the planner runs the drawn segments in the wanted times, as nearly as it can.
+
+    Parameters
+    ----------
+    wanted : (n,) float, s, the time each segment should take (anything where `draws` is false).
+    feed : (n,) float, mm/s: given for what is not drawn, ignored elsewhere.
+    draws : (n,) bool: the pen is down.
+    most : (n,) float, mm/s: greatest feeds (see `greatest`).
+    """
+    if not draws.any():
+        return feed
+    strokes = _Strokes(lines.length, wanted, draws)
+    rows, mean = strokes.rows, np.zeros(len(feed))
+    mean[rows] = strokes.length / strokes.wanted
+    near = np.maximum(mean, np.maximum(np.append(mean[1:], 0.0), np.append(0.0, mean[:-1])))
+    most = np.clip(_HEADROOM * near, 10 * _LEAST, most)[rows]
+    feed = feed.copy()
+    feed[rows] = np.clip(mean[rows], _LEAST, most)
+    spans = [(width, share, strokes.around(strokes.wanted, width)) for width, share in _AROUND]
+    best, least, since = feed.copy(), np.inf, 0
+    hurry = np.zeros(len(rows))
+    for number in range(_FIRST + _ROUNDS):
+        took = run(lines, feed, queue).duration[rows]
+        if number == _FIRST:
+            late = strokes.whole(took) / strokes.whole(strokes.wanted) - 1.0
+            hurry, least, since = np.clip((_LOST[1] - late) / (_LOST[1] - _LOST[0]), 0.0, 1.0), np.inf, 0
+        error = strokes.error(took)
+        since = 0 if error < 0.998 * least else since + 1
+        if error < least and number >= _FIRST:
+            best, least = feed.copy(), error
+        if since > _PATIENCE and number > _FIRST:
+            break
+        gain = (_STEP + (_STEP_AROUND - _STEP) * hurry) * np.log(np.maximum(took, _INSTANT) / strokes.wanted)
+        if number >= _FIRST:
+            for width, share, whole in spans:
+                gain += hurry * share * np.log(np.maximum(strokes.around(took, width), _INSTANT) / whole)
+        feed[rows] = np.clip(feed[rows] * np.exp(gain), _LEAST, most)
+    return best
+
+
+def greatest(lines: Blocks, acceleration: float, fastest: float) -> Array:
+    """Greatest feeds, mm/s, that ask no more than the acceleration, mm/s², in the curves.
+
+    GRBL limits acceleration along the path and speed in sharp corners; a curve of short segments slips through.
+    """
+    radius = np.minimum(lines.radius, np.append(lines.radius[1:], np.inf))
+    return np.asarray(np.minimum(np.sqrt(_SPARE_TURN * acceleration * radius), fastest))
+
+
+def round_feed(feed: Array) -> Array:
+    """Feeds in mm/min as they are written: whole numbers, a tenth below 100; never less than 1.  (n,) mm/s in.
+
+    Exact ones gain nothing (the correlations agree to four places), so inverse time (G93) would not either: to the
+    planner it is the same feed, written as a time.
+    """
+    minute = np.maximum(feed * 60.0, 1.0)
+    return np.where(minute < 100.0, np.round(minute, 1), np.round(minute))

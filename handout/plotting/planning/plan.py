@@ -1,0 +1,133 @@
+"""A drawing turned into motion within a machine's limits."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from handout.plotting.bed import Placement
+from handout.plotting.planning.blocks import Block
+from handout.plotting.planning.lookahead import Motion
+from handout.plotting.planning.toolpath import TRAVEL, Course
+from handout.profiles import Plotter
+from handout.summary import one_line
+from handout.values import Array, Drawing, Stroke
+
+Speed = float | Literal["fast"]
+Order = Literal["writing", "travel"]
+_EVERY = 0.0025  # s between the samples of a predicted stroke
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
+
+    drawing : as it will be drawn, strokes in their order; profile : the machine; speed, order : as asked for.
+    blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
+    starts : (n + 1,) float, s, when each move of the course begins, and when all is done.
+    meant : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
+    """
+
+    drawing: Drawing
+    profile: Plotter
+    speed: Speed
+    order: Order
+    placement: Placement
+    course: Course
+    motion: Motion
+    starts: Array
+    blocks: tuple[Block, ...]
+    begins: Array
+    meant: Array
+
+    __repr__ = one_line
+
+    @property
+    def duration(self) -> float:
+        """Announced time, s: from the first move to standing at zero again, all travel and lifting included."""
+        return float(self.starts[-1])
+
+    @cached_property
+    def stretched(self) -> float:
+        """Time the strokes take over the time they were meant to take."""
+        whole = float(self.meant.sum())
+        return float(self.motion.duration[self.course.draws].sum()) / whole if whole > 0 else 1.0
+
+    @cached_property
+    def pen_down(self) -> float:
+        """Length drawn, mm."""
+        return float(self._lengths[self.course.draws].sum())
+
+    @cached_property
+    def pen_up(self) -> float:
+        """Length travelled with the pen lifted, from zero and back to zero, mm."""
+        return float(self._lengths[self.course.kind == TRAVEL].sum())
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Of what is drawn: (x least, y least, x greatest, y greatest), mm on the page."""
+        bounds = self.drawing.bounds
+        assert bounds is not None  # nothing is planned for an empty drawing
+        return bounds
+
+    @cached_property
+    def _lengths(self) -> Array:
+        return np.asarray(np.linalg.norm(np.diff(self.course.points, axis=0), axis=1))
+
+    def at(self, t: float) -> tuple[float, float, bool]:
+        """Where the pen is `t` seconds after the start: x, y in mm on the page, and whether it draws."""
+        row = int(np.searchsorted(self.starts, t, side="right")) - 1
+        moves = len(self.course.kind)
+        if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
+            gone = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
+            share = float(gone[0]) / max(float(self.motion.length[row]), 1e-9)
+            a, b = self.course.points[row], self.course.points[row + 1]
+            x, y = self._on_page((a + share * (b - a))[None])[0].tolist()
+            return x, y, bool(self.course.draws[row])
+        x, y = self._on_page(self.course.points[min(row + 1, moves)][None])[0].tolist()
+        return x, y, False
+
+    def _on_page(self, points: Array) -> Array:
+        return self.placement.to_page(points[:, :2])
+
+    def predicted(self) -> Drawing:
+        """The strokes as the machine will draw them, on its clock, with the speeds within its moves."""
+        way = self.course
+        rows = np.flatnonzero(way.draws & (self.motion.duration > 0))
+        many = np.maximum(np.ceil(self.motion.duration[rows] / _EVERY), 1).astype(int)
+        row = np.repeat(rows, many)
+        last = np.cumsum(many)
+        piece = np.arange(len(row)) - np.repeat(last - many, many) + 1
+        t = self.motion.duration[row] * piece / np.repeat(many, many)
+        share = self.motion.travelled(row, t) / np.maximum(self.motion.length[row], 1e-9)
+        share[last - 1] = 1.0
+        xy = self._on_page(way.points[row] + share[:, None] * (way.points[row + 1] - way.points[row]))
+        begin = self._on_page(way.points[way.first])
+        ends = np.cumsum(np.bincount(way.stroke[row], minlength=len(way.first)))
+        strokes = []
+        for index, stroke in enumerate(self.drawing.strokes):
+            own = slice(ends[index - 1] if index else 0, ends[index])
+            clock = np.append(self.starts[way.first[index]], self.starts[row[own]] + t[own])
+            strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[own]]), word=stroke.word))
+        return Drawing(tuple(strokes), self.drawing.page, self.drawing.about)
+
+    def intended(self) -> Drawing:
+        """The strokes as they were meant to be drawn: at the speed asked for, or the best for one without time."""
+        if not self.drawing.timed:
+            return self._at_best()
+        factor = 1.0 if self.speed == "fast" else float(self.speed)
+        strokes = (dataclasses.replace(stroke, t=stroke.t / factor) for stroke in self.drawing.strokes)
+        return dataclasses.replace(self.drawing, strokes=tuple(strokes))
+
+    def _at_best(self) -> Drawing:
+        way = self.course
+        count = np.bincount(way.stroke[way.draws], minlength=len(way.first))
+        strokes = []
+        for row, many, stroke in zip(way.first, count, self.drawing.strokes, strict=True):
+            t = np.append(0.0, np.cumsum(self.meant[row : row + many]))
+            strokes.append(Stroke(t, self._on_page(way.points[row : row + many + 1]), word=stroke.word))
+        return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)

@@ -1,0 +1,199 @@
+"""Time given to a path where a machine cannot keep the hand's: locally, and as little as its limits ask for.
+
+Every sample of the path gets a greatest speed: the hand's own, or less where the path turns so fast that turning alone
+takes more than the machine's acceleration, or where a motor would have to step too fast.  From these the speeds that
+acceleration and braking allow are found in one pass each way, and every piece of the path takes as much longer as it
+became slower.  Where the hand stays within the limits nothing changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from handout.plotting.planning import lookahead
+from handout.plotting.planning.lookahead import Flags
+from handout.plotting.planning.segments import Index, Track
+from handout.values import Array
+
+_SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
+_BENT = 0.15  # mm·rad; a turn by more, on so long a piece, is a corner and is not rounded off
+_EVEN = 0.3  # of the speed of one piece; a slower neighbour makes a stop of what is not
+_SPECK = 0.1  # mm; shorter pieces are always those of a motion
+_STRAIGHT = 0.02  # rad; a turn by less is none
+_STEEPEST = 2.0  # times the length of a piece; more would swing the curve out
+_PIECE = 0.3  # mm; straight lines are cut into such pieces, within which speed may change
+_PIECES = 4000  # of one straight line at most
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What a machine can do.
+
+    speed : mm/s along the path; acceleration : mm/s²; deviation : mm, by which a corner may be rounded off.
+    motor : mm/s, greatest of each motor; mix : (2, 2) float, by how much the motors move when the pen moves by x, y.
+    """
+
+    speed: float
+    acceleration: float
+    deviation: float
+    motor: float
+    mix: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A track as a curve in time: smooth where its samples are those of a motion, straight lines elsewhere.
+
+    smooth : (n,) bool, whether the velocity does not jump at the sample.
+    """
+
+    track: Track
+    smooth: Flags
+
+    @cached_property
+    def velocities(self) -> tuple[Array, Array]:
+        """(n, 2) mm/s each, on arriving at the samples and on leaving them; of a parabola where it is smooth."""
+        if len(self.track.t) < 2:
+            return np.zeros_like(self.track.xy), np.zeros_like(self.track.xy)
+        gap, chord = _chords(self.track)
+        before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
+        first, last = _ends(self.track)
+        before[first], after[last] = after[first], before[last]
+        early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
+        share = (late / (early + late))[:, None]
+        mean = before * share + after * (1.0 - share)
+        smooth = self.smooth[:, None]
+        return np.where(smooth, mean, before), np.where(smooth, mean, after)
+
+    def at(self, t: Array) -> Array:
+        """(m, 2) mm: where the pen should be at times t on the track's clock."""
+        track = self.track
+        if len(track.t) < 2:
+            return np.repeat(track.xy, len(t), axis=0)
+        arriving, leaving = self.velocities
+        piece = np.clip(np.searchsorted(track.t, t, side="right") - 1, 0, len(track.t) - 2)
+        gap = np.maximum(track.t[piece + 1] - track.t[piece], _TINY)[:, None]
+        u = np.clip((t - track.t[piece])[:, None] / gap, 0.0, 1.0)
+        a, b = track.xy[piece], track.xy[piece + 1]
+        va, vb = _tamed(leaving[piece] * gap, b - a), _tamed(arriving[piece + 1] * gap, b - a)
+        return np.asarray(a + u * (va + u * (3 * (b - a) - 2 * va - vb + u * (2 * (a - b) + va + vb))))
+
+
+def _tamed(slope: Array, way: Array) -> Array:
+    """(m, 2) mm: slopes that do not carry a curve beyond the ends of its piece."""
+    most = _STEEPEST * np.hypot(*way.T) / np.maximum(np.hypot(*slope.T), _TINY)
+    return np.asarray(slope * np.minimum(most, 1.0)[:, None])
+
+
+def path_of(track: Track) -> Path:
+    """A track as a curve; long straight lines are cut into pieces."""
+    track = _cut_lines(track)
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    turn = _turn(chord)
+    smooth = np.zeros(len(track.t), dtype=bool)
+    both = np.maximum(length[1:], length[:-1])
+    sampled = np.maximum(gap[1:], gap[:-1]) <= _SAMPLED
+    speed = np.hypot(*chord.T)
+    even = np.minimum(speed[1:], speed[:-1]) > _EVEN * np.maximum(speed[1:], speed[:-1])
+    smooth[1:-1] = (sampled & (turn * both <= _BENT) & (even | (both <= _SPECK))) | (even & (turn <= _STRAIGHT))
+    smooth[1:-1] &= (track.stroke[2:] == track.stroke[1:-1]) & (track.stroke[:-2] == track.stroke[1:-1])
+    return Path(track, smooth)
+
+
+def within(path: Path, reach: Reach) -> Path:
+    """The path with as much more time as the machine needs; every stroke begins and ends at rest."""
+    track = path.track
+    if len(track.t) < 2:
+        return path
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    drawn = track.stroke[1:] == track.stroke[:-1]
+    arriving, leaving = path.velocities
+    hand = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
+    most = np.minimum(hand, _greatest(path, gap, chord, hand, reach))
+    most[np.concatenate(_ends(track))] = 0.0
+    speed = np.sqrt(lookahead.reachable(most**2, 2.0 * reach.acceleration * length))
+    took = np.where(drawn & (length > 0), _longer(path, gap, length, hand, speed, reach), gap)
+    return Path(Track(np.append(0.0, np.cumsum(took)) + track.t[0], track.xy, track.stroke), path.smooth)
+
+
+def _longer(path: Path, gap: Array, length: Array, hand: Array, speed: Array, reach: Reach) -> Array:
+    """(n − 1,) s: what the pieces take.
+
+    Between samples of a motion the hand's own time grows as the speeds at both ends fell; a piece that leads to a
+    corner is run on its own, between the speeds at its ends.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slower = np.where(speed[1:] + speed[:-1] > 0, (hand[1:] + hand[:-1]) / (speed[1:] + speed[:-1]), np.inf)
+    a = np.full(len(gap), reach.acceleration)
+    most = np.minimum(length / gap, reach.speed)
+    alone = lookahead.trapezoid_time(length, a, speed[:-1], speed[1:], most)
+    from_rest = 2.0 * np.sqrt(length / reach.acceleration) + length / reach.speed
+    between = path.smooth[1:] & path.smooth[:-1]
+    took = np.where(between, np.minimum(gap * np.maximum(slower, 1.0), np.maximum(gap, from_rest)), alone)
+    return np.asarray(np.maximum(took, gap))
+
+
+def _greatest(path: Path, gap: Array, chord: Array, hand: Array, reach: Reach) -> Array:
+    """(n,) mm/s: the greatest speeds at the samples that turning and the motors allow."""
+    most = np.full(len(hand), reach.speed)
+    early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
+    turning = np.zeros(len(hand))
+    turning[1:-1] = _across(chord)
+    turning /= 0.5 * (early + late)
+    smooth = path.smooth & (turning > reach.acceleration)
+    most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(reach.acceleration / turning[smooth]))
+    unit = chord / np.maximum(np.hypot(*chord.T), _TINY)[:, None]
+    machine = lookahead.Machine(np.full(3, reach.acceleration), np.full(3, np.inf), np.ones(3), reach.deviation, 2)
+    flat = np.column_stack([unit, np.zeros(len(unit))])
+    corner = np.full(len(hand), np.inf)
+    corner[1:-1] = lookahead.corner_speed2(flat[:-1], flat[1:], machine)
+    most = np.where(path.smooth, most, np.minimum(most, np.sqrt(corner)))
+    busiest = np.abs(unit @ reach.mix.T).max(axis=1)
+    motor = reach.motor / np.maximum(busiest, _TINY)
+    return np.asarray(np.minimum(most, np.minimum(np.append(motor, np.inf), np.append(np.inf, motor))))
+
+
+def _cut_lines(track: Track) -> Track:
+    """Straight lines in pieces, at equal steps of time."""
+    gap, chord = _chords(track)
+    length = gap * np.hypot(*chord.T)
+    line = (track.stroke[1:] == track.stroke[:-1]) & ((gap > _SAMPLED) | (length > 8 * _PIECE))
+    pieces = np.where(line, np.clip(np.ceil(length / _PIECE), 1, _PIECES), 1).astype(int)
+    start = np.repeat(np.arange(len(gap)), pieces)
+    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    t = np.append(track.t[start] + gap[start] * count / pieces[start], track.t[-1:])
+    return Track(t, track.at(t), np.append(track.stroke[start], track.stroke[-1:]))
+
+
+def _chords(track: Track) -> tuple[Array, Array]:
+    """Time and mean velocity from each sample to the next, (n − 1,) s and (n − 1, 2) mm/s; 0 between strokes."""
+    gap = np.maximum(np.diff(track.t), _TINY)
+    chord = np.diff(track.xy, axis=0) / gap[:, None]
+    chord[track.stroke[1:] != track.stroke[:-1]] = 0.0
+    return gap, chord
+
+
+def _ends(track: Track) -> tuple[Index, Index]:
+    """Indices of the first and of the last sample of every stroke."""
+    first = np.flatnonzero(np.diff(track.stroke, prepend=-1))
+    return first, np.append(first[1:], len(track.stroke)) - 1
+
+
+def _across(chord: Array) -> Array:
+    """(n − 2,) mm/s: by how much the velocity changes across its direction from each piece to the next."""
+    mean, change = chord[1:] + chord[:-1], np.diff(chord, axis=0)
+    cross = mean[:, 0] * change[:, 1] - mean[:, 1] * change[:, 0]
+    return np.asarray(np.abs(cross) / np.maximum(np.hypot(*mean.T), _TINY))
+
+
+def _turn(chord: Array) -> Array:
+    """(n − 2,) rad, between each piece and the next; 0 where the pen rests."""
+    a, b = chord[:-1], chord[1:]
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return np.asarray(np.abs(np.arctan2(cross, (a * b).sum(axis=1))))

@@ -1,0 +1,186 @@
+"""Planning for plotters that draw vectors: every line from its start to its end at one speed for the whole stroke.
+
+Such a plotter takes no times.  It is told a velocity before a stroke (VS) and draws each vector of it as a trapezoid of
+that velocity, each axis within its own limits; where two vectors meet it slows down as its profile says, to a stand
+with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time
+of each stroke as a whole, and that is what its velocity is chosen for.
+
+Source: the manual of the HP 7470A (VS: of horizontal or vertical moves with the pen down, rounded to 0.38 cm/s).  How
+corners are taken is in no manual; a stand at each is what the profiles assume.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.plotting import bed
+from handout.plotting.planning import lookahead, segments, toolpath
+from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.lookahead import Blocks
+from handout.plotting.planning.plan import Order, Plan, Speed
+from handout.plotting.planning.segments import Track
+from handout.plotting.planning.toolpath import Course
+from handout.profiles import Plotter
+from handout.values import Array, Drawing, readonly
+
+Index = NDArray[np.intp]
+
+_DEVIATION = 0.025  # mm between path and vectors: one plotter unit; rounding to whole ones adds half of one
+_RATE = 10.0  # vectors a second at least; more where the path curves
+_SHORTEST = 2.0  # plotter units a vector has at least
+_LONGEST = 2.5  # mm of a vector
+_SPEEDS = 48  # velocities that are tried
+_MATTERS = 0.08  # a velocity is kept as long as the stroke's time is no worse than the best by this share
+_WIRE = 0.9  # share of the connection that is counted on; the rest is asking for room
+_POINT = 10.5  # bytes that a vector takes on the wire, two coordinates with their commas
+_AHEAD = 256.0  # bytes that are counted on to have come before they are drawn
+_STROKE = 40.0  # bytes of a stroke besides: pen up, the way to it, pen down, a velocity
+
+
+def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan:
+    """Turn a drawing, its strokes in order, into vectors; see `planning.plan`."""
+    placement = bed.place(drawing.page, profile)
+    paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
+    bed.check(np.concatenate(paths), profile)
+    path = segments.track([stroke.t for stroke in drawing.strokes], paths)
+    per_mm = profile.limits.steps_per_mm
+    cuts = segments.cut(path, _RATE, _SHORTEST / per_mm, _DEVIATION)
+    cuts = _shorter(cuts)
+    cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
+    way = toolpath.lay_out(cuts, np.zeros(len(paths)), profile)
+    lines = _lines(way, profile)
+    wanted = np.zeros(len(way.kind)) if speed == "fast" else way.intended / float(speed)
+    feed = _feeds(way, lines, wanted, profile)
+    motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
+    intended = way.intended / (1.0 if speed == "fast" else float(speed)) if drawing.timed else motion.duration
+    blocks, rows, moves = _blocks(way, feed)
+    starts = toolpath.starts(way, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
+    starts = starts + _starved(blocks, rows, starts, profile)
+    starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
+    begins = np.where(moves, starts[rows], np.append(0.0, starts[:-1] + motion.duration)[rows])
+    meant = readonly(np.where(way.draws, intended, 0.0), None)
+    return Plan(drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, meant)
+
+
+def _shorter(cuts: Track) -> Track:
+    """Long vectors in equal parts: what is drawn of one when a plot breaks off may have to be drawn again."""
+    within = cuts.stroke[1:] == cuts.stroke[:-1]
+    length = np.hypot(*np.diff(cuts.xy, axis=0).T)
+    parts = np.append(np.where(within, np.maximum(np.ceil(length / _LONGEST), 1), 1), 1).astype(int)
+    row = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
+    ahead = np.minimum(row + 1, len(parts) - 1)
+    t = cuts.t[row] + share * (cuts.t[ahead] - cuts.t[row])
+    return Track(t, cuts.xy[row] + share[:, None] * (cuts.xy[ahead] - cuts.xy[row]), cuts.stroke[row])
+
+
+def _fastest(profile: Plotter) -> float:
+    return float(max(profile.limits.draw_speed, profile.limits.travel_speed))
+
+
+def _fetching(profile: Plotter) -> float:
+    return float(profile.hpgl.pen_time)
+
+
+def _lines(way: Course, profile: Plotter) -> Blocks:
+    """The vectors of the course; without a junction deviation, the pen stands at every end of one."""
+    lines = lookahead.blocks(way.points, way.stands, toolpath.machine(profile))
+    if profile.limits.junction_deviation > 0:
+        return lines
+    return dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))
+
+
+def _feeds(way: Course, lines: Blocks, wanted: Array, profile: Plotter) -> Array:
+    """The velocity of every move, mm/s: of each stroke the one that makes it last as long as it is meant to.
+
+    A stroke whose vectors come over the wire more slowly than they could be drawn is drawn as slowly as they come: a
+    pen that waits leaves a blot.
+    """
+    limits, draws = profile.limits, way.draws
+    feed = np.full(len(way.kind), float(limits.travel_speed))
+    if not draws.any():
+        return feed
+    stroke, many = way.stroke[draws], len(way.first)
+    meant = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
+    meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(way, lines, feed, profile), profile)
+    speeds = _speeds(profile)
+    took = np.array([_times(way, lines, feed, v, profile) for v in speeds])
+    chosen = _settled(np.abs(took - meant) / np.maximum(meant, 1e-9))
+    feed[draws] = speeds[chosen][stroke]
+    return feed
+
+
+def _gaps(way: Course, lines: Blocks, feed: Array, profile: Plotter) -> Array:
+    """(strokes,) s between the end of the stroke before and the beginning of each."""
+    nominal = feed * lines.rate / _fastest(profile)
+    took = np.where(way.draws, 0.0, lookahead.run(lines, nominal, profile.port.queue).duration)
+    done = np.concatenate([[0.0], np.cumsum(took + way.pause[:-1])])[way.first]
+    return np.diff(done, prepend=0.0)
+
+
+def _as_they_come(meant: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
+    """(strokes,) s that strokes take: long enough for what is not in the plotter when one begins to come meanwhile.
+
+    meant : (strokes,) s; vectors : how many each has; gaps : (strokes,) s before each, in which the wire gets ahead.
+    """
+    rate = profile.port.baud / 10.0 * _WIRE
+    ahead, took = 0.0, []
+    for time, count, gap in zip(meant.tolist(), vectors.tolist(), gaps.tolist(), strict=True):
+        ahead = min(ahead + gap * rate - _STROKE, _AHEAD)
+        need = count * _POINT
+        took.append(max(time, (need - ahead) / rate))
+        ahead = min(ahead + took[-1] * rate - need, _AHEAD)
+    return np.array(took)
+
+
+def _times(way: Course, lines: Blocks, feed: Array, speed: float, profile: Plotter) -> Array:
+    """(strokes,) s that the strokes take at a velocity, mm/s."""
+    nominal = np.where(way.draws, speed, feed) * lines.rate / _fastest(profile)
+    took = lookahead.run(lines, nominal, profile.port.queue).duration
+    return np.asarray(np.bincount(way.stroke[way.draws], took[way.draws], len(way.first)), dtype=float)
+
+
+def _speeds(profile: Plotter) -> Array:
+    """Velocities that the plotter has, mm/s, slow to fast."""
+    step, most = float(profile.hpgl.speed_step), float(profile.limits.draw_speed)
+    count = max(int(most / step + 1e-6), 1)
+    return step * np.unique(np.round(np.geomspace(1, count, _SPEEDS)))
+
+
+def _settled(off: Array) -> Index:
+    """For each stroke the index of its velocity, changed only where it matters.
+
+    off : (speeds, strokes) float, how far each velocity misses the time of each stroke, as a share of it.
+    """
+    best = off.argmin(axis=0)
+    chosen, now = np.empty(off.shape[1], dtype=np.intp), int(best[0])
+    for stroke, wish in enumerate(best.tolist()):
+        if off[now, stroke] > off[wish, stroke] + _MATTERS:
+            now = wish
+        chosen[stroke] = now
+    return chosen
+
+
+def _blocks(way: Course, feed: Array) -> tuple[tuple[Block, ...], Index, NDArray[np.bool_]]:
+    """What the plotter is told, the move of the course that each block comes before or is, and which are moves."""
+    xy, feeds_ = way.points[1:, :2].tolist(), (feed * 60.0).tolist()
+    blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
+    return blocks, np.array([row for _, row in way.told]), np.array([block is None for block, _ in way.told])
+
+
+def _starved(blocks: tuple[Block, ...], rows: Index, starts: Array, profile: Plotter) -> Array:
+    """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
+    from handout.plotting.dialects.hpgl import words
+
+    arrived, sent, done = np.zeros(len(blocks)), 0, 0
+    for command in words.program(blocks, profile):
+        sent += len(command.data)
+        arrived[done : command.done] = sent
+        done = command.done
+    arrived *= 10.0 / (profile.port.baud * _WIRE)
+    late = np.zeros(len(starts))
+    np.maximum.at(late, rows, arrived - starts[rows])
+    return np.asarray(np.maximum(np.maximum.accumulate(late), 0.0))

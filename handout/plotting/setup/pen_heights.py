@@ -1,0 +1,271 @@
+"""Finding how high a pen has to be lifted and how low it has to be let down, with a person who looks.
+
+Nothing moves before the person has said so.  The pen is lowered step by step until it touches; then it draws a few
+short rows, each a little lower than the one before, and the person chooses the lightest that is whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple, Protocol
+
+import msgspec
+import numpy as np
+
+from handout.errors import InputError
+from handout.plotting import bed, pen_lift
+from handout.plotting.dialect import Controller, Log, dialect
+from handout.plotting.driving.driver import draw
+from handout.plotting.planning.planner import plan
+from handout.plotting.ports import Port
+from handout.plotting.setup.panels import line
+from handout.profiles import Pen, Plotter
+from handout.values import Array, Drawing, Page, Stroke
+
+ROWS = 5
+_PAGE = Page(70.0, 50.0)  # mm that the rows need
+_SPEED = 30.0  # mm/s
+_GO = 0.15  # s between two strokes
+_STEPS_Z = (1.0, 0.25, 0.05)  # mm
+_SHARES = (1 / 8, 1 / 25, 1 / 100)  # of the way between up and down: the steps of a servo
+_ROW_Z, _ROW_SHARE = 0.1, 1 / 25  # from one row to the next
+# what a servo can be told: EBB, 0.63 to 2.4 ms in units of 83.3 ns; Marlin, degrees; GRBL, the range of its spindle
+_RANGES = {"ebb": (7500.0, 28500.0), "marlin": (0.0, 180.0), "grbl": (1.0, 1000.0)}
+_ANY_HEIGHT = (-1000.0, 1000.0)  # mm
+
+
+class Person(Protocol):
+    """Whoever stands at the plotter."""
+
+    def do(self, request: str) -> None:
+        """Ask for something, and wait until it is done; InputError if there is nobody to ask."""
+
+    def answer(self, question: str, answers: Mapping[str, str]) -> str:
+        """One of the answers, which are told with what they mean."""
+
+    def hear(self, text: str) -> None:
+        """Tell something."""
+
+
+class Heights(NamedTuple):
+    """What the pen is told, as in the profile: servo values or mm."""
+
+    up: float
+    down: float
+
+
+def check(profile: Plotter) -> None:
+    """Raise InputError unless the pen has heights that can be set."""
+    pen_lift.at(profile.pen, profile.pen.down)
+
+
+def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
+    """The profile with other heights of its pen; a pen that follows pressure does so by as much as before.
+
+    Raises
+    ------
+    InputError
+        There are no heights to set, or such as its servo or its Z axis cannot be told.
+    """
+    check(profile)
+    pen = profile.pen
+    new_up, new_down = pen.up if up is None else up, pen.down if down is None else down
+    steps = Steps(profile)
+    for name, value in (("pen up", new_up), ("pen down", new_down)):
+        if not steps.least <= value <= steps.greatest:
+            raise InputError(
+                f"{name}: {in_words(value, profile)} is outside {in_words(steps.least, profile)} to "
+                f"{in_words(steps.greatest, profile)} of {profile.title}."
+            )
+    if new_up == new_down or (steps.lift_z and (new_down > new_up) != (pen.down > pen.up)):
+        raise InputError(
+            f"The pen would not be lifted: up {in_words(new_up, profile)}, down {in_words(new_down, profile)}; the "
+            f"profile has {in_words(pen.up, profile)} and {in_words(pen.down, profile)}."
+        )
+    pressed = None if pen.pressed is None else round(pen.pressed + new_down - pen.down, 3)
+    own = msgspec.structs.replace(pen, up=new_up, down=new_down, pressed=pressed)
+    return msgspec.structs.replace(profile, pen=own)
+
+
+def in_words(value: float, profile: Plotter) -> str:
+    """A value or a height as a person reads it."""
+    if profile.pen.lift == "z":
+        return f"{value:g} mm"
+    if profile.dialect == "ebb":
+        return f"{value:g} ({value / 12:.0f} µs)"
+    return f"{value:g}°" if profile.dialect == "marlin" else f"S{value:g}"
+
+
+def begin(controller: Controller, port: Port, person: Person, log: Log) -> Bench:
+    """Have the machine made ready; it moves only after that."""
+    profile = controller.profile
+    finds = "It looks for its zero first, then" if profile.homing else "Then"
+    where = "" if profile.homing else f" Its carriage has to stand in its zero ({bed.CORNERS[profile.bed.origin]})."
+    person.do(
+        f"Lay a sheet under the pen, the tip a few mm above it.{where} {finds} the pen goes to "
+        f"{in_words(profile.pen.up, profile)}: keep a hand on the switch,"
+    )
+    return Bench(controller, port, person, log)
+
+
+class Bench:
+    """A machine that is being set up."""
+
+    def __init__(self, controller: Controller, port: Port, person: Person, log: Log) -> None:
+        self.controller, self.port, self.person, self.log = controller, port, person, log
+        self.at = controller.profile.pen.up
+        self._drawn = 0
+
+    @property
+    def pen(self) -> Pen:
+        return self.controller.profile.pen
+
+    @contextlib.contextmanager
+    def working(self) -> Iterator[None]:
+        """Homes; whatever happens, the pen is lifted in the end."""
+        controller = self.controller
+        try:
+            if controller.profile.homing:
+                controller.home()
+            elif controller.profile.bed.zero == "here":
+                controller.zero()
+            self.go(self.pen.up)
+            yield
+            self.go(self.pen.up)
+        except BaseException:
+            controller.halt()
+            raise
+
+    def go(self, value: float) -> None:
+        """The pen goes to a value or a height."""
+        for data in dialect(self.controller.profile.dialect).set_pen(self.pen, value):
+            self.controller.send(data)
+        self.controller.finish()
+        self.at = value
+
+    def take(self, **heights: float) -> None:
+        """From now on the pen is lifted and lowered to these."""
+        pen = msgspec.structs.replace(self.pen, pressed=None, **heights)
+        self.controller.profile = msgspec.structs.replace(self.controller.profile, pen=pen)
+
+    def row(self, number: int, heights: Heights) -> None:
+        """Draw one row at heights to be tried, with as many marks behind it as its number."""
+        self.take(up=heights.up, down=heights.down)
+        own = self.controller.profile
+        made = plan(Drawing(tuple(_strokes(number)), _PAGE), own)
+        draw(made, self.controller, self.port, own, fresh=not self._drawn, log=self.log)
+        self._drawn += 1
+        self.at = heights.up
+
+
+def _strokes(number: int) -> Iterator[Stroke]:
+    """A wave, and marks behind it; times on one clock."""
+    y = 4.0 + 8.0 * number
+    x = np.linspace(0.0, 34.0, 120)
+    wave = np.column_stack([8.0 + x, y + 1.5 * np.sin(x * 2 * math.pi / 8.5)])
+    marks = [np.array([[46.0 + 3.0 * mark, y - 1.5], [46.0 + 3.0 * mark, y + 1.5]]) for mark in range(number)]
+    clock = 0.0
+    for points in [wave, *marks]:
+        stroke = line(points, _SPEED)
+        yield Stroke(stroke.t + clock, stroke.xy)
+        clock += float(stroke.t[-1]) + _GO
+
+
+class Steps:
+    """How far the pen goes at a time, in which direction, and where that ends."""
+
+    def __init__(self, profile: Plotter) -> None:
+        pen, span = profile.pen, abs(profile.pen.down - profile.pen.up)
+        self.lift_z = pen.lift == "z"
+        self.sign = 1.0 if pen.down > pen.up else -1.0  # of what is nearer to the paper
+        self.sizes = _STEPS_Z if self.lift_z else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
+        self.row = _ROW_Z if self.lift_z else max(float(round(_ROW_SHARE * span)), 1.0)
+        least, greatest = _ANY_HEIGHT if self.lift_z else _RANGES[profile.dialect]
+        self.least, self.greatest = min(least, pen.up, pen.down), max(greatest, pen.up, pen.down)
+        self.chosen = 0
+
+    @property
+    def size(self) -> float:
+        return self.sizes[self.chosen]
+
+    def from_(self, value: float, lower: float) -> float | None:
+        """A value that is so much lower; None if there is none."""
+        value = round(value + self.sign * lower, 3)
+        return value if self.least <= value <= self.greatest else None
+
+    def rows(self, first: float) -> Array:
+        """(ROWS,) values to draw rows at, the first the lightest."""
+        values = first + self.sign * self.row * np.arange(ROWS)
+        return np.asarray(np.round(np.clip(values, self.least, self.greatest), 3))
+
+
+def find(bench: Bench) -> Heights:
+    """Find both heights; the pen is lifted in the end."""
+    profile = bench.controller.profile
+    steps, way = Steps(profile), abs(profile.pen.down - profile.pen.up)
+    with bench.working():
+        touching = _asked(bench, steps, "t", "the pen just touches the paper", may_turn=not steps.lift_z)
+        if steps.lift_z and _is_to_be_zero(bench, touching):
+            bench.controller.level()
+            touching = bench.at = 0.0
+        above = steps.from_(touching, -way)
+        up = (steps.least if steps.sign > 0 else steps.greatest) if above is None else above
+        bench.take(up=up, down=touching)
+        bench.go(up)
+        bench.person.hear("Now how high it is lifted: clear of the paper everywhere, and no higher than it needs.")
+        up = _asked(bench, steps, "o", "that is right", may_turn=False)
+        bench.take(up=up)
+        return Heights(up, _chosen(bench, steps, touching, up))
+
+
+def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool) -> float:
+    """Lower and lift the pen as the person says; where it is when all is well."""
+    answers = {"d": "down", "u": "up", "f": "finer steps", "c": "coarser steps", done: means}
+    answers |= {"x": "it goes the wrong way round"} if may_turn else {}
+    profile = bench.controller.profile
+    while True:
+        said = bench.person.answer(f"Pen at {in_words(bench.at, profile)}, steps of {steps.size:g}", answers)
+        if said == done:
+            return bench.at
+        if said in ("f", "c"):
+            steps.chosen = min(max(steps.chosen + (1 if said == "f" else -1), 0), len(steps.sizes) - 1)
+        elif said == "x":
+            steps.sign = -steps.sign
+        elif (there := steps.from_(bench.at, steps.size if said == "d" else -steps.size)) is None:
+            bench.person.hear(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
+        else:
+            bench.go(there)
+
+
+def _is_to_be_zero(bench: Bench, touching: float) -> bool:
+    bench.person.hear(
+        f"The paper is at {touching:g} mm. A Z axis that finds its zero by a switch will find it there again; one that "
+        "has none forgets it when it is switched off."
+    )
+    answers = {"y": "yes: it has no switch, or does not use it", "n": "no"}
+    return bench.person.answer("Call this height 0 until it is switched off?", answers) == "y"
+
+
+def _chosen(bench: Bench, steps: Steps, first: float, up: float) -> float:
+    """Let the person choose from rows, each lower than the one before."""
+    answers = {str(n): f"the row with {n} mark{'s'[: n > 1]}" for n in range(1, ROWS + 1)}
+    answers |= {"0": "none: press harder", "a": "draw them again"}
+    while True:
+        values = steps.rows(first)
+        bench.person.do(f"{ROWS} rows will be drawn, from {values[0]:g} down to {values[-1]:g}: put in a fresh sheet")
+        for number, value in enumerate(values.tolist(), 1):
+            bench.row(number, Heights(up, value))
+        said = bench.person.answer("Which row is the lightest that is whole?", answers)
+        if said in "12345":
+            return float(values[int(said) - 1])
+        if said == "0":
+            first = float(values[-1])
+
+
+def tried(bench: Bench, heights: Heights) -> None:
+    """Draw one row at heights that are given."""
+    bench.take(up=heights.up, down=heights.down)
+    with bench.working():
+        bench.row(1, heights)

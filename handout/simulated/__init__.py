@@ -1,0 +1,12 @@
+"""Stand-ins, in the computer, for the people and machines at the two ends of the program; nothing else needs them.
+
+    author/    writes with a built-in hand and a simulated pen, and knows the truth about every pixel
+    printer/   an inkjet and an offset press with faults on demand; what ``--printer sim`` prints with
+    plotter/   a pen plotter with the firmware of each dialect, behind a port; what the addresses ``sim:`` lead to
+    scanner/   a flatbed; scans what the simulated author wrote and what the simulated printer printed
+    sheet      a printed sheet: inks, paper, and what was written on it afterwards
+    spectra    reflectance from 400 to 700 nm, and the colours that it is
+
+Tests and benchmarks import this room.  The product loads it only where a user asks for a simulated device, inside the
+function that needs it; `tests/test_architecture.py` fails where a module of the product imports it at its head.
+"""

@@ -1,0 +1,79 @@
+"""A simulated page read back as a user's scan is, and how much of it comes out right.
+
+The reader is given the picture and the transcript, never the truth; the truth is for the judge alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from handout.hand.places import graphemes
+from handout.hand.scanned import ScannedGlyph
+from handout.scanning.page import Scan
+from handout.scanning.reading import WrittenPage, read_page
+from handout.simulated.author import judge
+from handout.simulated.author.truth import Simulated, Truth
+from handout.tagging.making import MadePage
+from handout.values import Array, Indices
+
+
+@dataclass(frozen=True)
+class LetterScore:
+    """How well a page's letters were found.
+
+    right : share whose name is right; own : share that are themselves, not an equal letter beside them.
+    splits : the places where joined letters part.
+    """
+
+    right: float
+    own: float
+    splits: judge.SplitScore
+
+
+def transcript(simulated: Simulated) -> str:
+    """What is written on a page, line by line."""
+    return "\n".join(line.text for line in simulated.manuscript.lines)
+
+
+def read(simulated: Simulated, source: str = "the scan", *, method: str = "cut") -> WrittenPage:
+    """The page's ink, path and lines, as `read_page` finds them in the picture."""
+    return read_page(Scan(np.asarray(simulated.image), float(simulated.dpi), source), method=method)
+
+
+def score(truth: Truth, made: MadePage) -> LetterScore:
+    """Judge the letters of a page that was made from the whole of its own transcript."""
+    uv, own = made.page.graph.uv, given(made, [letter.at for letter in truth.letters])
+    texts = {letter.at: letter.text for letter in truth.letters}
+    right = judge.letters_right(truth, uv, [texts.get(at, "") for at in own.tolist()])
+    return LetterScore(right, judge.letters_own(truth, uv, own), judge.splits(truth, cuts(made)))
+
+
+def given(made: MadePage, written: Iterable[int]) -> Indices:
+    """(n,) for every vertex the letter it was given to, −1 for none.
+
+    Parameters
+    ----------
+    written : the numbers of the page's letters, in order: line breaks and spaces of a transcript may be others than
+        those of the text, letters are the same.
+    """
+    units = graphemes(made.page.transcript)
+    number = dict(zip((i for i, unit in enumerate(units) if not unit.isspace()), written, strict=True))
+    found = np.full(len(made.page.graph), judge.NOBODY, dtype=np.intp)
+    for glyph in made.glyphs:
+        found[glyph.vertices] = number[glyph.at]
+    return found
+
+
+def cuts(made: MadePage) -> Array:
+    """(k, 2) pixels: where ligatures pass from one letter to the next."""
+    uv = made.page.graph.uv
+    ways = ((way.path, _passed(glyph, way.path)) for glyph in made.glyphs for way in glyph.ligatures)
+    return np.array([uv[path[i - 1 : i + 1]].mean(axis=0) for path, i in ways]).reshape(-1, 2)
+
+
+def _passed(glyph: ScannedGlyph, path: Indices) -> int:
+    """The first vertex of a ligature that is no longer its letter's."""
+    return int(np.flatnonzero(~np.isin(path, glyph.vertices))[0])

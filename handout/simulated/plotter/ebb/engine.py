@@ -1,0 +1,193 @@
+"""The simulated EBB between its parser and its motors: one command under way, a short queue, the pen's servo."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from handout.profiles import Plotter
+from handout.simulated.plotter.ebb.moves import TICK, Accumulators, Move
+from handout.simulated.plotter.paper import Paper
+
+_PULSE = 0.024  # s between two pulses to the servo: eight channels of 3 ms
+_SHOWN = 25  # ticks between two places that the paper is told
+
+_SLIP = 40
+
+Make = Callable[[Accumulators], Move]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A command of the queue.
+
+    motion : works out what it moves from the accumulators as they are when it begins; None: it does not move.
+    ticks : how long it lasts if it does not move.
+    servo : place and rate of change, if it moves the pen's servo; lifts : whether it was told to go up.
+    enable : motors on or off, if it switches them.
+    """
+
+    motion: Make | None = None
+    ticks: int = 0
+    servo: tuple[int, int] | None = None
+    lifts: bool = True
+    enable: tuple[int, int] | None = None
+
+
+class Engine:
+    """Executes jobs one after the other.
+
+    Parameters
+    ----------
+    depth : commands the queue holds besides the one under way.
+    pause : ticks that pass between two commands.
+    powered : whether the motors have power; without, steps are counted and nothing moves.
+    """
+
+    def __init__(self, profile: Plotter, paper: Paper, depth: int, pause: int, powered: bool) -> None:
+        self.profile, self.paper, self.depth, self.pause, self.powered = profile, paper, depth, pause, powered
+        self.mixed = profile.bed.gantry == "corexy"
+        self.accumulators = Accumulators()
+        self.queue: deque[Job] = deque()
+        self.job: Job | None = None
+        self.ends = math.inf
+        self.finished = 0  # jobs, ever
+        self.steps = [0, 0]  # since the counters were cleared
+        self.enabled = [False, False]
+        self.servo = 0  # where it was told to go
+        self.pen_up = self.told_up = True
+        self._move: Move | None = None
+        self._began = 0.0
+        self._from = (0, 0)  # motors, when the move began, in the paper's count
+        self._motors = (0, 0)
+
+    @property
+    def room(self) -> bool:
+        return len(self.queue) < self.depth
+
+    @property
+    def busy(self) -> bool:
+        return self.job is not None
+
+    def begin(self, now: float) -> None:
+        """Power comes on: the carriage stands at what it takes for zero."""
+        self.queue.clear()
+        self.job, self._move, self.ends = None, None, math.inf
+        self.accumulators, self.steps, self.enabled = Accumulators(), [0, 0], [False, False]
+        self._motors = (0, 0)
+        self.paper.believe((0, 0, self.paper.at[2]))
+
+    def add(self, job: Job, now: float) -> None:
+        """Queue a job; it begins at once if nothing is under way."""
+        self.queue.append(job)
+        if self.job is None:
+            self._next(now)
+
+    def finish(self) -> None:
+        """The job under way ends, the next begins."""
+        end = self.ends
+        self._keep(end)
+        self.finished += 1
+        self.job, self.ends = None, math.inf
+        if self.queue:
+            self._next(end + self.pause * TICK)
+
+    def stop(self, now: float, everything: bool) -> bool:
+        """Drop what is under way and what waits (only motion, unless everything); whether any of it moves."""
+        moved = self._move is not None
+        interrupted = moved or any(job.motion is not None for job in self.queue)
+        self.queue = deque(job for job in self.queue if not everything and job.motion is None)
+        if self.job is not None and (everything or moved):
+            self._keep(now)
+            self.job, self.ends = None, math.inf
+            if self.queue:
+                self._next(now)
+        return interrupted
+
+    def slip(self) -> None:
+        """The motors were stopped dead: some steps were counted and not made."""
+        self.steps = [steps + _SLIP for steps in self.steps]
+        self._motors = (self._motors[0] + _SLIP, self._motors[1] + _SLIP)
+        self.paper.believe((*self._halves(*self._motors), self.paper.at[2]))
+
+    def counted(self, now: float) -> tuple[int, int]:
+        """Steps of both motors so far."""
+        one, two = self._so_far(now)
+        return self.steps[0] + one, self.steps[1] + two
+
+    def moving(self, now: float) -> tuple[bool, bool]:
+        """Whether each motor moves."""
+        if self._move is None:
+            return False, False
+        last, so_far = self._move.steps[-1], self._so_far(now)
+        return bool(last[0] != so_far[0]), bool(last[1] != so_far[1])
+
+    def clear(self) -> None:
+        """The counters begin at zero."""
+        self.steps = [0, 0]
+
+    def switch(self, motors: tuple[int, int]) -> None:
+        """Switch the motors on or off."""
+        self.enabled = [motor > 0 for motor in motors]
+
+    def _next(self, now: float) -> None:
+        job = self.job = self.queue.popleft()
+        self._began = now
+        if job.enable is not None:
+            self.switch(job.enable)
+        if job.servo is not None:
+            self.told_up = job.lifts
+            self._swing(*job.servo, now)
+        ticks = job.ticks
+        if job.motion is not None:
+            self.enabled = [True, True]
+            self._move, self._from = job.motion(self.accumulators), self._motors
+            ticks = self._move.ticks
+        self.ends = now + ticks * TICK
+
+    def _so_far(self, now: float) -> tuple[int, int]:
+        """Steps of the move under way."""
+        ticks = self._ticks(now)
+        if self._move is None or ticks == 0:
+            return 0, 0
+        one, two = self._move.steps[ticks - 1].tolist()
+        return one, two
+
+    def _ticks(self, now: float) -> int:
+        """Of the move under way, how many have passed."""
+        whole = self._move.ticks if self._move is not None else 0
+        return min(max(math.floor((now - self._began) / TICK + 1e-6), 0), whole)
+
+    def _keep(self, now: float) -> None:
+        """Show the paper what the move under way has done until now, and forget it."""
+        move, ticks = self._move, self._ticks(now)
+        self._move = None
+        if move is None:
+            return
+        for tick in [*range(_SHOWN - 1, ticks - 1, _SHOWN), ticks - 1] if ticks else []:
+            one, two = move.steps[tick].tolist()
+            self._show(self._began + (tick + 1) * TICK, self._from[0] + one, self._from[1] + two)
+        if ticks:
+            made = move.steps[ticks - 1].tolist()
+            self.steps = [self.steps[0] + made[0], self.steps[1] + made[1]]
+            self._motors = (self._from[0] + made[0], self._from[1] + made[1])
+        self.accumulators.left = list(move.after)
+
+    def _show(self, now: float, one: int, two: int) -> None:
+        if self.powered:
+            self.paper.moved(now, (*self._halves(one, two), self.paper.at[2]))
+
+    def _halves(self, one: int, two: int) -> tuple[int, int]:
+        """Half steps of x and y from the steps of the motors."""
+        return (one + two, one - two) if self.mixed else (2 * one, 2 * two)
+
+    def _swing(self, place: int, rate: int, now: float) -> None:
+        """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""
+        pen = self.profile.pen
+        sweep = abs(place - self.servo) / rate * _PULSE if rate else 0.0
+        self.servo = place
+        self.pen_up = abs(place - pen.up) < abs(place - pen.down)
+        allowed = pen.up_time if self.pen_up else pen.down_time
+        self.paper.pen(now + max(sweep - allowed, 0.0), float(place))

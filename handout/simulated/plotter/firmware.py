@@ -1,0 +1,93 @@
+"""What every simulated controller has in common: it reads instructions, obeys, answers, and has a clock of its own.
+
+A firmware is a package here, called as its dialect is; it offers ``framing()``, a `Framing`, and a class ``Firmware``
+with the arguments of `make`.  It shares no code with the dialect that drives it.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol, cast
+
+from handout.profiles import Plotter
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Framing, Wire
+
+Wait = float | str  # s of being busy, or what is waited for: a word that the firmware's `ready` understands
+Say = Callable[[bytes], None]
+
+
+class Firmware(Protocol):
+    """One controller.
+
+    now : s, its clock; it is set from outside.
+    read_time : s it takes to read one instruction.
+    """
+
+    now: float
+    read_time: float
+
+    def start(self) -> None:
+        """Power comes on: nothing is remembered, where it stands is its zero; says its greeting, if it has one."""
+
+    def stop(self) -> None:
+        """Power goes off: the motors stand, the pen stays as it is."""
+
+    def counts(self, line: bytes) -> bool:
+        """Whether an instruction is part of a plot, and not a question or a setting."""
+
+    def execute(self, line: bytes) -> Iterator[Wait]:
+        """Do what an instruction says as far as that keeps the main program, and answer."""
+
+    def idle(self) -> None:
+        """There is nothing to read."""
+
+    def ready(self, wait: str) -> bool:
+        """Whether what `execute` waits for has come."""
+
+    def urgent(self, data: bytes) -> bool:
+        """Obey bytes that act on reception; whether the main program starts anew and all that was received is lost."""
+
+    @property
+    def deaf(self) -> bool:
+        """Whether it reads no instructions (after an alarm, say)."""
+
+    @property
+    def resting(self) -> bool:
+        """Whether it stands still and has nothing left to do."""
+
+    @property
+    def next(self) -> float:
+        """When something happens next by itself (a step, say), s; infinite: nothing will."""
+
+    def step(self) -> None:
+        """It happens now."""
+
+    def refuse(self) -> None:
+        """Answer an instruction with an error."""
+
+    def alarm(self) -> None:
+        """A limit switch is hit."""
+
+    def hold(self) -> None:
+        """Somebody puts it on hold; nothing where that cannot be."""
+
+
+def make(profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> Firmware:
+    """The controller of a profile's dialect.
+
+    wire : its receive buffer, of which it may report size and room; paper : where its carriage stands.
+    say : takes its answers, with their terminators.
+    """
+    return cast(Firmware, _package(profile).Firmware(profile, options, wire, paper, say))
+
+
+def framing(profile: Plotter) -> Framing:
+    """How the controller of a profile's dialect cuts what it receives into instructions."""
+    return cast(Framing, _package(profile).framing())
+
+
+def _package(profile: Plotter) -> Any:
+    return importlib.import_module(f"handout.simulated.plotter.{profile.dialect}")

@@ -1,0 +1,295 @@
+"""The simulated plotter: what it does with HP-GL and with device control, and what it answers.
+
+Source: the manuals of the HP 7470A and 7475A: instructions and errors, the answers to OA, OE, OH, OI, OS, the bits of
+OS and ESC.O, ESC.K dropping what is buffered, pens lifted where a line leaves the hard-clip limits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from handout.profiles import Plotter
+from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.hpgl import reader
+from handout.simulated.plotter.hpgl.carriage import Carriage, Point
+from handout.simulated.plotter.hpgl.limits import Limits
+from handout.simulated.plotter.hpgl.reader import Wrong
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Wire
+
+_MODEL = "7475A"
+_DOWN, _INITIALISED, _READY, _WRONG = 1, 8, 16, 32  # bits of OS
+_EMPTY, _VIEWING, _LEVER = 8, 16, 32  # bits of ESC.O
+_VIEWED = 3.0  # s that VIEW is pressed
+
+
+class Firmware:
+    """One plotter.
+
+    Attributes
+    ----------
+    error, line_error : the last error of the language and of the line, 0 for none.
+    lever : whether the paper lever is raised, so that nothing is drawn.
+    viewing : until when VIEW is pressed, s.
+    """
+
+    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
+        self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
+        per_mm = paper.steps[0]
+        push = (options.acceleration or profile.limits.acceleration) * per_mm
+        cut = profile.limits.junction_deviation * per_mm
+        queue = options.queue or profile.port.queue
+        self.carriage = Carriage(push, cut, queue)
+        self.limits = Limits(profile, per_mm)
+        self.read_time = float(profile.port.line_time)
+        self.now = 0.0
+        self.error = self.line_error = 0
+        self.lever = False
+        self.viewing = -math.inf
+        self._lost = self._obeyed = 0
+        self._viewed = options.after if options.fault == "view" else -1
+        self._fastest = options.speed or float(profile.limits.draw_speed)
+        self._asked: Point = (0, 0)  # where it was told to go, which may be out of reach
+        self._initialised = True
+        self._ending = b"\r"  # of answers
+        self._lifts = 0.0  # s that it is at its pen before it reads the first instruction
+        self._defaults()
+        self._pen_down = False
+
+    def _defaults(self) -> None:
+        self._relative, self._speed, self._wants_down, self._pen = False, self._fastest, False, 0
+        self._rotate(0)
+
+    def start(self) -> None:
+        """It finds its zero on the paper by itself when it is switched on, and the pen is lifted."""
+        self._defaults()
+        self._lift(False)
+        self._lifts = float(self.profile.pen.up_time)
+        self._ending = b"\r"
+        self.error, self.line_error, self._initialised, self.lever = 0, 0, True, False
+
+    def stop(self) -> None:
+        """Power goes off."""
+        self.carriage.stop()
+
+    def counts(self, line: bytes) -> bool:
+        """Questions are no part of a plot."""
+        return any(not name.startswith("O") for name, _ in reader.split(line))
+
+    @property
+    def deaf(self) -> bool:
+        """It reads on whatever happens."""
+        return False
+
+    @property
+    def resting(self) -> bool:
+        """Whether it stands still."""
+        return not self.carriage.moving and not self.carriage.waiting
+
+    @property
+    def next(self) -> float:
+        """When the carriage gets to the next place, or VIEW is released, s."""
+        return min(self.carriage.next, self.viewing if self.viewing > self.now else math.inf)
+
+    def step(self) -> None:
+        """It gets there."""
+        if self.carriage.next <= self.now:
+            self.carriage.arrive()
+            self._mark()
+
+    def _mark(self) -> None:
+        """The paper remembers where the carriage is now."""
+        x, y = self.limits.bare(self.carriage.at)
+        self.paper.moved(self.now, (x, y, self.paper.at[2]))
+
+    def idle(self) -> None:
+        """There is nothing to read."""
+
+    def ready(self, wait: str) -> bool:
+        """Whether there is room for a vector, the carriage stands, or plotting may go on."""
+        if wait == "going":
+            return self.viewing <= self.now and not self.lever
+        return not self.carriage.full if wait == "room" else self.resting
+
+    def refuse(self) -> None:
+        """An instruction arrives as nothing it knows."""
+        self.error = 1
+
+    def alarm(self) -> None:
+        """Someone raises the paper lever."""
+        self.lever = True
+
+    def view(self, seconds: float = _VIEWED) -> None:
+        """Someone presses VIEW, and again after a while."""
+        self.viewing = self.now + seconds
+
+    def hold(self) -> None:
+        """VIEW is pressed, and not again."""
+        self.view(math.inf)
+
+    def urgent(self, data: bytes) -> bool:
+        """Obey device control; ESC.K drops the buffer and what is left of the instruction under way."""
+        if len(data) < 3 or data[1:2] != b".":
+            self.line_error = 11
+            return False
+        letter, parameters = data[2:3], data[3:]
+        if parameters and not parameters.endswith(b":"):
+            self.line_error = 12
+        if self.wire.lost > self._lost:
+            self._lost, self.line_error = self.wire.lost, 16
+        if letter == b"B":
+            self._say(self.wire.room - 1)
+        elif letter == b"L":
+            self._say(self.wire.size - 1)
+        elif letter == b"E":
+            self._say(self.line_error)
+            self.line_error = 0
+        elif letter == b"O":
+            empty = _EMPTY if self.wire.room == self.wire.size else 0
+            self._say(empty + _VIEWING * (self.viewing > self.now) + _LEVER * self.lever)
+        elif letter == b"K":
+            return True
+        elif letter == b"M":
+            given = b"".join(parameters.rstrip(b":").split(b";")[3:4]) or b"13"
+            if given.isdigit() and int(given) < 256:
+                self._ending = bytes([int(given)])
+            else:
+                self.line_error = 12
+        elif letter == b"R":
+            self._ending = b"\r"
+        elif letter not in b"@HIJN()YZ":
+            self.line_error = 11
+        return False
+
+    def _say(self, *numbers: int) -> None:
+        self._out(",".join(map(str, numbers)).encode("ascii") + self._ending)
+
+    def execute(self, line: bytes) -> Iterator[Wait]:
+        """Obey all instructions up to a semicolon."""
+        if self._lifts:
+            wait, self._lifts = self._lifts, 0.0
+            yield wait
+        self._obeyed += 1
+        if self._viewed == self._obeyed:
+            self.view()
+        for name, text in reader.split(line):
+            yield "going"
+            try:
+                yield from self._obey(name, reader.values(text))
+            except Wrong as wrong:
+                self.error = wrong.number
+
+    def _obey(self, name: str, values: list[float]) -> Iterator[Wait]:
+        if name in ("PU", "PD", "PA", "PR"):
+            yield from self._plot(name, values)
+        elif name == "VS":
+            if values and not 0 <= values[0] < 128:
+                raise Wrong(3)
+            self._speed = self._rounded(values[0] * 10.0) if values else self._fastest
+        elif name == "SP":
+            yield "rest"
+            yield from self._lower(False)
+            if int(values[0] if values else 0) != self._pen:
+                self._pen = int(values[0] if values else 0)
+                yield float(self.profile.hpgl.pen_time)
+        elif name in ("IN", "DF"):
+            yield "rest"
+            yield from self._lower(False)
+            pen = self._pen
+            self._defaults()
+            self._pen, self.error, self._initialised = pen, 0, True
+        elif name == "RO":
+            yield "rest"
+            self._rotate(int(values[0]) if values else 0)
+        elif name in ("OA", "OC", "OE", "OH", "OI", "OS"):
+            yield "rest"
+            self._answer(name)
+        elif name not in ("IP", "IW", "SC", "CA", "CS", "LT", "PT", "AS", "FS"):
+            raise Wrong(1)
+
+    def _rounded(self, speed: float) -> float:
+        """The nearest of its velocities, mm/s."""
+        step = float(self.profile.hpgl.speed_step)
+        return min(max(round(speed / step), 1) * step, self._fastest)
+
+    def _rotate(self, degrees: int) -> None:
+        if degrees not in (0, 90, 180, 270):
+            raise Wrong(3)
+        bare = self.limits.bare(self.carriage.at)
+        self.limits.rotate(degrees)
+        self.carriage.at = self._asked = self.limits.turned(bare)
+
+    def _answer(self, name: str) -> None:
+        x, y = self.carriage.at
+        if name == "OA":
+            self._say(x, y, int(self._pen_down))
+        elif name == "OC":
+            self._say(*self._asked, int(self._wants_down))
+        elif name == "OE":
+            self._say(self.error)
+            self.error = 0
+        elif name == "OH":
+            self._say(*self.limits.corners)
+        elif name == "OS":
+            wrong = _WRONG * bool(self.error)
+            self._say(_DOWN * self._pen_down + _INITIALISED * self._initialised + _READY + wrong)
+            self._initialised = False
+        else:
+            self._out(_MODEL.encode() + self._ending)
+
+    def _plot(self, name: str, values: list[float]) -> Iterator[Wait]:
+        if name in ("PU", "PD"):
+            self._wants_down = name == "PD"
+            if self._wants_down != self._pen_down:
+                yield "rest"
+                if not self._wants_down or self.limits.inside(self._asked):
+                    yield from self._lower(self._wants_down)
+        else:
+            self._relative = name == "PR"
+        places, odd = reader.places(values)
+        for x, y in places:
+            target = (self._asked[0] + x, self._asked[1] + y) if self._relative else (x, y)
+            yield "going"
+            yield from self._line(target)
+        if odd:
+            raise Wrong(2)
+
+    def _line(self, target: Point) -> Iterator[Wait]:
+        """Draw or go to a place, with the pen lifted and the carriage at rest where the way leads out of reach."""
+        before, self._asked = self._asked, target
+        visible = self.limits.clipped(before, target)
+        if visible is None:
+            return
+        enters, leaves = visible
+        if enters != self.carriage.end:
+            yield "rest"
+            yield from self._lower(False)
+            self._go(enters)
+        if self._wants_down and not self._pen_down:
+            yield "rest"
+            yield from self._lower(True)
+        if self.carriage.full:
+            yield "room"
+        self._go(leaves)
+        if leaves != target and self._pen_down:
+            yield "rest"
+            yield from self._lower(False)
+
+    def _go(self, place: Point) -> None:
+        speed = self._speed if self._pen_down else float(self.profile.limits.travel_speed)
+        if not self.carriage.moving:
+            self._mark()
+        self.carriage.add(place, speed * self.paper.steps[0])
+        self.carriage.start(self.now)
+
+    def _lower(self, down: bool) -> Iterator[Wait]:
+        """Move the pen, if it is not there, and wait for it."""
+        if down != self._pen_down:
+            self._lift(down)
+            yield float(self.profile.pen.down_time if down else self.profile.pen.up_time)
+
+    def _lift(self, down: bool) -> None:
+        self._pen_down = down
+        self.paper.pen(self.now, self.profile.pen.down if down else self.profile.pen.up)

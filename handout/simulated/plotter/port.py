@@ -1,0 +1,307 @@
+"""The simulated plotter as a port: a wire, a controller, a clock, a sheet of paper, and faults on demand.
+
+Time is virtual: it passes only while someone reads, as fast as the computer allows.  With `realtime` it is the clock of
+the computer: the controller goes on with what it has received whether or not anybody writes or reads.  What it did in
+the meantime is worked out when it is written to or read from, at the moments at which it happened.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+from handout.errors import PortError
+from handout.plotting.bed import Placement, place
+from handout.plotting.ports import InstrumentedPort
+from handout.profiles import Plotter
+from handout.simulated.plotter import firmware
+from handout.simulated.plotter.faults import Faults
+from handout.simulated.plotter.firmware import Wait
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.paper import Paper
+from handout.simulated.plotter.wire import Wire
+from handout.values import Drawing, Page
+
+_Z_STEPS = 250.0
+_HANDS = 5.0  # s a person takes to push the carriage somewhere
+
+
+class Clock(Protocol):
+    """Time that passes by itself."""
+
+    def monotonic(self) -> float:
+        """Seconds since some moment."""
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+
+
+class SimulatedPlotter(InstrumentedPort):
+    """A pen plotter behind a wire, whose controller speaks the profile's dialect; a Port.
+
+    Parameters
+    ----------
+    profile : the machine it is.
+    options : what is different, what goes wrong, and when.
+    clock : the real clock, if it is to live by one; the computer's with `Options.realtime`.
+
+    Attributes
+    ----------
+    firmware : its controller.
+    paper : what the pen stands over.
+    placement : how the page lies on it, so that `executed` can answer in page coordinates.
+    page : the page that lies on it.
+    now : s, its clock.
+    """
+
+    def __init__(self, profile: Plotter, options: Options | None = None, clock: Clock | None = None) -> None:
+        self.profile, self.options = profile, options or Options()
+        self.page = Page(profile.bed.width, profile.bed.height)
+        self.placement: Placement = place(self.page, profile)
+        self.now = 0.0
+        self._closed = self._gone = self._silent = False
+        self._out: deque[tuple[float, bytes]] = deque()  # when it can be read, and what
+        self._began: float | None = None
+        self._ended = 0.0
+        self._dies = self._begins = math.inf  # when its power is cut, when it starts anew
+        self._clock: Clock | None = clock or (time if self.options.realtime else None)
+        self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
+        self.faults = Faults(self.options)
+        framing = firmware.framing(profile)
+        self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, framing)
+        self.paper = Paper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
+        # of the dialect's own kind, which tests and tools of that dialect look into
+        self.firmware: Any = firmware.make(profile, self.options, self._wire, self.paper, self._say)
+        self._program: Iterator[Wait] = self._main()
+        self._waits: Wait = "line"
+        self._wakes = 0.0
+        self.firmware.start()
+
+    @property
+    def keeps_real_time(self) -> bool:
+        """Whether its time passes while nobody reads."""
+        return self._clock is not None
+
+    @property
+    def time(self) -> float:
+        """What its clock would show now, s."""
+        return self.now if self._clock is None else self._clock.monotonic() - self._epoch
+
+    def _catch_up(self) -> None:
+        """What has happened since it was looked at last, by the real clock."""
+        if self._clock is not None:
+            self._advance(self._clock.monotonic() - self._epoch, heard=False)
+
+    @property
+    def lost(self) -> int:
+        """Bytes that found the receive buffer full."""
+        return self._wire.lost
+
+    def lay(self, page: Page, placement: Placement) -> None:
+        """Lay a fresh sheet on the bed: what was drawn before is gone with the last one, and the time starts anew."""
+        self.page, self.placement = page, placement
+        self._began, self._ended = None, self.now
+        self.paper.fresh(self.now)
+
+    def write(self, data: bytes) -> None:
+        """Put bytes on the wire."""
+        self._catch_up()
+        self._check_open()
+        comes, cut = self.faults.damaged(data, self._wire.framing.ends)
+        arrives = self._wire.put(comes, self.now + self.options.latency)
+        if cut == "unplugged":
+            self._gone = True
+        elif cut == "power-cut":
+            self._dies = arrives
+        elif cut == "reset":
+            self._begins = arrives
+            self._wire.put(data[len(comes) :], arrives)  # comes to a machine that has forgotten what was before
+
+    def read(self, timeout: float) -> bytes:
+        """What has been answered by now; if nothing has, what is answered next, within `timeout` seconds."""
+        self._catch_up()
+        self._check_open()
+        self._advance(self.now + timeout)
+        self._check_open()
+        if self._clock is not None:
+            self._clock.sleep(max(0.0, self.now - (self._clock.monotonic() - self._epoch)))
+        answered = []
+        while self._out and self._out[0][0] <= self.now:
+            answered.append(self._out.popleft()[1])
+        return b"".join(answered)
+
+    def close(self) -> None:
+        """Nothing more comes or goes."""
+        self._closed = True
+
+    def replug(self, seconds: float = 60.0) -> None:
+        """Open the port anew, or put its cable back after so many seconds, in which it went on with what it had.
+
+        Paper and carriage are as they were left; what it said meanwhile is lost.
+        """
+        self._pass(seconds)
+        self._closed = self._gone = False
+
+    def _pass(self, seconds: float) -> None:
+        """Let time pass with nobody listening; on a real clock, as if it had passed."""
+        self._catch_up()
+        self._advance(self.now + seconds, heard=False)
+        self._out.clear()
+        self._epoch -= seconds
+
+    def power_on(self) -> None:
+        """Switch it off, and on again; paper and carriage are as they were left, the controller starts anew."""
+        self._cut_power()
+        self._wire.lose()
+        self._out.clear()
+        self._silent = self._closed = self._gone = False
+        self.firmware.start()
+
+    def stand_at_zero(self) -> None:
+        """A person lifts the pen and pushes the carriage to the machine's zero; the controller does not notice."""
+        self.paper.lifted(self.now)
+        self._pass(_HANDS)
+        self.paper.push_to_zero(self.now)
+
+    def _check_open(self) -> None:
+        if self._closed or self._gone:
+            raise PortError("The connection to the simulated plotter is lost: is it still plugged in and switched on?")
+
+    def executed(self) -> Drawing:
+        """What the pen has drawn: strokes on the page, with the times at which they were executed."""
+        return Drawing(tuple(self.paper.drawn(self.placement)), self.page)
+
+    @property
+    def executed_s(self) -> float:
+        """Seconds from the first instruction of the plot to the end of the last motion or pause."""
+        return 0.0 if self._began is None else self._ended - self._began
+
+    @property
+    def pen_is_down(self) -> bool:
+        """Whether the pen is on the paper, or was last told to go there."""
+        return self.paper.pen_is_down
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands still, ready for more, with nothing left to do."""
+        return bool(self.firmware.resting)
+
+    def _advance(self, until: float, heard: bool = True) -> None:
+        """Let time pass until `until`, or only until something has been answered if that is `heard`."""
+        while True:
+            answer = self._out[0][0] if self._out and heard else math.inf
+            event = min(answer, self._next_event())
+            if answer <= self.now or event > until:
+                break
+            self._at(max(event, self.now))
+            if self.now >= self._dies:
+                self._cut_power()
+            if self.now >= self._begins:
+                self._wire.receive(self.now)
+                self._begin_anew()
+                self._restart()
+            if self._silent:
+                continue
+            self._receive()
+            if self.firmware.next <= self.now:
+                self.firmware.step()
+                self._ended = self.now
+            self._run_program()
+        if not heard or not self._out or self._out[0][0] > self.now:
+            self._at(max(until, self.now))
+
+    def _next_event(self) -> float:
+        if self._silent:
+            return math.inf
+        wakes = self._wakes if isinstance(self._waits, float) else math.inf
+        return min(self._wire.next, float(self.firmware.next), wakes, self._dies, self._begins)
+
+    def _at(self, now: float) -> None:
+        self.now = self.firmware.now = now
+
+    def _say(self, data: bytes) -> None:
+        # HP-GL has no ok: a plotter says nothing but what it is asked
+        ok = self.profile.dialect == "hpgl" or data.strip().lower().startswith(b"ok")
+        if self._silent or (ok and self.faults.strikes("lost-ok")):
+            return
+        late = self.options.late if ok and self.faults.past("late") else 0.0
+        soonest = self.now + self.options.latency + len(data) * self._wire.byte + late
+        self._out.append((max(soonest, self._out[-1][0] if self._out else 0.0), self.faults.answered(data)))
+
+    def _receive(self) -> None:
+        for piece in self._wire.receive(self.now):
+            if self.firmware.urgent(piece):
+                self._restart()
+
+    def _restart(self) -> None:
+        self._wire.clear()
+        self._program, self._waits = self._main(), "line"
+
+    def _cut_power(self) -> None:
+        self._silent, self._dies = True, math.inf
+        self.firmware.stop()
+        self._restart()
+
+    def _begin_anew(self) -> None:
+        """As after a break in its power that was too short to be seen."""
+        self._begins = math.inf
+        self.firmware.stop()
+        self.firmware.start()
+        self._wire.clear()
+        if self._wire.framing.blocks:
+            self._wire.lose()
+        self._gone = self._wire.framing.blocks  # what is on USB itself is gone from it for a moment
+
+    def _main(self) -> Iterator[Wait]:
+        """The controller's main program: read an instruction, obey, answer; do something else when none is there."""
+        while True:
+            line = self._wire.line()
+            if line is None or self.firmware.deaf:
+                self.firmware.idle()
+                yield "line"
+                continue
+            if self._began is None and self.firmware.counts(line):
+                self._began = self.now
+            yield float(self.firmware.read_time)
+            self.faults.lines += self._began is not None
+            if not self._fails():
+                yield from self.firmware.execute(line)
+                self._ended = self.now
+
+    def _run_program(self) -> None:
+        """Let the main program run as long as it need not wait."""
+        while not self._silent:
+            waits = self._waits
+            if isinstance(waits, float):
+                if self._wakes > self.now:
+                    return
+            elif not (self._wire.has_line if waits == "line" else self.firmware.ready(waits)):
+                return
+            self._waits = next(self._program)
+            if isinstance(self._waits, float):
+                self._wakes = self.now + self._waits
+
+    def _fails(self) -> bool:
+        """Let the fault that was asked for happen in its time; whether the line just read is lost to it."""
+        if self.faults.strikes("jam"):
+            self._silent = True
+        elif self.faults.strikes("unplugged"):
+            self._gone = True  # what it has, it does
+            return False
+        elif self.faults.strikes("power-cut"):
+            self._dies = self.now
+        elif self.faults.strikes("error"):
+            self.firmware.refuse()
+        elif self.faults.strikes("alarm"):
+            self.firmware.alarm()
+        elif self.faults.strikes("reset"):
+            self._begin_anew()
+        elif self.faults.strikes("hold"):
+            self.firmware.hold()
+            return False
+        else:
+            return False
+        return True

@@ -1,0 +1,106 @@
+"""A printer and a flatbed that exist only in the computer, in the place of the user who prints and scans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.profiles import Printer
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, Sheet, rip, stock, writer
+
+WHITE = "white"  # paper that is plain
+_DPI = 200
+_SHARPENED = 1.5  # the hand's pages were blurred by one scan already: a page seen twice is to look as if seen once
+_INKED = 0.3  # of the usual amount of ink
+
+
+@dataclass
+class Loop:
+    """Prints and scans documents as the simulated devices do.
+
+    profile : of the simulated printer.
+    press : the simulated printer; flatbed : the scanner; dpi : of scans.
+    rng : lays every page otherwise.
+    hand : a scanned hand, whose pen writes in the frames of charts and strips; empty: nobody writes there.
+    """
+
+    profile: Printer
+    press: Press
+    flatbed: Flatbed = field(default_factory=Flatbed)
+    dpi: int = _DPI
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    hand: str = ""
+
+    def scan(self, document: Path, to: Path, frame: tuple[float, float, float, float] | None = None) -> list[Path]:
+        """Print a document and scan its pages: a file each, beside `to`.
+
+        Parameters
+        ----------
+        frame : left, top, right, bottom, mm, of what the hand's pen writes in, on every page.
+
+        Raises
+        ------
+        InputError
+            No document as this printer gets them.
+        """
+        paths = []
+        for number, (_, pixels) in enumerate(rip.pages(document, self.profile.dpi), 1):
+            sheet = self.press.printed(pixels, self.profile.dpi, self.profile.margins, self.rng)
+            if frame is not None and self.hand:
+                sheet = self._written(sheet, frame)
+            picture = self.flatbed.scan(sheet, self.dpi, self.rng)
+            paths.append(to.with_name(f"{to.stem}-{number}.tif"))
+            write(picture, self.dpi, paths[-1])
+        return paths
+
+    def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
+        """A line of the hand's own writing in the frame; its page counts as scanned by this flatbed as it comes."""
+        from handout.calibrating import reference
+        from handout.colour.strokes import strokes_in
+        from handout.hand.library import find
+        from handout.hand.scanned import ScannedHand
+
+        hand = find(self.hand)
+        if not isinstance(hand, ScannedHand):
+            return sheet
+        density, paper, dpi = reference.writing(hand)
+        lines = strokes_in(density, dpi)
+        if lines is None:
+            return sheet
+        core = np.median(lines.rings[1], axis=0)
+        amount = density.mean(axis=2) / float(core.mean())
+        height = round((frame[3] - frame[1]) * dpi / 25.4)
+        ink = np.convolve((amount > _INKED).sum(axis=1), np.ones(height), "valid")
+        row = int(ink.argmax()) if len(ink) > 1 else 0
+        spectrum = writer.ink_of(paper * np.exp(-core), paper, Flatbed())
+        return writer.written(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
+
+
+def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> None:
+    """A scan as a TIFF that says its resolution."""
+    import tifffile
+
+    tifffile.imwrite(path, picture, photometric="rgb", resolution=(dpi, dpi), resolutionunit="INCH")
+
+
+def simulated(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), hand: str = "") -> Loop:
+    """The loop of a simulated printer; `faults` are of the printer, or settings of the scanner (`SETTINGS`).
+
+    Raises
+    ------
+    InputError
+        Not a simulated printer, a paper that it does not have, or an unknown fault.
+    """
+    if not profile.simulated:
+        raise InputError(f"{profile.title} is not simulated: print the chart on it and scan that.")
+    known = WHITE if paper == "plain" else paper
+    stock.paper(known)
+    settings = {name: value for fault in faults for name, value in SETTINGS.get(fault, {}).items()}
+    press = Inkjet(known, faults=[fault for fault in faults if fault not in SETTINGS])
+    return Loop(profile, press, Flatbed(**settings), hand=hand)
