@@ -30,7 +30,7 @@ def test_the_script_runs(tmp_path, monkeypatch):
 def test_both_commands_are_there():
     commands = re.findall(r"^    (python3 -m venv .*)$", README.read_text(encoding="utf-8"), re.M)
     assert len(commands) == 2
-    assert "handout write" in commands[0] and commands[1].endswith("-m pytest")
+    assert "handout write" in commands[0] and commands[1].endswith("-m pytest -n auto")
 
 
 def understood(words: list[str]) -> None:
