@@ -29,6 +29,7 @@ from benchmarks import recorded
 from benchmarks.followed import Tally, tally
 from handout.errors import InputError
 from handout.hand import library
+from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.scanned import ScannedHand
 from handout.motion.recovery import letters, pages, scribe
 from handout.motion.recovery.letters import write
@@ -62,7 +63,6 @@ KEPT_OUT = (
     "hot, although the night itself felt quite lovely. Please excuse my haste, I just caught the ferry. Yours, Alfred "
     "Vaughan"
 )
-_SMALL = "acemnorsuvwxz"
 _STRAIGHT = Costs(against=0.0, jump=0.05)
 Recover = Callable[[LetterLine, str, tuple[str, ...]], Written]
 
@@ -164,7 +164,7 @@ def recorded_letters(folder: Path) -> tuple[dict[str, Tally], dict[str, Tally]]:
 def alone(cell: recorded.Cell) -> LetterLine:
     """The line of a recorded letter, which stands alone."""
     graph, high = cell.graph, float(np.ptp(cell.graph.xy[:, 1]))
-    small = high if cell.recording.text in _SMALL else 0.6 * high
+    small = high if cell.recording.text in X_HEIGHT else 0.6 * high
     return LetterLine(graph.xy * (1, -1), graph.radius, graph.density, graph.edges, max(small, 0.5))
 
 

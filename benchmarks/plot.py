@@ -16,7 +16,7 @@ import numpy as np
 import handout
 from handout import profiles
 from handout.plotting import Plan, plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import OVERLAP, Report
 from handout.plotting.planning import lookahead

@@ -159,6 +159,10 @@ def test_the_rule_can_fail():
     assert "cli" not in MAY["writing"]
 
 
+def test_nothing_that_runs_imports_training():
+    assert {home for _, home, to in arrows() if to == "training"} <= {"training"}
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

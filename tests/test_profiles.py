@@ -12,7 +12,7 @@ import pytest
 from handout import profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import fit_to_bed, open_port, plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.printing import media, submit
 from handout.simulated.printer import Flatbed, Inkjet, rip

@@ -96,7 +96,7 @@ def _meet(address: str, device: str) -> dict[str, Any]:
     """Who is there and what are its limits, in the dialect of a profile."""
     from handout import profiles
     from handout.plotting import connections, open_port
-    from handout.plotting.dialect import dialect
+    from handout.plotting.dialects import dialect
 
     profile = profiles.find(device, "plotter")
     assert isinstance(profile, profiles.Plotter)

@@ -46,7 +46,7 @@ class Programs:
 
     def _sink(self, suffix: str) -> Callable[[Drawing], bytes]:
         def render(drawing: Drawing) -> bytes:
-            from handout.plotting.dialect import dialect
+            from handout.plotting.dialects import dialect
 
             profile = self._plotters[suffix]
             plan = self._plan(drawing, profile)
@@ -65,7 +65,7 @@ class Programs:
 def _plotter(name: str, path: Path) -> Plotter:
     """The machine a file is for, which must speak what the suffix of the file promises."""
     from handout import profiles
-    from handout.plotting.dialect import dialect
+    from handout.plotting.dialects import dialect
 
     profile = profiles.find(name, "plotter")
     assert isinstance(profile, profiles.Plotter)

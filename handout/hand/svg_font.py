@@ -19,6 +19,7 @@ import numpy as np
 
 from handout import markup, pathdata
 from handout.errors import InputError
+from handout.hand.letter_classes import FLAT_FIRST
 from handout.values import Array, Glyph, Hand
 
 _LARGEST = 32 * 2**20  # bytes
@@ -29,7 +30,6 @@ _STRIDE, _BEND = 0.6, math.radians(75)  # x-heights and turn from one point to t
 _SAME = 0.004  # x-heights between points that are the same
 _CLOSED = 0.02  # x-heights between the ends of a closed contour
 _OUTLINES = 0.6  # share of letters that are nothing but closed contours: in a line font o, O, 0, D and few more are
-_SHORT = "xzvuwneorsac"  # letters whose height is the x-height, the flat ones first
 _CAPITAL = 0.68  # x-height of a font of capitals, in their height
 _PITCH = (3.9, 8.0)  # distance of lines, least and greatest
 
@@ -116,7 +116,7 @@ def _paths(glyph: Element, letter: str) -> list[Array]:
 def _x_height(drawn: Mapping[str, list[Array]], facts: Mapping[str, str]) -> float:
     """The height of a small letter in units of the font: of its glyphs, for what fonts say is often wrong."""
     tops = {letter: max(float(path[:, 1].max()) for path in paths) for letter, paths in drawn.items()}
-    small = [tops[letter] for letter in _SHORT if letter in tops]
+    small = [tops[letter] for letter in FLAT_FIRST if letter in tops]
     capitals = [_CAPITAL * top for letter, top in tops.items() if letter.isupper()]
     said = [_number(facts, "x-height", 0.0), 0.5 * _number(facts, "units-per-em", 0.0)]
     unit = next((value for value in (*small[:1], *capitals[:1], *said) if value > 0), 0.0)

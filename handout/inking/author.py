@@ -12,8 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
+from handout.hand import measures
+from handout.hand.letter_classes import DOTTED, X_HEIGHT
 from handout.hand.library import load
-from handout.hand.scanned import NOBODY, ScannedHand
+from handout.hand.scanned import ScannedHand
 from handout.inking.specimens import Part, line, moved, pieces
 from handout.motion.trace import trace
 from handout.values import Array, Hand, Indices
@@ -21,10 +23,7 @@ from handout.writing.compose import compose
 from handout.writing.layout import Layout, page
 from handout.writing.marks import BELOW, NOT_ABOVE, decomposed
 
-_JOINED = 0.45  # share of a joined hand's letters that are joined to the one before
 _HASTY = 0.85  # of a quick one's
-_TALL, _SMALL = "bdhkl", "acemnorsuvwxz"
-_CAPITAL = 1.9  # x-heights, where there is none to measure
 _DOT = 0.4  # x-heights: a dot is no larger
 _WIDER = (0.7, 1.45)
 _LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
@@ -35,34 +34,27 @@ class Author:
 
     def __init__(self, hand: ScannedHand) -> None:
         self.hand = hand
-        pages = [hand.pages[glyph.page] for glyph in hand.glyphs]
-        inked = [p.graph.radius[glyph.vertices] / p.pitch for p, glyph in zip(pages, hand.glyphs, strict=True)]
-        self.radius = float(np.median(np.concatenate(inked)))
-        self.slant = float(np.median([p.slant for p in hand.pages]))
-        self.small = float(np.median([p.x_height / p.pitch for p in hand.pages]))
+        self.radius = measures.letter_half_width(hand)
+        self.slant = measures.slant(hand)
+        self.small = measures.x_height(hand)
 
     @cached_property
     def house(self) -> Hand:
         """The drawn hand that is most like it."""
-        beside = [glyph for glyph in self.hand.glyphs if glyph.before != NOBODY]
-        joined = sum(bool(self.hand.glyphs[glyph.before].ligatures) for glyph in beside)
-        share = joined / max(len(beside), 1)
-        return load("house-print" if share < _JOINED else "house-quick" if share > _HASTY else "house-joined")
+        share = measures.joins(self.hand).share
+        if share < measures.JOINED_SHARE:
+            return load("house-print")
+        return load("house-quick" if share > _HASTY else "house-joined")
 
     @cached_property
     def capital(self) -> float:
         """Height of a capital."""
-        tops = [self._top(i) for i, glyph in enumerate(self.hand.glyphs) if glyph.letter.isupper()]
-        return float(np.clip(np.median(tops), 1.3 * self.small, 3.5 * self.small)) if tops else _CAPITAL * self.small
+        return measures.capital_height(self.hand)
 
     @cached_property
     def tall(self) -> float:
         """Height of a small letter with an ascender."""
-        tops = [self._top(i) for i, glyph in enumerate(self.hand.glyphs) if glyph.letter in tuple(_TALL)]
-        return float(np.clip(np.median(tops), 1.3 * self.small, 4 * self.small)) if tops else self.capital
-
-    def _top(self, number: int) -> float:
-        return float(self.hand.outline(number)[:, 1].max())
+        return measures.ascender_height(self.hand)
 
     def best(self, letter: str, most: int) -> list[int]:
         """Glyphs of a letter, of every place, those that are surest."""
@@ -94,7 +86,7 @@ class Author:
     def dots(self) -> list[tuple[Part, float]]:
         """Dots of i and j, each with its lowest point at 0 under its middle, and how far over its letter that was."""
         found = []
-        for letter in "ij":
+        for letter in sorted(DOTTED):
             for number in self.hand.of(letter).tolist():
                 own = self.dot(number)
                 if not len(own):
@@ -178,7 +170,7 @@ class Author:
     def _wider(self) -> float:
         """Widths of the author's small letters by those of the drawn hand."""
         rng, ratios = np.random.default_rng(0), []
-        for letter in _SMALL:
+        for letter in sorted(X_HEIGHT):
             numbers = self.hand.of(letter)[:7]
             if len(numbers) < 2:
                 continue

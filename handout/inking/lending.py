@@ -17,6 +17,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.hand.drawn import MARKS
+from handout.hand.letter_classes import SAME_AS_CAPITAL, STEM_AT_LEFT
 from handout.hand.scanned import ScannedHand
 from handout.inking.author import Author
 from handout.inking.specimen_sheet import with_sheet
@@ -27,7 +28,6 @@ from handout.writing.marks import BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, TH
 from handout.writing.text import LEFT_OUT, Borrowed, Repertoire, borrow, instead, lacking, normalise, spell
 
 _FORMS = 5  # of a letter that is put together: so that it does not repeat at once
-_OTHER_CASE = frozenset("copsuvwxz")  # of which small letters and capitals have one shape
 _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other
 _GAP = (0.12, 0.55)  # x-heights between a letter and its mark
 _NAMES = {mark: name.replace("-", " ") for name, mark in MARKS.items()}
@@ -174,7 +174,7 @@ class _Workshop:
 
     def _lent(self, letter: str) -> tuple[list[Specimen], str]:
         other = letter.swapcase()
-        alike = letter.lower() in _OTHER_CASE and other in self._hand.letters
+        alike = letter.lower() in SAME_AS_CAPITAL and other in self._hand.letters
         numbers = [i for i in self._hand.of(other).tolist() if self._author.recognised(other, i)] if alike else []
         if numbers:
             factor = self._author.capital / self._author.small
@@ -254,7 +254,7 @@ class _Workshop:
         if kind in THROUGH:
             y = CROSSED.get(base, 0.5) * high
             near = letter[np.abs(letter[:, 1] - y) <= max(0.1 * small, float(np.abs(letter[:, 1] - y).min()))]
-            x = near[:, 0].min() if base in "DL" else 0.5 * (near[:, 0].min() + near[:, 0].max())
+            x = near[:, 0].min() if base in STEM_AT_LEFT else 0.5 * (near[:, 0].min() + near[:, 0].max())
             return np.array([float(x), y])
         if kind == OGONEK:
             right = letter[letter[:, 0] >= letter[:, 0].min() + _RIGHT * np.ptp(letter[:, 0])]

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from handout.hand.measures import half_width
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.inking.replacing import replace_pen
 from handout.inking.specimens import DRAWN
@@ -50,7 +51,7 @@ def _lined(placed: Placed, sample: ScannedHand) -> Placed:
     first = np.cumsum([0, *map(len, ways)])
     edges = [np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in pairwise(first.tolist())]
     count = int(first[-1])
-    radius = np.full(count, _radius(sample))
+    radius = np.full(count, half_width(sample))
     graph = LineGraph(np.concatenate(ways), radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
     return Placed(Glyph("", (), (), 0.0), (), False, placed.word, placed.at, Ink(graph, DRAWN, NOBODY))
 
@@ -60,8 +61,3 @@ def _way(points: Array) -> Array:
     _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
     moved = np.concatenate([[True], (np.abs(np.diff(xy, axis=0)) > 1e-9).any(axis=1)])
     return np.asarray(xy[moved])
-
-
-def _radius(sample: ScannedHand) -> float:
-    """mm, of the hand's usual line."""
-    return float(np.median(np.concatenate([page.graph.radius for page in sample.pages])))

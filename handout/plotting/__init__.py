@@ -7,7 +7,7 @@ plotter (`handout.simulated.plotter`).
 
 from handout.plotting.bed import fit_to_bed
 from handout.plotting.connections import open_port
-from handout.plotting.dialects.grbl.file import to_gcode
+from handout.plotting.dialects.grbl import to_gcode
 from handout.plotting.driving.driver import Report, run
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple, cast
@@ -15,10 +14,10 @@ from typing import Any, NamedTuple, cast
 import msgspec
 
 from handout.errors import DeviceError, InputError, PortError
+from handout.plotting.dialects import DIALECTS, dialect
 from handout.plotting.ports import Port, SerialDevice, SerialPort, serial_devices
 from handout.profiles import Plotter
 
-EBB_USB = (0x04D8, 0xFD92)  # of the EiBotBoard; Source: its documentation
 _MOMENT = 0.25  # s
 _WAKES = 2.5  # s a controller may take to start when its port is opened
 _ANSWERS = 1.0  # s an answer may take
@@ -64,23 +63,6 @@ def _simulated() -> Any:
     return importlib.import_module("handout.simulated.plotter")
 
 
-class _Question(NamedTuple):
-    """What is asked at which speeds, and what the answer of a machine that speaks a dialect looks like."""
-
-    dialect: str
-    asked: bytes
-    answer: re.Pattern[bytes]
-    bauds: tuple[int, ...]
-
-
-_QUESTIONS = (
-    _Question("grbl", b"$I\n", re.compile(rb"\[VER:([^\]\r\n]*)"), (115200,)),
-    _Question("ebb", b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
-    _Question("marlin", b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
-    _Question("hpgl", b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
-)
-
-
 class Answer(NamedTuple):
     """Who answered: a dialect, and what the machine says it is."""
 
@@ -99,12 +81,11 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
         heard, waited = heard + more, waited + (0.0 if more else _MOMENT)
         if len(heard) > 100_000:
             return None
-    for question in _QUESTIONS:
-        if question.dialect not in dialects:
-            continue
+    for name in (name for name in DIALECTS if name in dialects):
+        question = dialect(name).question
         port.write(question.asked)
-        if (found := question.answer.search(_listen(port))) is not None:
-            return Answer(question.dialect, found.group(1).decode("ascii", "replace").strip(" :"))
+        if (answer := question.answer.search(_listen(port))) is not None:
+            return Answer(name, answer.group(1).decode("ascii", "replace").strip(" :"))
     return None
 
 
@@ -128,11 +109,12 @@ def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answ
     PortError
         The port cannot be opened.
     """
-    bauds = sorted({baud for question in _QUESTIONS for baud in question.bauds}, key=lambda baud: baud != 115200)
+    speeds = {name: dialect(name).question.bauds for name in DIALECTS}
+    bauds = sorted({baud for bauds in speeds.values() for baud in bauds}, key=lambda baud: baud != 115200)
     for baud in bauds:
         port = open_at(url, baud)
         try:
-            answer = ask(port, [question.dialect for question in _QUESTIONS if baud in question.bauds])
+            answer = ask(port, [name for name, bauds in speeds.items() if baud in bauds])
         finally:
             port.close()
         if answer is not None:
@@ -151,7 +133,9 @@ def find_port(
         None, or several.
     """
     usb = [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
-    boards = [port for port in usb if (port.usb == EBB_USB) == (profile.dialect == "ebb")]
+    owners = {board: name for name in DIALECTS for board in dialect(name).usb}
+    owner = profile.dialect if profile.dialect in owners.values() else None
+    boards = [port for port in usb if port.usb is not None and owners.get(port.usb) == owner]
     if not boards:
         raise PortError(
             f"None of this computer's serial ports can be that of the plotter ({profile.title}): is it plugged in and "

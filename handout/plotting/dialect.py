@@ -1,23 +1,18 @@
-"""What every dialect of plotters has in common: a program of commands, and a controller that takes it.
-
-A dialect is a package in `dialects` with the same four parts in each:
-
-- `words`: blocks → commands, bytes → replies; pure.
-- `controller`: the conversation over one port, with the dialect's own flow control; a `Controller`.
-- the module of the package itself: a `Dialect`, that is `program`, `file`, `connect`.
-- in `simulated`, a firmware of its own that shares no code with the three above.
-"""
+"""What all dialects of plotters have in common: a program of commands, a controller that takes it, and a `Dialect`."""
 
 from __future__ import annotations
 
-import importlib
+import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple, Protocol, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 from handout.plotting.planning.blocks import Block
-from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.profiles import Pen, Plotter
+
+if TYPE_CHECKING:  # plans know their dialect
+    from handout.plotting.planning.plan import Plan
 
 Log = Callable[[str], None]
 
@@ -33,7 +28,7 @@ class Command(NamedTuple):
     done: int
 
 
-class Heard(NamedTuple):
+class StateReport(NamedTuple):
     """What a machine has just said of itself.
 
     taken, executed : commands that it has acknowledged; that have certainly been executed.
@@ -71,7 +66,7 @@ class Controller(Protocol):
     taken: int
     executed: int
     queued: int | None
-    listener: Callable[[Heard], None]
+    listener: Callable[[StateReport], None]
     silent: str
     spoilt: bool
     patience: float
@@ -145,34 +140,66 @@ class ButtonPressed(Exception):
     """A person wants the plot to pause."""
 
 
-class Dialect(Protocol):
-    """One language that plotters speak."""
+@dataclass(frozen=True)
+class Question:
+    """How a machine is asked whether it speaks a dialect; no machine of another may take it for a command to move.
 
+    answer : what the answer looks like; its group is what the machine says it is.  bauds : usual speeds of a port.
+    """
+
+    asked: bytes
+    answer: re.Pattern[bytes]
+    bauds: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class PenValues:
+    """What the servo of a pen can be told: least and greatest, and how a value is written for a person."""
+
+    least: float
+    greatest: float
+    written: Callable[[float], str]
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Everything that is particular to one language of plotters; `DIALECT` of each package in `dialects`.
+
+    program : all commands of a plan in order, what comes before its first block and after its last included; pure.
+    file : a plan as a file that other programs can send to the machine; pure.
+    set_pen : commands by which the pen goes to a value or a height, wherever it is, and is waited for; pure.
+        InputError if its heights cannot be set.
+    connect : wakes a controller and finds out who it is and what its limits are, without moving it (but see `home`).
+        The log is told in plain words what the user should know, such as limits that differ from the profile's.
+    simulator : module of the simulated controller, which shares no code with the dialect.
+    question : how a machine is found out; usb : USB ids that only machines of this dialect have.
+    suffixes : of files; usual_device : the machine that a file is for if none is named.
+    motion : who makes the speeds: the controller, from feeds, with its own planner ("planned"); the program, which
+        tells a time for every move ("timed"); the plotter, which keeps a velocity along each line ("vectors").
+    plans_along_path : its planner limits the acceleration along the path, and takes short segments for curves.
+    shortest_segment : steps that a segment has at least.
+    lowering_bytes : bytes that are asked and answered before the pen is lowered.
+    pen_values : of a servo; None if the dialect has words of its own for the pen.
+    steps_setting : where the machine keeps its steps per mm, "" if its scale is not set so.
+    """
+
+    program: Callable[[Sequence[Block], Plotter], Iterator[Command]]
+    file: Callable[[Plan, Plotter], bytes]
+    set_pen: Callable[[Pen, float], list[bytes]]
+    connect: Callable[[Port, Plotter, Log], Controller]
+    simulator: str
+    question: Question
     suffixes: tuple[str, ...]
-
-    def program(self, blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
-        """All commands of a plan in order, what comes before its first block and after its last included; pure."""
-
-    def file(self, plan: Plan, profile: Plotter) -> bytes:
-        """A plan as a file that other programs can send to the machine."""
-
-    def set_pen(self, pen: Pen, value: float) -> list[bytes]:
-        """The pen goes to a value or a height, wherever it is, and is waited for; pure.
-
-        Raises InputError if its heights cannot be set.
-        """
-
-    def connect(self, port: Port, profile: Plotter, log: Log) -> Controller:
-        """Wake a controller, find out who it is and what its limits are; it does not move (but see `home`).
-
-        log : told in plain words what the user should know, such as limits that differ from the profile's.
-        """
+    usual_device: str
+    motion: Literal["planned", "timed", "vectors"]
+    pen_values: PenValues | None
+    steps_setting: str
+    usb: frozenset[tuple[int, int]] = frozenset()
+    plans_along_path: bool = False
+    # own method: with fewer steps a segment has no direction, and its feed makes a GRBL crawl
+    shortest_segment: float = 3.0
+    lowering_bytes: float = 0.0
 
 
-def unheard(heard: Heard) -> None:
-    """Nobody listens."""
-
-
-def dialect(name: str) -> Dialect:
-    """The dialect of a profile: "grbl", "marlin", "ebb" or "hpgl"."""
-    return cast(Dialect, importlib.import_module(f"handout.plotting.dialects.{name}"))
+def ignore_report(report: StateReport) -> None:
+    """The listener of a controller as long as nobody listens."""

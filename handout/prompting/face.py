@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from handout.errors import InputError
+from handout.hand.letter_classes import ASCENDING
 
 REGULAR, BOLD = "Vera", "VeraBd"
 # combining mark → the mark that stands for itself, and whether it hangs below
@@ -78,7 +79,7 @@ def _run(canvas: Any, x: float, y: float, run: str, font: str, size: float) -> f
 def _mark(canvas: Any, x: float, y: float, base: str, mark: str, font: str, size: float) -> None:
     sign = _MARKS[mark]
     middle = (canvas.stringWidth(base, font, size) - canvas.stringWidth(sign, font, size)) / 2
-    tall = mark not in _BELOW and (base.isupper() or base in "bdfhklt")
+    tall = mark not in _BELOW and (base.isupper() or base in ASCENDING)
     canvas.setFont(font, size)
     canvas.drawString(x + middle, y + (_RAISED * size if tall else 0.0), sign)
 

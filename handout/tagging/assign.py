@@ -19,6 +19,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from handout.branching import branches
+from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
 from handout.hand.places import graphemes
 from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.features import X_HEIGHT
@@ -28,7 +29,6 @@ NOBODY = -1
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
-_NO_STEM, _NO_TAIL = frozenset("acegijmnopqrsuvwxyz"), frozenset("abcdehiklmnorstuvwx")
 _LOWEST, _HIGHEST = -0.45, 1.35  # x-heights: of letters without tails and stems
 _NEAR = 0.7  # x-heights from a mark's column to its ink
 _HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
@@ -233,7 +233,7 @@ class _Line:
 
 def _reach(name: str) -> tuple[float, float]:
     """How far down and up a letter reaches; loops and stems beyond that are another's."""
-    return -np.inf if name not in _NO_TAIL else _LOWEST, np.inf if name not in _NO_STEM else _HIGHEST
+    return -np.inf if name not in NEVER_DESCENDING else _LOWEST, np.inf if name not in NOT_ASCENDING else _HIGHEST
 
 
 def _fewest_cuts(cost: Array) -> Indices:

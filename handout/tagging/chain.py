@@ -58,13 +58,12 @@ def train(rng: np.random.Generator, lines: int = _LINES) -> RandomForestClassifi
     """A forest that tells the letters of columns, trained on lines written by the built-in hands."""
     from sklearn.ensemble import RandomForestClassifier
 
-    from handout.hand import library
     from handout.prompting import corpus
-    from handout.tagging.training import column_states, written
+    from handout.tagging.synthetic_lines import column_states, synthetic_lines
+    from handout.tagging.synthetic_writers import built_in_hands
 
-    hands = [library.load(name) for name in library.names() if name.startswith("house-")]
     features, letters = [], []
-    for made in written(hands, corpus.shipped(), lines, rng):
+    for made in synthetic_lines(built_in_hands(), corpus.shipped(), lines, rng):
         columns = column_features(made.image)
         states = column_states([(s.letter, s.left, s.right) for s in made.spans], len(columns)) // THIRDS
         inky = columns.any(axis=1)

@@ -19,11 +19,34 @@ from handout.tagging.alphabet import LETTERS, THIRDS
 from handout.tagging.features import COUNT, SPREAD_FLOOR
 
 Floats = NDArray[np.float32]
-_LAYERS = 3
+_LAYERS = 3  # of weights, in the shipped files: two hidden layers
+# The recipe of training: the values with which five real pages were read best
 _BATCH = 256
-_IN_DROP, _DROP, _SMOOTHED = 0.1, 0.2, 0.05
-_FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8  # Adam's
-_LAST_RATE = 0.1  # of the rate, at the end of the last epoch
+_INPUT_DROPOUT, _DROPOUT, _LABEL_SMOOTHING = 0.1, 0.2, 0.05
+_FINAL_RATE = 0.1  # of the learning rate, at the end of the last epoch
+_BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8  # of Adam: Kingma and Ba 2015, Algorithm 1
+_SAMPLE = 40_000  # columns that suffice for the mean and spread of each feature
+_PSEUDOCOUNT = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledColumns:
+    """Columns of straightened lines and what they show: what a network learns from.
+
+    features : (n, COUNT) uint8, as `features.describe` gives them.
+    states : (n,) int, as `alphabet.state` numbers them.
+    """
+
+    features: NDArray[np.uint8]
+    states: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+
+def joined(parts: Sequence[LabelledColumns]) -> LabelledColumns:
+    """All columns in one."""
+    return LabelledColumns(np.concatenate([p.features for p in parts]), np.concatenate([p.states for p in parts]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,84 +85,80 @@ def _log_softmax(z: Floats) -> Floats:
     return np.asarray(z - np.log(np.exp(z).sum(axis=1, keepdims=True)))
 
 
-def fresh(
-    features: NDArray[np.uint8], states: NDArray[np.intp], widths: Floats, hidden: int, rng: np.random.Generator
-) -> Network:
-    """A network that has learned nothing yet, for training on such features and states."""
+def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.random.Generator) -> Network:
+    """A network with random weights, scaled for training on these columns; `widths` as in `Network`."""
     count = len(LETTERS) * THIRDS
     sizes = (COUNT, hidden, hidden, count)
     weights = tuple(
         (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
         for a, b in pairwise(sizes)
     )
-    seen = features[:: max(1, len(features) // 40_000)].astype(np.float32)
-    often = np.bincount(states, minlength=count) + 20.0
+    sample = columns.features[:: max(1, len(columns) // _SAMPLE)].astype(np.float32)
+    frequency = np.bincount(columns.states, minlength=count) + _PSEUDOCOUNT
     return Network(
-        mean=seen.mean(axis=0),
-        spread=seen.std(axis=0) + np.float32(SPREAD_FLOOR),
+        mean=sample.mean(axis=0),
+        spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
         weights=weights,
         biases=tuple(np.zeros(size, np.float32) for size in sizes[1:]),
-        log_prior=np.log(often / often.sum()).astype(np.float32),
+        log_prior=np.log(frequency / frequency.sum()).astype(np.float32),
         widths=np.asarray(widths, np.float32),
     )
 
 
 def trained(
     network: Network,
-    features: NDArray[np.uint8],
-    states: NDArray[np.intp],
+    columns: LabelledColumns,
     *,
     epochs: int,
     rate: float,
     rng: np.random.Generator,
     importance: Floats | None = None,
-    told: Callable[[int, float], None] = lambda epoch, loss: None,
+    on_epoch: Callable[[int, float], None] = lambda epoch, loss: None,
 ) -> Network:
     """The network after more training: Adam, dropout, smoothed labels, a rate that falls to a tenth.
 
     Parameters
     ----------
-    features, states : (n, COUNT) uint8 and (n,) int
     importance : (n,) float32, optional
-        Weight of every example.
-    told : called after every epoch with its number and mean loss.
+        Weight of every column.
+    on_epoch : called after every epoch with its number and mean loss.
     """
     parameters = [np.array(p) for p in (*network.weights, *network.biases)]
     adam = _Adam(parameters)
-    n = len(states)
+    n = len(columns)
     for epoch in range(epochs):
         order, loss = rng.permutation(n), 0.0
         for start in range(0, n, _BATCH):
             rows = order[start : start + _BATCH]
-            x = (features[rows].astype(np.float32) - network.mean) / network.spread
+            x = (columns.features[rows].astype(np.float32) - network.mean) / network.spread
             share = importance[rows] if importance is not None else None
-            gradients, cost = _gradients(parameters, x, states[rows], share, rng)
+            gradients, cost = _gradients(parameters, x, columns.states[rows], share, rng)
             loss += cost
-            adam.step(gradients, rate * (1 - (1 - _LAST_RATE) * (epoch + start / n) / epochs))
-        told(epoch, loss / n)
+            adam.step(gradients, rate * (1 - (1 - _FINAL_RATE) * (epoch + start / n) / epochs))
+        on_epoch(epoch, loss / n)
     return replace(network, weights=tuple(parameters[:_LAYERS]), biases=tuple(parameters[_LAYERS:]))
 
 
 def _gradients(
-    parameters: Sequence[Floats], x: Floats, wanted: NDArray[np.intp], share: Floats | None, rng: np.random.Generator
+    parameters: Sequence[Floats], x: Floats, states: NDArray[np.intp], share: Floats | None, rng: np.random.Generator
 ) -> tuple[list[Floats], float]:
     """Gradients of the mean loss of a batch, in the order of the parameters, and the loss summed."""
     w, b = parameters[:_LAYERS], parameters[_LAYERS:]
-    x = x * (rng.random(x.shape, dtype=np.float32) > _IN_DROP)
+    x = x * (rng.random(x.shape, dtype=np.float32) > _INPUT_DROPOUT)
     first = np.maximum(x @ w[0] + b[0], 0)
     second = np.maximum(first @ w[1] + b[1], 0)
-    kept = (rng.random(second.shape, dtype=np.float32) > _DROP) / np.float32(1 - _DROP)
-    dropped = second * kept
+    mask = (rng.random(second.shape, dtype=np.float32) > _DROPOUT) / np.float32(1 - _DROPOUT)
+    dropped = second * mask
     log = _log_softmax(dropped @ w[2] + b[2])
-    rows = np.arange(len(wanted))
+    rows = np.arange(len(states))
     off = np.exp(log)
-    off[rows, wanted] -= 1 - _SMOOTHED
-    off -= np.float32(_SMOOTHED / log.shape[1])
-    off *= (share[:, None] if share is not None else np.float32(1)) / np.float32(len(wanted))
-    back = (off @ w[2].T) * kept * (second > 0)
+    off[rows, states] -= 1 - _LABEL_SMOOTHING
+    off -= np.float32(_LABEL_SMOOTHING / log.shape[1])
+    off *= (share[:, None] if share is not None else np.float32(1)) / np.float32(len(states))
+    back = (off @ w[2].T) * mask * (second > 0)
     front = (back @ w[1].T) * (first > 0)
     gradients = [x.T @ front, first.T @ back, dropped.T @ off, front.sum(0), back.sum(0), off.sum(0)]
-    return gradients, -float(log[rows, wanted].sum())
+    return gradients, -float(log[rows, states].sum())
 
 
 class _Adam:
@@ -153,17 +172,17 @@ class _Adam:
 
     def step(self, gradients: Sequence[Floats], rate: float) -> None:
         self._steps += 1
-        first = np.float32(rate / (1 - _FIRST**self._steps))
-        second = np.float32(1 / np.sqrt(1 - _SECOND**self._steps))
+        first = np.float32(rate / (1 - _BETA_1**self._steps))
+        second = np.float32(1 / np.sqrt(1 - _BETA_2**self._steps))
         for parameter, mean, square, gradient in zip(
             self._parameters, self._mean, self._square, gradients, strict=True
         ):
-            mean *= np.float32(_FIRST)
-            mean += np.float32(1 - _FIRST) * gradient
-            square *= np.float32(_SECOND)
+            mean *= np.float32(_BETA_1)
+            mean += np.float32(1 - _BETA_1) * gradient
+            square *= np.float32(_BETA_2)
             gradient *= gradient
-            square += np.float32(1 - _SECOND) * gradient
-            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_TINY))
+            square += np.float32(1 - _BETA_2) * gradient
+            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_EPSILON))
 
 
 def save(network: Network, path: Path) -> None:
@@ -197,7 +216,8 @@ def load(path: Path) -> Network:
         raise InputError(f"{path} cannot be read as a network of the tagger: {error}.") from error
     if letters != LETTERS or weights[0].shape[0] != COUNT or weights[-1].shape[1] != len(LETTERS) * THIRDS:
         raise InputError(
-            f"{path} was trained for other letters or features: train it anew with python -m handout.tagging.training."
+            f"{path} was trained for other letters or features: train it anew with "
+            "python -m handout.training.letter_networks."
         )
     return Network(mean, spread, weights, biases, *rest)
 

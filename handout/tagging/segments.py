@@ -5,13 +5,13 @@ Source: seed 000, §5.1.3 for the task; the method is this project's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 
 import numpy as np
 
 from handout.progress import Tell, silent, within
-from handout.tagging import adapt
+from handout.tagging import adaptation
 from handout.tagging.alphabet import LETTERS, SPACE
 from handout.tagging.decoder import TERMS, Decoded, Reading, Terms, decode, read
 from handout.tagging.features import INKY, X_HEIGHT, Image, describe
@@ -78,27 +78,34 @@ def spans(line: Written, found: Decoded) -> list[tuple[str, float, float]]:
 def by_line(
     page: Page, lines: Sequence[Written], rng: np.random.Generator, tell: Tell = silent, *, adapting: bool = True
 ) -> list[list[Decoded]]:
-    """For every line its decodings: the last is the best, the others are by other networks, for comparison."""
+    """For every line its decodings: the last is the best, the others are by single networks, for comparison."""
     tell(0.0, "the letters")
     widths = page.widths(lines)
-    first = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
-    # networks that have not seen the page agree less than those that have learned from the same letters
-    done = [
-        [decode(page.reading(i, [one]), line.letters, widths) for one in page.networks] for i, line in enumerate(lines)
-    ]
-    if not adapting or len(lines) < adapt.FOLDS:
-        return [[*each, one] if len(page.networks) > 1 else [one] for each, one in zip(done, first, strict=True)]
-    fold = adapt.folds(len(lines))
-    rehearsed = adapt.rehearsal([line.text for line in lines], rng)
-    for half in range(adapt.FOLDS):
-        learning = within(within(tell, _FOUND, 1.0), half / adapt.FOLDS, (half + 1) / adapt.FOLDS)
+    best = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
+    # networks that have not learned from the page agree less than those that have learned from the same letters
+    single = [_by_each_network(page, i, line, widths, page.networks) for i, line in enumerate(lines)]
+    if not adapting or len(lines) < adaptation.FOLDS:
+        return [[*others, one] if len(page.networks) > 1 else [one] for others, one in zip(single, best, strict=True)]
+    fold = adaptation.folds(len(lines))
+    rehearsed = adaptation.rehearsal([line.text for line in lines], rng)
+    for half in range(adaptation.FOLDS):
+        learning = within(within(tell, _FOUND, 1.0), half / adaptation.FOLDS, (half + 1) / adaptation.FOLDS)
         others = np.flatnonzero(fold != half).tolist()
-        learned = adapt.own([page.images[i] for i in others], [spans(lines[i], first[i]) for i in others], rng)
-        networks = adapt.adapted(page.networks, learned, rehearsed, rng, learning)
+        letters = [spans(lines[i], best[i]) for i in others]
+        learned = adaptation.page_columns([page.images[i] for i in others], letters, rng)
+        networks = adaptation.adapted(page.networks, learned, rehearsed, rng, learning)
         for i in np.flatnonzero(fold == half).tolist():
-            each = [[one] for one in networks] if len(networks) > 1 else []
-            done[i] += [decode(page.reading(i, one), lines[i].letters, widths) for one in [*each, networks]]
-    return done
+            if len(networks) > 1:
+                single[i] += _by_each_network(page, i, lines[i], widths, networks)
+            single[i].append(decode(page.reading(i, networks), lines[i].letters, widths))
+    return single
+
+
+def _by_each_network(
+    page: Page, number: int, line: Written, widths: Mapping[str, float], networks: Sequence[Network]
+) -> list[Decoded]:
+    """A line of the page decoded from what each network reads alone."""
+    return [decode(page.reading(number, [network]), line.letters, widths) for network in networks]
 
 
 def confidence(decodings: Sequence[Decoded]) -> Array:

@@ -1,1 +1,8 @@
-"""Makes what ships: trains the networks and writes the scanned hands.  Nothing that runs imports it."""
+"""Makes what ships: trains the networks that read letters and writes the scanned hands.  Nothing that runs imports it.
+
+- `letter_networks`: the networks of `tagging`: ``python -m handout.training.letter_networks -o FILE.npz``
+- `scanned_hands`: the scanned hands, written by the simulated author
+
+To reship a network, write it to ``handout/tagging/networks`` (every .npz there is used, and their readings averaged),
+then run the tests of `tagging` and ``python -m benchmarks.tagging``.
+"""

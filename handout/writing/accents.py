@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from handout.hand.letter_classes import STEM_AT_LEFT
 from handout.values import Array, Glyph, Hand
 from handout.writing.marks import APOSTROPHE, BAR, BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, THROUGH
 
@@ -15,7 +16,6 @@ _CLEAR = 1.0  # accents are drawn over letters of this height
 _STOREY = 0.45  # x-heights from one accent to the next above it
 _LOW, _ON_THE_LINE = 0.3, 0.14  # shares of the height, x-heights: where feet are, and ends that are feet
 _TOP = 0.5  # x-heights below a letter's top beside which an apostrophe hangs
-_ONE_STEM = "DL"  # crossed at the left only
 _DENSE = 12  # places between two points
 
 
@@ -95,7 +95,7 @@ def _crossing(mark: Sequence[Array], letter: Sequence[Array], name: str, kind: s
     stems = np.concatenate([_at(stroke, y) for stroke in letter])
     if not len(stems):
         stems = np.array([body[:, 0].min(), body[:, 0].max()])
-    left, right = float(stems.min()), float(stems.min() if name in _ONE_STEM else stems.max())
+    left, right = float(stems.min()), float(stems.min() if name in STEM_AT_LEFT else stems.max())
     half = 0.5 * (right - left) if kind == BAR else 0.0
     return [np.column_stack([s[:, 0] + np.sign(s[:, 0]) * half + 0.5 * (left + right), s[:, 1] + y]) for s in mark]
 

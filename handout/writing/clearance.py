@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph
 from handout.writing.choice import joined
 
@@ -23,7 +24,6 @@ _DOT_ROOM = 0.29  # from a dot or an accent to another letter's line: two half l
 _SIDEWAYS, _UPWARDS = np.arange(-0.45, 0.28, 0.03), np.arange(-0.12, 0.4, 0.03)  # where it still is its letter's
 _MOVES = np.array([(x, y) for x in _SIDEWAYS for y in _UPWARDS])
 _MOVES = _MOVES[np.argsort(np.hypot(_MOVES[:, 0], 1.3 * _MOVES[:, 1]), kind="stable")]  # the least first
-_CROSSED = "tf"  # letters whose bars are bounded; others' arms are parts of them
 _OVER = 0.2  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
 _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
@@ -87,7 +87,7 @@ def bounded(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     ----------
     strokes : of each glyph, (n, 2) in the word's space; bars are replaced where they change.
     """
-    if not any(glyph.letter in _CROSSED for glyph in glyphs):
+    if not any(glyph.letter in CROSSED for glyph in glyphs):
         return
     ink = [_ink(glyph, own) for glyph, own in zip(glyphs, strokes, strict=True)]
     whole = np.vstack(ink)
@@ -95,7 +95,7 @@ def bounded(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     beside = [None, *glyphs, None]
     for i, glyph in enumerate(glyphs):
         for k, drawn in enumerate(glyph.strokes):
-            if glyph.letter in _CROSSED and is_bar(strokes[i][k]):
+            if glyph.letter in CROSSED and is_bar(strokes[i][k]):
                 left, right = _meant(glyph, beside[i], beside[i + 2], drawn)
                 before, after = ink[: max(i - left, 0)], ink[i + 1 + right :]
                 limits = (np.inf if left else most, np.inf if right else most)
@@ -104,7 +104,7 @@ def bounded(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
 
 def _ink(glyph: Glyph, strokes: Sequence[Array]) -> Array:
     """(n, 2): places along the strokes of a letter, the bars of t and f left out."""
-    crossed = glyph.letter in _CROSSED
+    crossed = glyph.letter in CROSSED
     return np.vstack([_evenly(stroke) for stroke in strokes if not (crossed and is_bar(stroke))])
 
 

@@ -7,7 +7,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceAlarm
 from handout.plotting.dialect import ButtonPressed
-from handout.plotting.dialects import ebb
+from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.driving.driver import meet
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options

@@ -7,6 +7,7 @@ import pytest
 from handout import profiles
 from handout.errors import PortError
 from handout.plotting import connections, open_port, ports
+from handout.plotting.dialects import dialect
 from handout.plotting.ports import SerialDevice as Device
 from handout.simulated.plotter.options import parse
 from handout.simulated.plotter.port import SimulatedPlotter
@@ -69,15 +70,15 @@ def test_the_questions_are_harmless():
 
 
 @pytest.mark.parametrize(
-    ("said", "dialect", "firmware"),
+    ("said", "name", "firmware"),
     [
         (b"EBBv13_and_above EB Firmware Version 2.8.1\r\n", "ebb", "EBBv13_and_above EB Firmware Version 2.8.1"),
         (b"FIRMWARE_NAME:Marlin 2.1.2 (x) SOURCE_CODE_URL:y\nok\n", "marlin", "Marlin 2.1.2 (x)"),
         (b"7475A\r", "hpgl", "7475A"),
     ],
 )
-def test_answers_of_the_others(said, dialect, firmware):
-    question = next(question for question in connections._QUESTIONS if question.dialect == dialect)
+def test_answers_of_the_others(said, name, firmware):
+    question = dialect(name).question
     assert re.search(question.answer, said).group(1).decode() == firmware
 
 
@@ -85,7 +86,7 @@ def test_the_only_usb_port_is_taken_unasked():
     rows = [
         Device("/dev/ttyS0", "", None),
         Device(NAMES[1], "CH340", CH340),
-        Device(NAMES[2], "EBB", connections.EBB_USB),
+        Device(NAMES[2], "EBB", (0x04D8, 0xFD92)),
     ]
     assert connections.find_port(SERVO, rows, at()) == NAMES[1]
 

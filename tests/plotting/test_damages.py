@@ -9,7 +9,7 @@ from benchmarks import damages, faults
 from benchmarks.damages import KINDS
 from benchmarks.faults import MACHINES, SHORTLY, Desk, Run, profile_of
 from handout.errors import DeviceHeld
-from handout.plotting.dialects.grbl.track import Track
+from handout.plotting.dialects.grbl.position_tracking import PositionTracking
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.places import Place
@@ -114,7 +114,7 @@ def test_a_journal_goes_back_to_what_is_proven_when_a_command_came_over_wrong(tm
 
 
 def test_a_shift_along_the_way_proves_nothing():
-    track = Track((0.0, 0.0, 0.0))
+    track = PositionTracking((0.0, 0.0, 0.0))
     for number, line in enumerate((b"G91X1\n", b"X1\n", b"X1\n", b"Y1\n", b"Y1\n")):
         track.send(number, line)
     for x in (0.5, 1.5, 2.5):

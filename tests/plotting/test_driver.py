@@ -12,7 +12,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import open_port, plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.overlap import ink
 

@@ -8,7 +8,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
 from handout.plotting import open_port, plan, run
-from handout.plotting.dialects import ebb
+from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import draw, meet
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan
-from handout.plotting.dialects import ebb
+from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.planning.blocks import Timed
 from handout.simulated.plotter.ebb import moves
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceError
 from handout.plotting import open_port, plan, run
-from handout.plotting.dialect import dialect
-from handout.plotting.dialects.grbl.controller import Grbl
+from handout.plotting.dialects import dialect
+from handout.plotting.dialects.grbl.controller import GrblController
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.blocks import Move
 
@@ -28,7 +28,7 @@ def silent(_):
 
 
 def connected(port, profile=SERVO, log=silent):
-    return Grbl(port, profile, log)
+    return GrblController(port, profile, log)
 
 
 def streamed(made, port, controller, profile):
@@ -209,7 +209,7 @@ def test_a_plotter_that_is_still_drawing_is_let_finish():
     port.replug(0.05)
     again = connected(port, log=said.append)
     assert port.at_rest and "still busy" in said[0]
-    assert again.position() == pytest.approx(controller._track.at[:2], abs=0.02)  # all that was sent, and not X1
+    assert again.position() == pytest.approx(controller._tracking.at[:2], abs=0.02)  # all that was sent, and not X1
 
 
 @pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$13=1", "blank=1&$22=1"])

@@ -8,8 +8,8 @@ from cursive import page
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import open_port, plan, run
-from handout.plotting.dialects.hpgl import connect, words
-from handout.plotting.dialects.hpgl.meant import Meant
+from handout.plotting.dialects.hpgl import protocol
+from handout.plotting.dialects.hpgl.controller import PenPosition, connect
 from handout.plotting.driving import fidelity
 from handout.profiles import Length, Time
 
@@ -73,8 +73,8 @@ def test_the_plan_admits_that_the_timing_is_lost():
 @pytest.mark.parametrize("options", ["", "latency=16ms", "buffer=200"])
 def test_what_is_said_to_be_executed_is_on_the_paper(options):
     port = open_port("sim:?" + options, PROFILE)
-    commands = list(words.program(PLAN.blocks, PROFILE))
-    followed, ends = Meant(), []
+    commands = list(protocol.program(PLAN.blocks, PROFILE))
+    followed, ends = PenPosition(), []
     for command in commands:
         followed.send(command.data)
         ends.append(followed.at)

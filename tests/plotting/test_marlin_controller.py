@@ -7,7 +7,7 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceSilent, PortError
-from handout.plotting.dialects import marlin
+from handout.plotting.dialects.marlin import DIALECT as marlin
 from handout.plotting.planning.blocks import Move, Pause, Pen
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import Options
@@ -93,8 +93,8 @@ def test_all_kinds_of_marlin_survive_a_noisy_cable(echoes, advanced, latency):
         assert watched.did == meant, f"byte {at}"
     watched = Watched(Options(latency=latency), echoes=echoes, advanced=advanced)
     controller = watched.run()
-    assert watched.did == meant and controller.link.window == (1 if latency < 0.01 else 4)
-    assert controller.link.echoes == echoes
+    assert watched.did == meant and controller.conversation.window == (1 if latency < 0.01 else 4)
+    assert controller.conversation.echoes == echoes
 
 
 def test_an_ok_that_is_lost_is_not_missed():
@@ -115,7 +115,7 @@ def test_a_late_ok_is_waited_for():
 def test_a_long_move_is_waited_for_and_its_signs_of_life_are_heard():
     watched = Watched()
     controller = watched.run([Move(100, 0, 120)])  # 50 s
-    assert controller.executed == controller.sent and watched.port.now > 50 and controller.link.again == 0
+    assert controller.executed == controller.sent and watched.port.now > 50 and controller.conversation.again == 0
 
 
 def test_a_loop_of_requests_ends_with_one_sentence():

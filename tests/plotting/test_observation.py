@@ -12,7 +12,7 @@ from benchmarks import ebb
 from benchmarks.live import rests
 from handout import profiles
 from handout.plotting import plan, run
-from handout.plotting.dialect import dialect
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import plot_report
 from handout.plotting.driving.observation import Observer
 from handout.profiles import Acceleration

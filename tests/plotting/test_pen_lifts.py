@@ -10,7 +10,7 @@ from cursive import page
 from handout import profiles
 from handout.errors import ProfileError
 from handout.plotting import open_port, pen_lift, plan, run
-from handout.plotting.dialects.grbl import words
+from handout.plotting.dialects.grbl import protocol
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.blocks import Move, Pen
 from handout.values import Drawing, Stroke
@@ -40,15 +40,15 @@ def drawn(drawing, profile):
 
 def test_a_servo_comes_down_in_steps_of_a_fiftieth_of_a_second():
     pen = with_pen(SERVO, ramp=profiles.Time(0.1)).pen
-    lines = words.pen(True, pen)
+    lines = protocol.pen(True, pen)
     assert lines[::2] == [b"M3S50\n", b"M3S60\n", b"M3S70\n", b"M3S80\n", b"M3S90\n"]
     assert lines[1::2] == [b"G4P0.02\n"] * 4 + [b"G4P0.15\n"]
-    assert words.pen(False, pen) == [b"M3S40\n", b"G4P0.12\n"]
+    assert protocol.pen(False, pen) == [b"M3S40\n", b"G4P0.12\n"]
 
 
 def test_a_z_axis_comes_down_slowly_and_goes_up_fast():
     pen = with_pen(ON_Z, ramp=profiles.Time(0.5)).pen
-    assert words.pen(True, pen) == [b"G1Z0F300\n"] and words.pen(False, pen) == [b"G1Z2.5F900\n"]
+    assert protocol.pen(True, pen) == [b"G1Z0F300\n"] and protocol.pen(False, pen) == [b"G1Z2.5F900\n"]
     assert pen_lift.lowering_speed(with_pen(ON_Z, ramp=profiles.Time(0.01)).pen) == 15
 
 
@@ -110,7 +110,7 @@ def own_commands():
 def test_commands_of_ones_own_are_sent_as_they_are_once():
     profile = own_commands()
     blocks = [Pen(False), Move(10, 10, 6000), Pen(True), Move(11, 10, 600), Pen(True), Move(12, 10, 600), Pen(False)]
-    lines = [command.data for command in words.program(blocks, profile, absolute=True)]
+    lines = [command.data for command in protocol.program(blocks, profile, absolute=True)]
     assert lines[3:] == [
         b"G4P0\n", b"M9\n", b"G4P0.12\n", b"G1X10Y10F6000\n", b"G4P0\n", b"M8\n", b"G4 P0.05\n", b"G4P0.15\n",
         b"G1X11Y10F600\n", b"X12\n", b"G4P0\n", b"M9\n", b"G4P0.12\n", b"G4P0\n",

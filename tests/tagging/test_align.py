@@ -8,19 +8,19 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand import library
-from handout.tagging import adapt, fit, network
+from handout.tagging import adaptation, fit, network
 from handout.tagging.align import align_strips
 from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
 from handout.tagging.features import X_HEIGHT
 from handout.tagging.linespace import Frame, Strip
 from handout.tagging.overlay import overlay
-from handout.tagging.renders import render
 from handout.tagging.segments import Page, by_line, confidence
+from handout.tagging.synthetic_lines import write_lines
+from handout.tagging.synthetic_writers import WriterHabits
 from handout.tagging.transcript import read_transcript
-from handout.tagging.writers import Habits
 
-PLAIN = Habits(
+PLAIN = WriterHabits(
     tight=0.05, gap=1.2, slur=0.0, swash=0.0, tail=0.0, breadth=1.0, size=1.0, shear=0.0, rise=0.0, ascender=1.0,
     descender=1.0, wobble=0.02, pen=0.1, haste=1.0,
 )  # fmt: skip
@@ -34,7 +34,7 @@ TEXT = (
 @lru_cache(maxsize=4)
 def page(name: str = "house-joined", seed: int = 2):
     """Strips, the text of each line, and where its letters are."""
-    made = render(TEXT, library.load(name), PLAIN, np.random.default_rng(seed))
+    made = write_lines(TEXT, library.load(name), PLAIN, np.random.default_rng(seed))
     strips = [Strip(one.image, Frame((float(100 * i),), float(X_HEIGHT))) for i, one in enumerate(made)]
     rest, texts = TEXT.split(" "), []
     for one in made:
@@ -62,8 +62,8 @@ def right(alignment, spans) -> float:
 def aligned():
     strips, texts, _ = page()
     with pytest.MonkeyPatch.context() as less:  # of what takes time
-        less.setattr(adapt, "_REHEARSED", 8)
-        less.setattr(adapt, "_COPIES", 2)
+        less.setattr(adaptation, "_REHEARSED", 8)
+        less.setattr(adaptation, "_COPIES", 2)
         two = network.shipped()[:2]
         return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
 
@@ -89,8 +89,8 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
 
 
 def test_the_same_generator_gives_the_same_alignment(monkeypatch):
-    monkeypatch.setattr(adapt, "_REHEARSED", 2)
-    monkeypatch.setattr(adapt, "_COPIES", 1)
+    monkeypatch.setattr(adaptation, "_REHEARSED", 2)
+    monkeypatch.setattr(adaptation, "_COPIES", 1)
     strips, texts, _ = page()
     some, two = (strips[:1], texts[0]), network.shipped()[:2]
     first, second = (align_strips(*some, rng=np.random.default_rng(5), networks=two) for _ in range(2))
@@ -155,8 +155,8 @@ def test_decodings_that_agree_are_sure():
 
 
 def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
-    monkeypatch.setattr(adapt, "_REHEARSED", 2)
-    monkeypatch.setattr(adapt, "_COPIES", 1)
+    monkeypatch.setattr(adaptation, "_REHEARSED", 2)
+    monkeypatch.setattr(adaptation, "_COPIES", 1)
     strips, texts, _ = page()
     nets = network.shipped()[:2]
     some = Page([strip.image for strip in strips[:2]], nets)

@@ -18,34 +18,34 @@ def toy(rng, n=900, kinds=6):
     features = rng.integers(0, 60, (n, COUNT)).astype(np.uint8)
     for row, kind in enumerate(states):
         features[row, kind * 100 : kind * 100 + 30] += 120
-    return features, states
+    return network.LabelledColumns(features, states)
 
 
 @pytest.fixture(scope="module")
 def learned():
     rng = np.random.default_rng(3)
-    features, states = toy(rng)
-    start = network.fresh(features, states, WIDTHS, 24, rng)
-    return start, network.trained(start, features, states, epochs=14, rate=3e-3, rng=rng)
+    columns = toy(rng)
+    start = network.untrained(columns, WIDTHS, 24, rng)
+    return start, network.trained(start, columns, epochs=14, rate=3e-3, rng=rng)
 
 
 def test_it_learns_and_leaves_the_first_network_alone(learned):
     start, after = learned
-    features, states = toy(np.random.default_rng(4))
-    assert (after.log_posterior(features).argmax(axis=1) == states).mean() > 0.95
-    assert (start.log_posterior(features).argmax(axis=1) == states).mean() < 0.5
+    columns = toy(np.random.default_rng(4))
+    assert (after.log_posterior(columns.features).argmax(axis=1) == columns.states).mean() > 0.95
+    assert (start.log_posterior(columns.features).argmax(axis=1) == columns.states).mean() < 0.5
 
 
 def test_probabilities_sum_to_one_and_average(learned):
-    features, _ = toy(np.random.default_rng(5), 20)
+    features = toy(np.random.default_rng(5), 20).features
     each = [np.exp(one.log_posterior(features)) for one in learned]
     assert each[0].sum(axis=1) == pytest.approx(np.ones(20), abs=1e-5)
     assert np.exp(network.averaged(learned, features)) == pytest.approx((each[0] + each[1]) / 2, abs=1e-6)
 
 
 def test_gradients_are_those_of_the_loss(monkeypatch):
-    monkeypatch.setattr(network, "_IN_DROP", -1.0)
-    monkeypatch.setattr(network, "_DROP", -1.0)
+    monkeypatch.setattr(network, "_INPUT_DROPOUT", -1.0)
+    monkeypatch.setattr(network, "_DROPOUT", -1.0)
     rng = np.random.default_rng(6)
     sizes = ((7, 5), (5, 5), (5, 4))
     parameters = [rng.normal(0, 0.5, s) for s in sizes] + [rng.normal(0, 0.1, s[1]) for s in sizes]
@@ -76,7 +76,7 @@ def test_it_is_read_as_it_was_written(learned, tmp_path):
     path = tmp_path / "net.npz"
     network.save(learned[1], path)
     back = network.load(path)
-    features, _ = toy(np.random.default_rng(7), 50)
+    features = toy(np.random.default_rng(7), 50).features
     assert back.log_posterior(features) == pytest.approx(learned[1].log_posterior(features), abs=0.1)
     assert back.widths == pytest.approx(WIDTHS, abs=1e-3)
 

@@ -12,9 +12,7 @@ import numpy as np
 from handout.motion.recovery.network import Network
 from handout.values import Array, Indices
 
-BARRED = frozenset("tf")  # letters whose bar is a stroke of its own in every joined hand
-WAITING = frozenset("t")  # of these, those whose bar waits in a hand that joins letters; that of an f often joins it
-CROSSED = frozenset("xX")  # letters that a straight stroke crosses aslant, from above
+WAITING = frozenset("t")  # letters whose bar waits in a hand that joins letters; that of an f often joins it
 SHARED = 0.8  # of a branch that lies in a bar, at least
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out
 _AHEAD = 0.75  # cosine between a bar so far and how it goes on

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT
 from handout.motion.recovery import dots
-from handout.motion.recovery.bars import BARRED, CROSSED, SHARED, WAITING, beside, onward, own_bar, spans, within
+from handout.motion.recovery.bars import SHARED, WAITING, beside, onward, own_bar, spans, within
 from handout.motion.recovery.failing import mended
 from handout.motion.recovery.guide import guides
 from handout.motion.recovery.likeness import fitting, unlikeness
@@ -198,11 +199,11 @@ def _walks(
     """Ways over a letter: with its bars followed before anything else, and, where only it may have one, without."""
     own = [chain for bar in line.bars for chain in spans(net, bar, line.begin)]
     found: list[Walk] = []
-    if not own and not line.bars and (letter in BARRED or letter in CROSSED):
+    if not own and not line.bars and (letter in CROSSED or letter in CROSSED_ASLANT):
         passed = {e >> 1 for chain in others for e in chain}
         loose = [e for e, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1]
         tips = [e for e in loose if e >> 1 not in passed and e not in begin]
-        bar = own_bar(net, tips, line.small, aslant=letter in CROSSED)
+        bar = own_bar(net, tips, line.small, aslant=letter in CROSSED_ASLANT)
         if bar:
             found += _beside(net, line, [*others, bar], begin, finish, costs)
     if not found:

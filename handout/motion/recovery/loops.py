@@ -11,11 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from handout.hand.letter_classes import BOWLED, LOOPED_ABOVE, LOOPED_BELOW
 from handout.motion.recovery.network import Network
 
-TAILED = frozenset("gjyz")  # letters whose tails are looped backwards
-BOWLED = frozenset("acdegoqCGOQ06")  # letters all of whose other loops go anticlockwise
-STEMMED = frozenset("bfhkl")  # letters whose stems are looped, where nothing tells how high they stand
 _HIGH = 0.6  # of such a letter's height, above which the middle of such a loop is
 _ABOVE, _BELOW = 0.95, -0.05  # of a small letter: where loops of stems and of tails are
 _LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
@@ -30,10 +28,10 @@ def amiss(net: Network, strokes: Sequence[Sequence[int]], letter: str, base: flo
     base : height of the line that the letter stands on, None where that is not known.
     small : height of a small letter, in the unit of the network.
     """
-    if base is None and letter not in TAILED | BOWLED | STEMMED:
+    if base is None and letter not in LOOPED_BELOW | BOWLED | LOOPED_ABOVE:
         return 0
     stem = np.inf if base is None else base + _ABOVE * small
-    if letter in STEMMED and base is None:
+    if letter in LOOPED_ABOVE and base is None:
         heights = np.concatenate([net.xy[path, 1] for path in net.branches])
         low, high = float(heights.min()), float(heights.max())
         stem = low + _HIGH * (high - low)
@@ -62,7 +60,7 @@ def _wrong(
 ) -> bool:
     """Whether a loop over some branches, measured, is the wrong way round; loops of stems are above a height."""
     middle = (min(low for low, _, _ in branches) + max(high for _, high, _ in branches)) / 2
-    tail = letter in TAILED and (base is None or middle < base + _BELOW * small)
+    tail = letter in LOOPED_BELOW and (base is None or middle < base + _BELOW * small)
     stem = middle > above
     if (base is None and tail) or not (tail or stem or letter in BOWLED):
         return False

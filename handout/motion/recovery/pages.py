@@ -8,9 +8,9 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT, CROSSED_CAPITALS
 from handout.hand.scanned import ScannedHand
 from handout.motion.optimal_control import follow
-from handout.motion.recovery.bars import BARRED, CROSSED
 from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke, fails, place, shared, trimmed
 from handout.motion.recovery.scribe import Scribe, scribe_of
@@ -19,7 +19,7 @@ from handout.motion.recovery.weaving import unwound, weave
 from handout.values import POSE, ActionPlan, Array, Indices, Placed
 
 _BACK = 3.0  # of a small letter that the pen goes back over its ink rather than be lifted
-_WAITING = BARRED | CROSSED | frozenset("AEFHT")  # letters whose last strokes may come after the next letter
+_WAITING = CROSSED | CROSSED_ASLANT | CROSSED_CAPITALS  # letters whose last strokes may come after the next letter
 _SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
 
 

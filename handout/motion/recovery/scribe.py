@@ -8,6 +8,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from handout.hand import measures
+from handout.hand.letter_classes import CROSSED, CROSSED_CAPITALS
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.author import MARGIN, POOL, WAYS, Habit, Instance, habit, instance, usual
 from handout.motion.recovery.failing import Tip, odds, prior, tips
@@ -16,16 +18,14 @@ from handout.motion.recovery.lines import Line, Way, Written
 from handout.motion.recovery.recorded import clocks, recorded
 from handout.motion.recovery.spanning import Spanning
 from handout.values import Array, Indices
-from handout.writing.scanned.bending import measures
+from handout.writing.scanned.bending import measures as body_sizes
 from handout.writing.scanned.forms import Form, Forms
 from handout.writing.scanned.forms import Way as Ligature
 
-_BARRED = "tfTFHAE"
 _BAR = 0.7  # of a small letter: no bar is lower
 _ALONG = 0.6  # of a way that lies in a bar
 _TOUCHED = 8  # vertices of a body that a bar may share where it only ends there
-_JOINED = 0.45  # share of a hand's letters joined to the one before, from which dots wait for the end of the word
-_JOINING = 0.2  # from which bars do
+_JOINING = 0.2  # share of a hand's letters joined to the one before, from which bars wait for the end of the word
 
 
 class Scribe:
@@ -40,16 +40,14 @@ class Scribe:
     def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
         self._hand, self._hands = hand, hands
         self.forms = Forms(hand)
-        beside = [glyph for glyph in hand.glyphs if glyph.before != NOBODY]
-        joined = sum(bool(hand.glyphs[glyph.before].ligatures) for glyph in beside)
-        self.patient = joined >= _JOINED * max(len(beside), 1)
-        self._joining = joined >= _JOINING * max(len(beside), 1)
-        self.rate = (joined + 0.5) / (len(beside) + 1)
-        self.width = 2 * float(np.median(np.concatenate([page.graph.radius for page in hand.pages])))
-        self._small = float(np.median([page.x_height / page.pitch for page in hand.pages]))
-        wide = [float(np.median(page.graph.radius)) / page.pitch for page in hand.pages]
-        self.small_in_halves = self._small / float(np.median(wide))
-        self._slant = float(np.median([page.slant for page in hand.pages]))
+        joins = measures.joins(hand)
+        self.patient = joins.share >= measures.JOINED_SHARE
+        self._joining = joins.share >= _JOINING
+        self.rate = (joins.joined + 0.5) / (joins.pairs + 1)
+        self.width = 2 * measures.half_width(hand)
+        self._small = measures.x_height(hand)
+        self.small_in_halves = measures.x_height_in_half_widths(hand)
+        self._slant = measures.slant(hand)
         self._spanning = Spanning(hand, self.forms.paths)
         self._loose: dict[int, list[Tip]] = {}
         self._traced: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
@@ -85,9 +83,9 @@ class Scribe:
 
     @cached_property
     def _measured(self) -> Array:
-        """(n, 4): of every glyph, see `measures`, and how much line it has."""
+        """(n, 4): of every glyph, see `body_sizes`, and how much line it has."""
         bodies = self.forms.bodies
-        size = measures(bodies.xy, bodies.radius, bodies.first, self._small)
+        size = body_sizes(bodies.xy, bodies.radius, bodies.first, self._small)
         return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
@@ -120,7 +118,8 @@ class Scribe:
         tips = [int(section[-1]) for section in sections[: len(form.entries)]]
         high = [t for t, way in zip(tips, form.entries, strict=True) if way.height > _BAR * self._small and t in begin]
         known = any(bar.letter == glyph.before for bar in self._spanning[number])
-        barred = not known and glyph.before != NOBODY and self._hand.glyphs[glyph.before].letter in _BARRED
+        letter_before = self._hand.glyphs[glyph.before].letter if glyph.before != NOBODY else ""
+        barred = not known and letter_before in CROSSED | CROSSED_CAPITALS
         facing: list[int] = []
         if glyph.before != NOBODY and (not begin or (barred and high)):
             facing = self._facing(glyph.before, number, entering=True)

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from handout.hand.letter_classes import CROSSED
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.motion.recovery.network import Network, network
 from handout.values import Indices
 
-BARRED = frozenset("tf")  # letters whose bars are looked for
 _TINY = 5.0  # half widths: a branch so short is a crossing drawn out
 _LEVEL = 0.85  # least cosine of a bar's slope
 _LONG = 0.35  # of a small letter, at least
@@ -65,7 +65,7 @@ class Spanning:
             word = [first]
             while glyphs[word[-1]].after != NOBODY:
                 word.append(glyphs[word[-1]].after)
-            found = self._known[first] = self._found(word) if any(glyphs[n].letter in BARRED for n in word) else ()
+            found = self._known[first] = self._found(word) if any(glyphs[n].letter in CROSSED for n in word) else ()
         return found
 
     def _found(self, word: Sequence[int]) -> tuple[Bar, ...]:
@@ -80,7 +80,7 @@ class Spanning:
         chains = list(_level(net, small))
         found: list[Bar] = []
         for glyph, vertices in zip(word, own, strict=True):
-            if self._hand.glyphs[glyph].letter not in BARRED:
+            if self._hand.glyphs[glyph].letter not in CROSSED:
                 continue
             theirs = np.searchsorted(every, vertices)
             following = [self._hand.glyphs[n].vertices for n in word[word.index(glyph) + 1 :]]

@@ -13,7 +13,8 @@ import numpy as np
 
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
-from handout.plotting.dialect import Command, Controller, Heard, dialect
+from handout.plotting.dialect import Command, Controller, StateReport
+from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.observation import Observed, Observer
 from handout.plotting.driving.overlap import Secure, Securing
@@ -267,11 +268,11 @@ class _Stream:
             if self.proved is not None:
                 self.proved(self.commands[proven - 1].done)
 
-    def _listen(self, heard: Heard) -> None:
+    def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
-        self.observer.note(self._clock(), heard.executed - self._before, heard.place)
-        if heard.queued is not None:
-            self._watch_queue(heard.queued, heard.taken - self._before)
+        self.observer.note(self._clock(), report.executed - self._before, report.place)
+        if report.queued is not None:
+            self._watch_queue(report.queued, report.taken - self._before)
 
     def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""

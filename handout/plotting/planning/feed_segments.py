@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, feeds, lookahead, segments, toolpath
 from handout.plotting.planning.lookahead import Blocks, Flags, Motion
 from handout.plotting.planning.segments import Track
@@ -23,9 +24,6 @@ from handout.profiles import Plotter
 from handout.values import Array
 
 DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
-_PLANNING = frozenset({"grbl", "marlin"})  # dialects of controllers that plan; the others have plans of their own
-_SHORTEST = 3.0  # steps a segment has at least: fewer have no direction, and their feeds make a GRBL crawl
-_SHORTEST_MARLIN = 9.0  # which joins a move of fewer than six steps of its longer axis to the next
 _BURST = 8  # segments; half a queue
 _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 _CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters from here
@@ -33,7 +31,7 @@ _CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters fr
 
 def least_queue(way: Course, motion: Motion, profile: Plotter) -> int | None:
     """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
-    if profile.dialect not in _PLANNING:
+    if dialect(profile.dialect).motion != "planned":
         return None
     return feed_segments.least(way, feed_segments.depth(way, motion, profile), profile.port.queue)
 
@@ -48,8 +46,7 @@ def lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
 
 def shortest(profile: Plotter) -> float:
     """How long a segment is at least, mm."""
-    steps = _SHORTEST_MARLIN if profile.dialect == "marlin" else _SHORTEST
-    return float(steps / profile.limits.steps_per_mm)
+    return float(dialect(profile.dialect).shortest_segment / profile.limits.steps_per_mm)
 
 
 def cut(path: Track, profile: Plotter) -> Track:

@@ -8,6 +8,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.plotting import bed, pen_lift
+from handout.plotting.dialects import dialect
 from handout.plotting.planning import feed_segments, feeds, lookahead, segments, time_slices, toolpath, vectors
 from handout.plotting.planning.blocks import Block, Move
 from handout.plotting.planning.lookahead import Motion
@@ -46,7 +47,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     """
     drawing = dataclasses.replace(drawing, strokes=_ordered(drawing, profile, speed, order))
     speed = speed if drawing.timed else "fast"
-    if profile.dialect == "hpgl":
+    if dialect(profile.dialect).motion == "vectors":
         return vectors.plan(drawing, profile, speed, order)
     placement = bed.place(drawing.page, profile)
     paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
@@ -54,7 +55,7 @@ def plan(drawing: Drawing, profile: Plotter, *, speed: Speed = 1.0, order: Order
     path = segments.track([stroke.t for stroke in drawing.strokes], paths)
     path, meant = _fastest(path, profile) if speed == "fast" else _scaled(path, float(speed))
     real = meant if drawing.timed else path.t
-    if profile.dialect in time_slices.DIALECTS:
+    if dialect(profile.dialect).motion == "timed":
         timing = time_slices.Timing(path, real, _dots(drawing, speed))
         return time_slices.plan(drawing, profile, timing, placement, speed, order)
     cuts = feed_segments.cut(path, profile)

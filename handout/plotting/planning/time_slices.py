@@ -26,7 +26,6 @@ from handout.plotting.planning.toolpath import TRAVEL, Course
 from handout.profiles import Plotter, Time
 from handout.values import Array, Drawing, readonly
 
-DIALECTS = frozenset({"ebb"})
 _STEP_RATE = 24_900.0  # steps/s of a motor at most; the boards count 25 000 ticks a second
 _SHORTEST = 0.006  # s; boards of any age read the next move within that time
 _TRAVEL = 0.025  # s; slices of a move with the pen lifted

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.plotting import pen_lift
+from handout.plotting.dialects import dialect
 from handout.plotting.planning.blocks import Pause, Pen
 from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
 from handout.plotting.planning.segments import Track
@@ -16,7 +17,6 @@ from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, readonly
 
-_QUESTIONS = 35.0  # bytes that an HP-GL plotter is asked and answers before its pen is lowered
 TRAVEL, LIFT, LOWER, DRAW = range(4)
 
 
@@ -66,8 +66,8 @@ def machine(profile: Plotter) -> Machine:
         steps=np.array([limits.steps_per_mm, limits.steps_per_mm, Z_STEPS], dtype=float),
         deviation=float(limits.junction_deviation),
         queue=profile.port.queue,
-        path=float(limits.acceleration) if profile.dialect == "marlin" else np.inf,
-        curves=profile.dialect == "marlin",
+        path=float(limits.acceleration) if dialect(profile.dialect).plans_along_path else np.inf,
+        curves=dialect(profile.dialect).plans_along_path,
         jerk=float(limits.jerk),
     )
 
@@ -115,8 +115,8 @@ class _Builder:
     def move_pen(self, down: bool) -> None:
         """Lift or lower the pen and wait for it."""
         wait = pen_lift.wait(self.pen, down, float(self.profile.port.line_time))
-        if down and self.profile.dialect == "hpgl":
-            wait += _QUESTIONS * 10.0 / self.profile.port.baud
+        if down:
+            wait += dialect(self.profile.dialect).lowering_bytes * 10.0 / self.profile.port.baud
         self.told.append((Pen(down), self.count))
         if self.on_z:
             height = self.pen.down if down else self.pen.up

@@ -173,10 +173,10 @@ def _blocks(way: Course, feed: Array) -> tuple[tuple[Block, ...], Index, NDArray
 
 def _starved(blocks: tuple[Block, ...], rows: Index, starts: Array, profile: Plotter) -> Array:
     """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
-    from handout.plotting.dialects.hpgl import words
+    from handout.plotting.dialects.hpgl import protocol
 
     arrived, sent, done = np.zeros(len(blocks)), 0, 0
-    for command in words.program(blocks, profile):
+    for command in protocol.program(blocks, profile):
         sent += len(command.data)
         arrived[done : command.done] = sent
         done = command.done

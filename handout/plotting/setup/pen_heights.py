@@ -16,7 +16,8 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.plotting import bed, pen_lift
-from handout.plotting.dialect import Controller, Log, dialect
+from handout.plotting.dialect import Controller, Log
+from handout.plotting.dialects import dialect
 from handout.plotting.driving.driver import draw
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
@@ -31,8 +32,6 @@ _GO = 0.15  # s between two strokes
 _STEPS_Z = (1.0, 0.25, 0.05)  # mm
 _SHARES = (1 / 8, 1 / 25, 1 / 100)  # of the way between up and down: the steps of a servo
 _ROW_Z, _ROW_SHARE = 0.1, 1 / 25  # from one row to the next
-# what a servo can be told: EBB, 0.63 to 2.4 ms in units of 83.3 ns; Marlin, degrees; GRBL, the range of its spindle
-_RANGES = {"ebb": (7500.0, 28500.0), "marlin": (0.0, 180.0), "grbl": (1.0, 1000.0)}
 _ANY_HEIGHT = (-1000.0, 1000.0)  # mm
 
 
@@ -93,9 +92,8 @@ def in_words(value: float, profile: Plotter) -> str:
     """A value or a height as a person reads it."""
     if profile.pen.lift == "z":
         return f"{value:g} mm"
-    if profile.dialect == "ebb":
-        return f"{value:g} ({value / 12:.0f} µs)"
-    return f"{value:g}°" if profile.dialect == "marlin" else f"S{value:g}"
+    values = dialect(profile.dialect).pen_values
+    return f"{value:g}" if values is None else values.written(value)
 
 
 def begin(controller: Controller, port: Port, person: Person, log: Log) -> Bench:
@@ -182,7 +180,8 @@ class Steps:
         self.sign = 1.0 if pen.down > pen.up else -1.0  # of what is nearer to the paper
         self.sizes = _STEPS_Z if self.lift_z else tuple(dict.fromkeys(max(round(share * span), 1) for share in _SHARES))
         self.row = _ROW_Z if self.lift_z else max(float(round(_ROW_SHARE * span)), 1.0)
-        least, greatest = _ANY_HEIGHT if self.lift_z else _RANGES[profile.dialect]
+        values = None if self.lift_z else dialect(profile.dialect).pen_values
+        least, greatest = _ANY_HEIGHT if values is None else (values.least, values.greatest)
         self.least, self.greatest = min(least, pen.up, pen.down), max(greatest, pen.up, pen.down)
         self.chosen = 0
 

@@ -16,6 +16,7 @@ from handout.errors import DoesNotFit
 from handout.hand.library import find
 from handout.motion.trace import trace
 from handout.plotting import bed
+from handout.plotting.dialects import dialect
 from handout.plotting.setup import panels
 from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
@@ -194,18 +195,11 @@ def _moved(line: Line, caption: Caption, scale: float) -> Line:
     return dataclasses.replace(line, placed=tuple(there(placed) for placed in line.placed), baseline=caption.y)
 
 
-_OWN_STEPS = {
-    "grbl": "$100 (x), $101 (y)",
-    "marlin": "M92 X, Y",
-    "ebb": "limits.steps_per_mm",
-}
-
-
 def how_to_read(profile: Plotter) -> list[str]:
     """One line for every part of the sheet."""
     said = ["Square: measure its sides with a ruler; if they are off,"]
-    if profile.dialect in _OWN_STEPS:
-        said[0] += f" steps per mm ({_OWN_STEPS[profile.dialect]}) = now x printed length / measured length."
+    if setting := dialect(profile.dialect).steps_setting:
+        said[0] += f" steps per mm ({setting}) = now x printed length / measured length."
     else:
         said[0] += " the plotter's scale is set on itself (P1, P2)."
     said[0] += " Unequal diagonals: the axes are not square."

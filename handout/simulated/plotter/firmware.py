@@ -10,6 +10,7 @@ import importlib
 from collections.abc import Callable, Iterator
 from typing import Any, Protocol, cast
 
+from handout.plotting.dialects import dialect
 from handout.profiles import Plotter
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
@@ -24,10 +25,12 @@ class Firmware(Protocol):
 
     now : s, its clock; it is set from outside.
     read_time : s it takes to read one instruction.
+    acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.
     """
 
     now: float
     read_time: float
+    acknowledgement: bytes
 
     def start(self) -> None:
         """Power comes on: nothing is remembered, where it stands is its zero; says its greeting, if it has one."""
@@ -90,4 +93,4 @@ def framing(profile: Plotter) -> Framing:
 
 
 def _package(profile: Plotter) -> Any:
-    return importlib.import_module(f"handout.simulated.plotter.{profile.dialect}")
+    return importlib.import_module(dialect(profile.dialect).simulator)

@@ -223,8 +223,7 @@ class SimulatedPlotter(InstrumentedPort):
         self.now = self.firmware.now = now
 
     def _say(self, data: bytes) -> None:
-        # HP-GL has no ok: a plotter says nothing but what it is asked
-        ok = self.profile.dialect == "hpgl" or data.strip().lower().startswith(b"ok")
+        ok = data.strip().lower().startswith(self.firmware.acknowledgement)
         if self._silent or (ok and self.faults.strikes("lost-ok")):
             return
         late = self.options.late if ok and self.faults.past("late") else 0.0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr, ndtri
 
+from handout.hand.measures import mean_x_height
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
@@ -147,7 +148,7 @@ def _warped(affine: Array, foot: float, directions: Array, spread: Spread, varia
 def spread(forms: Forms) -> Spread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
-    x_height = float(np.mean([page.x_height / page.pitch for page in hand.pages]))
+    x_height = mean_x_height(hand)
     size = measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common(size, groups, _free(hand))

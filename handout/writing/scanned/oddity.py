@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand.letter_classes import ASCENDING, DESCENDING, DOTTED
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
@@ -24,7 +25,6 @@ _NEAREST = 2  # glyphs that one is compared with, of its letter and of others
 _STRANGE, _STEEP = 0.35, 6.0  # log of how much nearer others may be than its own kind; cost for each unit more
 _SHARE = 0.35  # of a letter's glyphs that one should be like: several that are cut in one wrong way are alike too
 _ALIEN, _STEEPER = 0.2, 9.0  # log of how much further from those it may be than is usual; cost for each unit more
-_TALL, _DEEP, _DOTTED = frozenset("bdfhklt"), frozenset("gpqy"), frozenset("ij")
 _APART = 0.12  # x-heights between a stem and its dot
 _LONG, _CUT = 80, 0.65  # per cent; share of that length below which a stem is cut
 _SHORT = 20.0  # cost for each unit less
@@ -44,7 +44,7 @@ def oddity(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
         own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(own)]
-        stems = np.array([_stem(line) for line in own_y]) if letter in _DOTTED else np.zeros(0)
+        stems = np.array([_stem(line) for line in own_y]) if letter in DOTTED else np.zeros(0)
         odd = np.stack([_unusual(sizes[own]), _strange(looks, length, own), _short(letter, sizes[own], stems)])
         cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
     return cost
@@ -55,9 +55,9 @@ def _short(letter: str, sizes: Array, stems: Array) -> Array:
 
     stems : (k,) the tops of the stems of a letter with a dot.
     """
-    if letter not in _TALL | _DEEP | _DOTTED:
+    if letter not in ASCENDING | DESCENDING | DOTTED:
         return np.zeros(len(sizes))
-    reach = stems if letter in _DOTTED else sizes[:, 1] if letter in _TALL else -sizes[:, 2]
+    reach = stems if letter in DOTTED else sizes[:, 1] if letter in ASCENDING else -sizes[:, 2]
     usual = float(np.percentile(reach, _LONG))
     return np.asarray(_SHORT * (_CUT - reach / usual)) if usual > 0 else np.zeros(len(sizes))
 

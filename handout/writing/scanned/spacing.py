@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand import measures
 from handout.values import Array, Indices
 from handout.writing.scanned.beside import Beside
 from handout.writing.scanned.forms import Forms
@@ -171,7 +172,7 @@ def hanging(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
 
 def spacing(forms: Forms, beside: Beside) -> Spacing:
     """How a hand spaces its letters, from its pages."""
-    slant = float(np.mean([page.slant for page in forms.hand.pages]))
+    slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
     pairs = beside.pairs(parted=False).tolist()

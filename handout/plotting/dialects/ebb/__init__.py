@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from handout.plotting.dialect import Controller, Log
-from handout.plotting.dialects.ebb.controller import Ebb
-from handout.plotting.dialects.ebb.words import opening, program, set_pen
+import re
+
+from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects.ebb.controller import EbbController
+from handout.plotting.dialects.ebb.protocol import program, set_pen
 from handout.plotting.planning.plan import Plan
-from handout.plotting.ports import Port
 from handout.profiles import Plotter
-
-__all__ = ["connect", "file", "opening", "program", "set_pen", "suffixes"]
-
-suffixes: tuple[str, ...] = (".ebb",)
 
 
 def file(plan: Plan, profile: Plotter) -> bytes:
@@ -26,6 +23,17 @@ def file(plan: Plan, profile: Plotter) -> bytes:
     return b"".join(command.data for command in program(plan.blocks, profile))
 
 
-def connect(port: Port, profile: Plotter, log: Log) -> Controller:
-    """Find out which board this is and whether its motors have power; see `dialect.Dialect.connect`."""
-    return Ebb(port, profile, log)
+DIALECT = Dialect(
+    program=program,
+    file=file,
+    set_pen=set_pen,
+    connect=EbbController,
+    simulator="handout.simulated.plotter.ebb",
+    question=Question(b"\rV\r", re.compile(rb"(EBB[^\r\n]*)"), (115200,)),
+    usb=frozenset({(0x04D8, 0xFD92)}),  # of the EiBotBoard, by its makers' documentation
+    suffixes=(".ebb",),
+    usual_device="axidraw-v3",
+    motion="timed",
+    pen_values=PenValues(7500.0, 28500.0, lambda value: f"{value:g} ({value / 12:.0f} µs)"),  # 0.63 to 2.4 ms
+    steps_setting="limits.steps_per_mm",
+)

@@ -10,13 +10,13 @@ from collections.abc import Callable
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Heard, Log, unheard
-from handout.plotting.dialects.ebb import connecting, words
-from handout.plotting.dialects.ebb.counting import Counted
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport, ignore_report
+from handout.plotting.dialects.ebb import connection, protocol
+from handout.plotting.dialects.ebb.conversation import Asked, EbbConversation
+from handout.plotting.dialects.ebb.counting import StepCounter
+from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
+from handout.plotting.dialects.ebb.protocol import About
 from handout.plotting.dialects.ebb.stepping import Motors, mixing
-from handout.plotting.dialects.ebb.talk import Asked, Talk
-from handout.plotting.dialects.ebb.version import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
-from handout.plotting.dialects.ebb.words import About
 from handout.plotting.planning import time_slices
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
@@ -36,7 +36,7 @@ _BESIDE = 0.2  # mm; a command need not lead quite straight
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class Ebb:
+class EbbController:
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do.
 
     The board answers a motion when that goes into its queue; so all but the last few that were answered, as many as
@@ -45,31 +45,31 @@ class Ebb:
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.log = log
-        self.talk = Talk(port, profile.port.timeout, self._answered)
+        self.conversation = EbbConversation(port, profile.port.timeout, self._answered)
         self.sent = self.taken = self.executed = 0
         self.queued: int | None = None
-        self.listener: Callable[[Heard], None] = unheard
+        self.listener: Callable[[StateReport], None] = ignore_report
         self.silent = ""
         self.spoilt, self.patience = False, math.inf  # it cannot be held
-        self._moves: deque[int] = deque(maxlen=connecting.QUEUE + 2)  # numbers of motions that were answered
+        self._moves: deque[int] = deque(maxlen=connection.QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._heeds = self._pressed = False
         self._look_at = b"QM\r"  # what it is doing
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
-        self._held = connecting.QUEUE + 1  # commands that may be answered and not executed
-        self.profile = connecting.meet(self.talk, profile)
+        self._held = connection.QUEUE + 1  # commands that may be answered and not executed
+        self.profile = connection.meet(self.conversation, profile)
         self.version = Version.of(self.profile.firmware)
         self._open = _OPEN if self.version >= TIME else _OPEN_OLD
-        self._counted = Counted(self.version)
-        self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connecting.QUEUE + 3)  # steps, by command
+        self._step_counter = StepCounter(self.version)
+        self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connection.QUEUE + 3)  # steps, by command
         self._since_pen = 0  # commands since the pen was told to move
         self._up: bool | None = None  # the pen, as it was told last
         self._pens: deque[bool] = deque()  # what it has to answer when it is asked whether the pen is up
-        connecting.ask_power(self.talk, self.version)
-        connecting.settle(self.talk, self.version)
-        self._rested = connecting.rested(self.talk, self.version)
+        connection.ask_power(self.conversation, self.version)
+        connection.settle(self.conversation, self.version)
+        self._rested = connection.rested(self.conversation, self.version)
         self._lost = self._rested  # where its zero is
-        self._held = connecting.lengthen(self.talk, self.version) + 1
+        self._held = connection.lengthen(self.conversation, self.version) + 1
         self.queued = None  # what it said while it was met does not count
 
     def send(self, data: bytes) -> None:
@@ -79,19 +79,19 @@ class Ebb:
             self._prove()
         if data.startswith(_LIFT) and self._since_pen >= self._held:
             self._ask_pen()
-        while len(self.talk.open) >= self._open:
-            self.talk.hear()
-        self._counted.send(data)
-        self._way.append((self._counted.steps[0], self._counted.steps[1]))
+        while len(self.conversation.open) >= self._open:
+            self.conversation.hear()
+        self._step_counter.send(data)
+        self._way.append((self._step_counter.steps[0], self._step_counter.steps[1]))
         self._since_pen += 1
         if data.startswith((_LOWER, _LIFT)):
             self._since_pen, self._up = 0, data.startswith(_LIFT)
-        self.talk.put(data, self.sent)
+        self.conversation.put(data, self.sent)
         self.sent += 1
         if self.version >= MOTION and self.sent % _LOOK == 0:
-            self.talk.put(self._look_at)
+            self.conversation.put(self._look_at)
         if self.version >= CURRENT and self.sent % _FEEL == 0:
-            self.talk.put(b"QC\r")
+            self.conversation.put(b"QC\r")
         self._heed(self.sent % _TOUCH == 0)
 
     @property
@@ -101,10 +101,10 @@ class Ebb:
 
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
-        if not self.talk.open:
-            self.talk.put(self._look_at if self.version >= MOTION else connecting.NOTHING)
+        if not self.conversation.open:
+            self.conversation.put(self._look_at if self.version >= MOTION else connection.NOTHING)
         self._heed(False)
-        self.talk.hear()
+        self.conversation.hear()
 
     def heed_button(self) -> None:
         """``QG`` tells what ``QM`` does, and whether it has been pressed since it was last asked, as ``QB`` does.
@@ -118,7 +118,7 @@ class Ebb:
     def _heed(self, ask: bool) -> None:
         """Look at the button, now and then."""
         if self._heeds and ask and self.version < FLAGS:
-            self.talk.put(b"QB\r")
+            self.conversation.put(b"QB\r")
         if self._heeds and self._pressed:
             self._pressed = False
             raise ButtonPressed
@@ -127,15 +127,15 @@ class Ebb:
         """Asked a moment after the last answer: a person takes longer."""
         if self.version < BUTTON:
             return False
-        self.talk.drain()
-        self.talk.replies(BUTTON_LOOK)
-        self.talk.ask(b"QB\r")
+        self.conversation.drain()
+        self.conversation.replies(BUTTON_LOOK)
+        self.conversation.ask(b"QB\r")
         pressed, self._pressed = self._pressed, False
         return pressed
 
     def finish(self) -> None:
         """Wait until everything is answered and executed."""
-        while self.talk.open or self.executed < self.sent:
+        while self.conversation.open or self.executed < self.sent:
             self.wait()
         if self.sent and self.version >= POSITION:
             self._prove()
@@ -146,10 +146,10 @@ class Ebb:
 
         A stop drops what moves but not the pen that waits to be lowered behind it: another reason to let it stand.
         """
-        self.talk.drain()
-        connecting.settle(self.talk, self.version)
+        self.conversation.drain()
+        connection.settle(self.conversation, self.version)
         self._ask_pen()
-        off = [said - told for said, told in zip(self._steps(), self._counted.steps, strict=True)]
+        off = [said - told for said, told in zip(self._steps(), self._step_counter.steps, strict=True)]
         more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
         if more > _WRONG * self.profile.limits.steps_per_mm:
             raise DeviceGarbled(
@@ -163,7 +163,7 @@ class Ebb:
         """Ask whether the pen is as it was told last; it says so of the last command for it that has been begun."""
         if self.version >= POSITION and self._up is not None:
             self._pens.append(self._up)
-            self.talk.put(b"QP\r")
+            self.conversation.put(b"QP\r")
 
     def _check_return(self, steps: tuple[int, int]) -> None:
         """Every program ends where it began, at zero; the board's own count must say so too."""
@@ -176,12 +176,12 @@ class Ebb:
 
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
         if asked.name == "QC":
-            connecting.check_power(numbers)
+            connection.check_power(numbers)
         elif asked.name == "QB":
             self._pressed |= numbers[:1] == (1,)
         elif asked.name == "QG" and len(numbers) == 1:
-            self._pressed |= bool(numbers[0] & words.PRESSED)
-            self._look(busy=bool(numbers[0] & words.BUSY), waiting=bool(numbers[0] & words.WAITING))
+            self._pressed |= bool(numbers[0] & protocol.PRESSED)
+            self._look(busy=bool(numbers[0] & protocol.BUSY), waiting=bool(numbers[0] & protocol.WAITING))
         elif asked.name == "QP" and self._pens and self._pens.popleft() != (numbers[:1] == (1,)):
             raise DeviceGarbled(
                 f"The plotter's pen is {'lifted' if numbers[:1] == (1,) else 'down'} and should not be: a command came "
@@ -189,13 +189,13 @@ class Ebb:
             )
         elif asked.name == "QM" and len(numbers) == 4:
             self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
-        elif asked.number >= 0 or asked.data == connecting.NOTHING:
+        elif asked.number >= 0 or asked.data == connection.NOTHING:
             self.taken = max(self.taken, asked.number + 1)
-            if asked.name in words.QUEUED:
+            if asked.name in protocol.QUEUED:
                 self._moves.append(asked.number if asked.number >= 0 else self.taken)
                 if len(self._moves) >= self._held:
                     self.executed = max(self.executed, self._moves[-self._held])
-                    self.listener(Heard(self.taken, self.executed))
+                    self.listener(StateReport(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
@@ -206,18 +206,18 @@ class Ebb:
             self.executed = self.taken
         elif not waiting and self._moves:
             self.executed = max(self.executed, self._moves[-1])
-        self.listener(Heard(self.taken, self.executed, self.queued))
+        self.listener(StateReport(self.taken, self.executed, self.queued))
 
     def _wake(self) -> None:
         """Switch the motors on, with steps of a sixteenth, before the first motion after they have been off."""
         if self._rested:
             self._rested = self._lost = False
-            self.talk.ask(b"EM,1,1\r")
-            if connecting.steps_are_others(self.talk, self.version):  # it came over wrong
-                self.talk.ask(b"EM,1,1\r")
+            self.conversation.ask(b"EM,1,1\r")
+            if connection.steps_are_others(self.conversation, self.version):  # it came over wrong
+                self.conversation.ask(b"EM,1,1\r")
             if self.version >= POSITION:
-                self.talk.ask(b"CS\r")
-            self._counted.send(b"CS\r")
+                self.conversation.ask(b"CS\r")
+            self._step_counter.send(b"CS\r")
 
     def position(self) -> tuple[float, float] | None:
         """Machine coordinates, mm, from the board's own count of steps."""
@@ -227,7 +227,7 @@ class Ebb:
         return x, y
 
     def _steps(self) -> tuple[int, int]:
-        numbers = self.talk.ask(b"QS\r")
+        numbers = self.conversation.ask(b"QS\r")
         if len(numbers) != 2:
             raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
         return numbers[0], numbers[1]
@@ -236,7 +236,7 @@ class Ebb:
         """Its counters begin here."""
         self._lost = False
         if self.version >= POSITION:
-            self.talk.ask(b"CS\r")
+            self.conversation.ask(b"CS\r")
 
     def level(self) -> None:
         """It has no Z axis."""
@@ -251,20 +251,20 @@ class Ebb:
         self._travel(Motors(self.profile, self._steps()), np.array([x, y]))
 
     def _travel(self, motors: Motors, there: Array) -> None:
-        for data in words.lifted(self.profile.pen):
-            self.talk.ask(data)
+        for data in protocol.lifted(self.profile.pen):
+            self.conversation.ask(data)
         for _, data in motors.run(time_slices.travel(motors.place, there, self.profile)):
-            while len(self.talk.open) >= self._open:
-                self.talk.hear()
-            self.talk.put(data)
-        self.talk.drain()
-        connecting.settle(self.talk, self.version)
+            while len(self.conversation.open) >= self._open:
+                self.conversation.hear()
+            self.conversation.put(data)
+        self.conversation.drain()
+        connection.settle(self.conversation, self.version)
 
     def pen(self, down: bool) -> None:
         """As high and low as the profile says."""
-        for data in [*words.reach(self.profile.pen), words.pen(down, self.profile.pen)]:
-            self.talk.ask(data)
-        connecting.settle(self.talk, self.version)
+        for data in [*protocol.reach(self.profile.pen), protocol.pen(down, self.profile.pen)]:
+            self.conversation.ask(data)
+        connection.settle(self.conversation, self.version)
 
     def jog(self, dx: float, dy: float) -> None:
         """Motions are relative."""
@@ -278,17 +278,19 @@ class Ebb:
 
     def halt(self) -> None:
         """Stop, and lift the pen."""
-        talk, self._stopped = self.talk, True
-        talk.timeout = min(talk.timeout, _HURRY)
+        conversation, self._stopped = self.conversation, True
+        conversation.timeout = min(conversation.timeout, _HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
         try:
-            talk.port.write(b"".join([stop, *words.lifted(self.profile.pen), b"V\r"]))
-            self._until_about(talk.timeout + sum(asked.seconds for asked in talk.open) + self.profile.pen.up_time)
-            talk.open.clear()
+            conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
+            self._until_about(
+                conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
+            )
+            conversation.open.clear()
             self._pens.clear()
             with contextlib.suppress(DeviceAlarm):
-                connecting.settle(talk, self.version)
-                if talk.struck:
+                connection.settle(conversation, self.version)
+                if conversation.struck:
                     self._forget()
                 elif self.version >= POSITION:
                     self.spoilt = self._is_astray()
@@ -307,15 +309,15 @@ class Ebb:
     def _forget(self) -> None:
         """Leave it so that nobody believes that it knows where it is: motors off, counters zero."""
         self._lost = True
-        self.talk.ask(b"EM,0,0\r")
+        self.conversation.ask(b"EM,0,0\r")
         if self.version >= POSITION:
-            self.talk.ask(b"CS\r")
+            self.conversation.ask(b"CS\r")
 
     def _until_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""
         waited = 0.0
         while waited < patience:
-            heard = self.talk.replies(_HURRY / 4)
+            heard = self.conversation.replies(_HURRY / 4)
             if any(isinstance(reply, About) for reply in heard):
                 return
             waited += 0.0 if heard else _HURRY / 4

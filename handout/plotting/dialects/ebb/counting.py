@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from handout.plotting.dialects.ebb.firmware import HOME, SIGNED, Version
 from handout.plotting.dialects.ebb.stepping import WHOLE, total
-from handout.plotting.dialects.ebb.version import HOME, SIGNED, Version
 
 
-class Counted:
+class StepCounter:
     """Follows both motors through commands; steps : of each since its counter was cleared."""
 
     def __init__(self, version: Version) -> None:

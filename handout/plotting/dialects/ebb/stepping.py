@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from handout.plotting.dialects.ebb.version import SIGNED, STEPS, TIME, Version
+from handout.plotting.dialects.ebb.firmware import SIGNED, STEPS, TIME, Version
 from handout.plotting.planning.blocks import Timed
 from handout.profiles import Plotter
 from handout.values import Array

@@ -8,12 +8,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Buttonless, Heard, Log, unheard
-from handout.plotting.dialects.grbl import connecting, words
-from handout.plotting.dialects.grbl.connecting import reset, status
-from handout.plotting.dialects.grbl.link import Sent
-from handout.plotting.dialects.grbl.track import FAR, Place, Track
-from handout.plotting.dialects.grbl.words import Status
+from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
+from handout.plotting.dialects.grbl import connection, protocol
+from handout.plotting.dialects.grbl.connection import reset, status
+from handout.plotting.dialects.grbl.conversation import Sent
+from handout.plotting.dialects.grbl.position_tracking import FAR, Place, PositionTracking
+from handout.plotting.dialects.grbl.protocol import Status
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
 
@@ -25,58 +25,58 @@ _MOMENT = 0.02  # s between two looks at a machine that brakes
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class Grbl(Buttonless):
+class GrblController(Buttonless):
     """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.log = log
-        self.link, self.profile, self.known = connecting.connect(port, profile, log)
+        self.conversation, self.profile, self.info = connection.connect(port, profile, log)
         self.sent = self.taken = self.executed = 0
         self._proven = 0
         self.queued: int | None = None
-        self.listener: Callable[[Heard], None] = unheard
+        self.listener: Callable[[StateReport], None] = ignore_report
         self.silent = ""
         self.spoilt = False
-        self._ahead = _AHEAD if self.known.version.startswith("1.1h") else _AHEAD_OF_KIN
-        self._knows = self.known.kept and not self.known.locked  # its place, as far as it can tell
-        self._offset = self.known.offset
-        self._track: Track | None = None
+        self._ahead = _AHEAD if self.info.version.startswith("1.1h") else _AHEAD_OF_KIN
+        self._knows = self.info.kept and not self.info.locked  # its place, as far as it can tell
+        self._offset = self.info.offset
+        self._tracking: PositionTracking | None = None
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
-        self.link.told = self._look
+        self.conversation.told = self._look
 
     def send(self, data: bytes) -> None:
         """Write a line as soon as the receive buffer has room for it."""
-        if self._track is None:
-            self._track = self._new_track()
-        if self._track is not None and self._track.send(self.sent, data):
+        if self._tracking is None:
+            self._tracking = self._new_tracking()
+        if self._tracking is not None and self._tracking.send(self.sent, data):
             self._looks.append(self.sent - 1)  # the pen moves: what it did until then must have been seen
         self._knows = True  # whoever begins a plot vouches for its zero
         self.sent += 1
-        self.link.send(Sent(self.sent - 1, data), self._acknowledged)
+        self.conversation.send(Sent(self.sent - 1, data), self._acknowledged)
         if self.sent % _OFTEN == 0:
-            self.link.glance()
+            self.conversation.glance()
 
     @property
     def patience(self) -> float:
         """As the link has it."""
-        return self.link.patience
+        return self.conversation.patience
 
     @patience.setter
     def patience(self, seconds: float) -> None:
-        self.link.patience = seconds
+        self.conversation.patience = seconds
 
     @property
     def proven(self) -> int:
         """Where it says where it is; elsewhere all that is executed."""
-        return self._proven if self._track is not None else self.executed
+        return self._proven if self._tracking is not None else self.executed
 
     def wait(self) -> None:
         """Hear what it says next; if it says nothing, it is asked for its state, of which place and queue are parts."""
-        self.link.hear(self._acknowledged, _SOON)
+        self.conversation.hear(self._acknowledged, _SOON)
 
     def finish(self) -> None:
         """Wait until the last line is acknowledged, and it says that it stands where it should."""
-        self.link.drain(self._acknowledged)
+        self.conversation.drain(self._acknowledged)
         while self.executed < self.taken:
             self.wait()
 
@@ -84,18 +84,18 @@ class Grbl(Buttonless):
         self.taken = sent.number + 1
         if self._looks and self._looks[0] <= sent.number:
             self._looks.popleft()
-            self.link.glance()
+            self.conversation.glance()
 
-    def _new_track(self) -> Track | None:
-        place = self._place(status(self.link))
+    def _new_tracking(self) -> PositionTracking | None:
+        place = self._place(status(self.conversation))
         if place is None:
             return None
-        settings = self.known.settings
-        return Track(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
+        settings = self.info.settings
+        return PositionTracking(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
 
     def _place(self, said: Status) -> Place | None:
         """Where it says that it stands, mm, in the coordinates of the program."""
-        scale = self.known.scale
+        scale = self.info.scale
         work, machine, offset = (tuple(v * scale for v in said.field(name)) for name in ("WPos", "MPos", "WCO"))
         self._offset = offset or self._offset
         if not work and len(machine) == len(self._offset):
@@ -107,23 +107,23 @@ class Grbl(Buttonless):
         free = said.field("Bf")
         size = self.profile.port.queue
         self.queued = max(size - int(free[0]), 0) if free else None
-        place, track = self._place(said), self._track
-        if track is None or place is None:
+        place, tracking = self._place(said), self._tracking
+        if tracking is None or place is None:
             self._count_blindly(said)
-            self.listener(Heard(self.taken, self.executed, self.queued))
+            self.listener(StateReport(self.taken, self.executed, self.queued))
             return
         power = said.field("FS")
         in_hand = (self.queued if self.queued is not None else size) + self._ahead
-        certain = track.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
+        certain = tracking.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
         resting = said.state == "Idle" and self.taken == self.sent and not self.queued
-        if certain is None or (resting and math.dist(place, track.at) > FAR):
+        if certain is None or (resting and math.dist(place, tracking.at) > FAR):
             raise DeviceGarbled(_strayed(place))
         if self.queued is None:
-            self.queued = track.moves(certain, self.taken)
+            self.queued = tracking.moves(certain, self.taken)
         self.executed = max(self.executed, min(self.taken if resting else certain, self.taken))
-        self._proven = self.taken if resting else max(self._proven, min(track.proven, self.executed))
-        track.forget(self.executed)
-        self.listener(Heard(self.taken, self.executed, self.queued, place[:2]))
+        self._proven = self.taken if resting else max(self._proven, min(tracking.proven, self.executed))
+        tracking.forget(self.executed)
+        self.listener(StateReport(self.taken, self.executed, self.queued, place[:2]))
 
     def _count_blindly(self, said: Status) -> None:
         """It does not say where it is: all that its queue could hold may still be there."""
@@ -133,72 +133,77 @@ class Grbl(Buttonless):
 
     def position(self) -> tuple[float, float] | None:
         """In the coordinates of the program, mm; None after a restart or an alarm until it is homed or told."""
-        place = self._place(status(self.link)) if self._knows else None
+        place = self._place(status(self.conversation)) if self._knows else None
         return None if place is None else place[:2]
 
     def zero(self) -> None:
         """``G92``, which it forgets with the next reset."""
-        self.link.ask(b"G92X0Y0\n")
+        self.conversation.ask(b"G92X0Y0\n")
         self._relearn()
 
     def level(self) -> None:
         """``G92`` as well."""
-        self.link.ask(b"G92Z0\n")
+        self.conversation.ask(b"G92Z0\n")
         self._relearn()
 
     def home(self) -> None:
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
         if self.profile.pen.lift != "z":
             self._unlock()
-            for line in [*words.MODES, *words.pen(False, self.profile.pen)]:
-                self.link.ask(line)
-        connecting.home(self.link, self.log)
+            for line in [*protocol.MODES, *protocol.pen(False, self.profile.pen)]:
+                self.conversation.ask(line)
+        connection.home(self.conversation, self.log)
         self._relearn()
 
     def _relearn(self) -> None:
         """Its place has another name now."""
-        self.known.note(self.link.ask(b"$G\n") + self.link.ask(b"$#\n"))
-        self._offset, self._knows, self._track = self.known.offset, True, None
+        self.info.note(self.conversation.ask(b"$G\n") + self.conversation.ask(b"$#\n"))
+        self._offset, self._knows, self._tracking = self.info.offset, True, None
 
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel."""
         speed = float(self.profile.limits.travel_speed)
-        for line in [*words.MODES, *words.pen(False, self.profile.pen), words.move(x, y, speed), *words.closing()]:
-            self.link.ask(line)
-        self._track = None
+        for line in [
+            *protocol.MODES,
+            *protocol.pen(False, self.profile.pen),
+            protocol.move(x, y, speed),
+            *protocol.closing(),
+        ]:
+            self.conversation.ask(line)
+        self._tracking = None
 
     def pen(self, down: bool) -> None:
         """A machine that is locked until it is homed may move its pen."""
         self._unlock()
-        for line in [*words.MODES, *words.pen(down, self.profile.pen), *words.closing()]:
-            self.link.ask(line)
-        self._track = None
+        for line in [*protocol.MODES, *protocol.pen(down, self.profile.pen), *protocol.closing()]:
+            self.conversation.ask(line)
+        self._tracking = None
 
     def jog(self, dx: float, dy: float) -> None:
         """From where it says that it is, right or wrong; it need not have been homed."""
         self._unlock()
-        place = self._place(status(self.link))
+        place = self._place(status(self.conversation))
         if place is None:
             raise DeviceSilent("The plotter does not say where it stands: set $10=1, and try again.")
         self.go(place[0] + dx, place[1] + dy)
 
     def _unlock(self) -> None:
-        if connecting.state(self.link) == "Alarm":
+        if connection.state(self.conversation) == "Alarm":
             self._knows = False
-            self.link.ask(b"$X\n")
+            self.conversation.ask(b"$X\n")
 
     def release(self) -> None:
         """``$SLP``, from which only a reset wakes it: its place does not outlive that."""
         self._knows = False
-        self.link.ask(words.SLEEP)
+        self.conversation.ask(protocol.SLEEP)
 
     def halt(self) -> None:
         """Hold, wait until it stands, reset, lift.  A second interrupt resets at once."""
-        link = self.link
-        link.stopping = True
+        conversation = self.conversation
+        conversation.stopping = True
         with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
             try:
-                link.timeout = min(link.timeout, _HURRY)
+                conversation.timeout = min(conversation.timeout, _HURRY)
                 place = self._hold()
                 self._lift(place)
             except KeyboardInterrupt:
@@ -219,51 +224,51 @@ class Grbl(Buttonless):
 
     def _hold(self) -> Place | None:
         """Brake, and wait until the machine stands: a reset while it moves would lose its place, which is returned."""
-        link = self.link
-        link.port.write(words.HOLD)
-        link.forget()
+        conversation = self.conversation
+        conversation.port.write(protocol.HOLD)
+        conversation.forget()
         try:
             for _ in range(200):
-                link.port.write(words.STATUS)
-                for reply in link.attend():
+                conversation.port.write(protocol.STATUS)
+                for reply in conversation.attend():
                     if not isinstance(reply, Status) or reply.state == "Run" or reply.detail == "1":
                         continue
                     return self._held(reply)
-                link.replies(_MOMENT)
+                conversation.replies(_MOMENT)
         except DeviceSilent:  # after an alarm it hears nothing but the reset
             self._knows = False
         return None
 
     def _held(self, said: Status) -> Place | None:
         """What has been executed when it stands; its place if it still knows it."""
-        self._knows &= said.state in ("Hold", "Idle") and not self.link.restarted
+        self._knows &= said.state in ("Hold", "Idle") and not self.conversation.restarted
         place = self._place(said) if self._knows else None
-        if place is not None and self._track is not None:
-            certain = self._track.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
+        if place is not None and self._tracking is not None:
+            certain = self._tracking.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
             self.spoilt |= certain is None
             self._knows &= certain is not None
             self.executed = max(self.executed, min(certain or 0, self.taken))
         return place
 
     def _lift(self, place: Place | None) -> None:
-        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is known."""
-        link = self.link
-        reset(link, _HURRY)
-        if connecting.state(link) == "Alarm":
+        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is info."""
+        conversation = self.conversation
+        reset(conversation, _HURRY)
+        if connection.state(conversation) == "Alarm":
             self._knows = False
-            link.ask(b"$X\n")
+            conversation.ask(b"$X\n")
         offset = self._offset
-        self.known.note(link.ask(b"$#\n"))
-        self._offset = self.known.offset
-        again = [words.call_it(place)] if place is not None and _differ(offset, self._offset) else []
-        mark = [words.MARK] if self._knows else []
-        for line in [*words.MODES, *again, *words.pen(False, self.profile.pen), *mark, *words.closing()]:
-            link.ask(line)
+        self.info.note(conversation.ask(b"$#\n"))
+        self._offset = self.info.offset
+        again = [protocol.call_it(place)] if place is not None and _differ(offset, self._offset) else []
+        mark = [protocol.MARK] if self._knows else []
+        for line in [*protocol.MODES, *again, *protocol.pen(False, self.profile.pen), *mark, *protocol.closing()]:
+            conversation.ask(line)
         if not self._knows:  # the way of a pen on a Z axis leaves a mark too
-            reset(link, _HURRY)
+            reset(conversation, _HURRY)
         if again:
             self._offset = offset
-        self._track = None
+        self._tracking = None
 
 
 def _differ(one: Sequence[float], other: Sequence[float]) -> bool:

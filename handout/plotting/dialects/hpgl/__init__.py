@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from handout.plotting import pen_lift
-from handout.plotting.dialect import Controller, Log
-from handout.plotting.dialects.hpgl import words
-from handout.plotting.planning.plan import Plan
-from handout.plotting.ports import Port
-from handout.profiles import Pen, Plotter
+import re
 
-suffixes = (".hpgl", ".plt")
-program = words.program
+from handout.plotting import pen_lift
+from handout.plotting.dialect import Dialect, Question
+from handout.plotting.dialects.hpgl.controller import connect
+from handout.plotting.dialects.hpgl.protocol import program
+from handout.plotting.planning.plan import Plan
+from handout.profiles import Pen, Plotter
 
 
 def file(plan: Plan, profile: Plotter) -> bytes:
@@ -19,13 +18,22 @@ def file(plan: Plan, profile: Plotter) -> bytes:
 
 
 def set_pen(pen: Pen, value: float) -> list[bytes]:
-    """See `Dialect.set_pen`; there are no heights."""
+    """There are no heights: InputError."""
     pen_lift.at(pen, value)
     return []
 
 
-def connect(port: Port, profile: Plotter, log: Log) -> Controller:
-    """See `Dialect.connect`."""
-    from handout.plotting.dialects.hpgl import connecting
-
-    return connecting.connect(port, profile, log)
+DIALECT = Dialect(
+    program=program,
+    file=file,
+    set_pen=set_pen,
+    connect=connect,
+    simulator="handout.simulated.plotter.hpgl",
+    question=Question(b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
+    suffixes=(".hpgl", ".plt"),
+    usual_device="hpgl",
+    motion="vectors",
+    pen_values=None,
+    steps_setting="",  # its scale is set on itself (P1, P2)
+    lowering_bytes=35.0,
+)

@@ -18,15 +18,15 @@ import re
 from collections import deque
 from collections.abc import Callable
 
+import msgspec
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import Buttonless, Heard, Log, unheard
-from handout.plotting.dialects.hpgl import words
-from handout.plotting.dialects.hpgl.meant import Meant
+from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
+from handout.plotting.dialects.hpgl import protocol
 from handout.plotting.ports import Port
-from handout.profiles import Plotter
+from handout.profiles import Length, Plotter
 
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
@@ -45,6 +45,25 @@ _CHECKED = 16  # questions for room between two for errors of the line
 
 _STATE = re.compile(rb"(?<![\d,])(\d+)[\r\n]")  # a number alone on its line
 _END = re.compile(rb"[\r\n]")
+_NEAR = 1.5  # plotter units; rounding may leave it one beside
+
+
+class PenPosition:
+    """Follows the instructions; at : plotter units, None as long as it has not been sent to a place."""
+
+    def __init__(self) -> None:
+        self.at: tuple[int, int] | None = None
+
+    def send(self, data: bytes) -> None:
+        """Instructions are sent: a relative list goes on from where the last one led."""
+        for instruction in protocol.read(data):
+            for x, y in instruction.points if instruction.name in ("PA", "PU", "PD", "PR") else []:
+                before = self.at if instruction.name == "PR" and self.at is not None else (0, 0)
+                self.at = round(before[0] + x), round(before[1] + y)
+
+    def is_missed(self, x: float, y: float) -> bool:
+        """Whether a plotter that stands there is not where it was sent; rounding may leave it a unit beside."""
+        return self.at is not None and max(abs(x - self.at[0]), abs(y - self.at[1])) > _NEAR
 
 
 class HpglController(Buttonless):
@@ -60,9 +79,9 @@ class HpglController(Buttonless):
         self.sent = self.taken = self.executed = 0
         self.proven, self.spoilt, self.patience = 0, False, math.inf
         self._stood = 0.0  # s that it has been on hold
-        self._meant = Meant()
+        self._pen_position = PenPosition()
         self.queued: int | None = None
-        self.listener: Callable[[Heard], None] = unheard
+        self.listener: Callable[[StateReport], None] = ignore_report
         self.silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
@@ -76,20 +95,20 @@ class HpglController(Buttonless):
 
     def send(self, data: bytes) -> None:
         """Write an instruction as soon as there is room for it."""
-        if data.startswith(words.PEN_DOWN):
+        if data.startswith(protocol.PEN_DOWN):
             self.finish()  # it stands with its pen lifted: what was drawn before is proven, and it has not started anew
         while self._room < len(data):
             self.wait()
-        self._meant.send(data)
+        self._pen_position.send(data)
         self.port.write(data)
         self.sent += 1
         self._bytes += len(data)
         self._room -= len(data)
-        self._ends.append((self._bytes, sum(len(instruction.points) for instruction in words.read(data))))
-        if data == words.START:
+        self._ends.append((self._bytes, sum(len(instruction.points) for instruction in protocol.read(data))))
+        if data == protocol.START:
             self.started()
             self.restarted = False
-        elif data.startswith(words.PEN_DOWN):
+        elif data.startswith(protocol.PEN_DOWN):
             self._look()  # while it is lowered: one that starts anew between the two draws no more than it has
 
     def wait(self) -> None:
@@ -116,16 +135,16 @@ class HpglController(Buttonless):
     def _prove(self) -> None:
         """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""
         x, y, down = self._place(self._patience + _LONGEST)
-        status = int(self.ask(words.STATUS)[0])
-        if status & words.STARTED:
+        status = int(self.ask(protocol.STATUS)[0])
+        if status & protocol.STARTED:
             self.restarted = True
             raise DeviceAlarm(_STARTED)
-        if status & words.WRONG:
+        if status & protocol.WRONG:
             raise DeviceGarbled(
-                f"The plotter reports {words.error(int(self.ask(words.ERROR)[0]))}: something was damaged on the way, "
-                "and what it drew last may be wrong; check the cable."
+                f"The plotter reports {protocol.error(int(self.ask(protocol.ERROR)[0]))}: something was damaged on the "
+                "way, and what it drew last may be wrong; check the cable."
             )
-        if down or self._meant.is_missed(x, y):
+        if down or self._pen_position.is_missed(x, y):
             raise DeviceGarbled(
                 f"The plotter stands at {x:.0f}, {y:.0f} units{' with its pen down' if down else ''} and not as it was "
                 "told: a command came over wrong, and what it drew last may be wrong; check the cable."
@@ -172,12 +191,12 @@ class HpglController(Buttonless):
         try:
             with contextlib.suppress(DeviceSilent):
                 self.drop()
-            self.port.write(words.PEN_UP)
+            self.port.write(protocol.PEN_UP)
             if not self._place(self._patience)[2]:
-                wrong = self.ask(words.ERROR) != (0,)
+                wrong = self.ask(protocol.ERROR) != (0,)
                 self.spoilt = wrong and not self.restarted  # which leaves half an instruction
                 if self.restarted:
-                    self.port.write(words.START)  # whoever asks next is to hear of it too
+                    self.port.write(protocol.START)  # whoever asks next is to hear of it too
                 return
         except DeviceError:
             pass
@@ -194,13 +213,13 @@ class HpglController(Buttonless):
 
     def go(self, x: float, y: float) -> None:
         """As the beginning of a stroke would; a stroke that was stopped has left it counting from place to place."""
-        self.port.write(words.PEN_UP + words.ABSOLUTE + words.travel(x, y, self.profile))
+        self.port.write(protocol.PEN_UP + protocol.ABSOLUTE + protocol.travel(x, y, self.profile))
         self._place(self._patience)
         self.restarted = False
 
     def pen(self, down: bool) -> None:
         """A pen is fetched first, to be lowered."""
-        self.port.write(words.fetching(self.profile) + words.PEN_DOWN if down else words.PEN_UP)
+        self.port.write(protocol.fetching(self.profile) + protocol.PEN_DOWN if down else protocol.PEN_UP)
         self._place(self._patience)
 
     def jog(self, dx: float, dy: float) -> None:
@@ -217,24 +236,24 @@ class HpglController(Buttonless):
 
     def started(self) -> None:
         """From now on, a plotter that says it was started has been off in between."""
-        self.restarted = bool(int(self.ask(words.STATUS)[0]) & words.STARTED)
+        self.restarted = bool(int(self.ask(protocol.STATUS)[0]) & protocol.STARTED)
 
     def drop(self) -> None:
         """Empty its buffer."""
-        self.port.write(words.ABORT)
+        self.port.write(protocol.ABORT)
         self._ends.clear()
         for _ in range(_DREGS):  # what was asked before and is answered now
             if not self.port.read(_MOMENT):
                 break
         self._partial = b""
-        self._room = int(self.ask(words.SPACE)[0]) - self._reserve
+        self._room = int(self.ask(protocol.SPACE)[0]) - self._reserve
 
     def _look(self) -> None:
         """Ask for the free bytes, and now and then whether some were lost."""
         self._asked += 1
         if self._asked % _CHECKED == 0:
             self._check_line()
-        free = int(self.ask(words.SPACE)[0])
+        free = int(self.ask(protocol.SPACE)[0])
         read, self._read = self._read, max(self._read, self._bytes - max(self.size - free, 0))
         self._still = self._still if read == self._read else 0.0
         while self._ends and self._ends[0][0] <= self._read:
@@ -255,21 +274,21 @@ class HpglController(Buttonless):
         return sum(between) > self.profile.port.queue
 
     def _check_line(self) -> None:
-        number = int(self.ask(words.LINE_ERROR)[0])
+        number = int(self.ask(protocol.LINE_ERROR)[0])
         if number in (15, 16):
-            raise DeviceGarbled(f"Something was lost on the way to the plotter: {words.line_error(number)}.")
+            raise DeviceGarbled(f"Something was lost on the way to the plotter: {protocol.line_error(number)}.")
         if number:
-            self.log(f"The plotter reports {words.line_error(number)}.")
+            self.log(f"The plotter reports {protocol.line_error(number)}.")
 
     def check_state(self) -> None:
         """Whether a person has a hand on it."""
-        state = int(self.ask(words.STATE)[0])
-        if state & words.LEVER:
+        state = int(self.ask(protocol.STATE)[0])
+        if state & protocol.LEVER:
             raise DeviceAlarm(
                 "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
                 "the lever."
             )
-        self._note_hold(bool(state & words.VIEWING))
+        self._note_hold(bool(state & protocol.VIEWING))
 
     def _note_hold(self, held: bool) -> None:
         if held and not self._held:
@@ -278,27 +297,27 @@ class HpglController(Buttonless):
 
     def _is_viewed(self) -> bool:
         """Whether it is on hold, where it still owes an answer, which may come first."""
-        self.port.write(words.STATE)
+        self.port.write(protocol.STATE)
         waited = 0.0
         while waited < self.timeout:
             fresh = self.port.read(_GLANCE)
             self._partial, waited = self._partial + fresh, waited + (0.0 if fresh else _GLANCE)
             if found := _STATE.search(self._partial):
                 self._partial = self._partial[: found.start()] + self._partial[found.end() :]
-                self._note_hold(bool(int(found.group(1)) & words.VIEWING))
+                self._note_hold(bool(int(found.group(1)) & protocol.VIEWING))
                 return self._held
         return False
 
     def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
         """So many numbers that it answers."""
-        found = words.numbers(self.hear(question, patience))
+        found = protocol.numbers(self.hear(question, patience))
         if found is None or len(found) != count:
             raise DeviceSilent(_NO_PLOTTER)
         return found
 
     def _place(self, patience: float) -> tuple[float, ...]:
         """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""
-        return self.ask(words.POSITION, patience, 3)
+        return self.ask(protocol.POSITION, patience, 3)
 
     @property
     def _patience(self) -> float:
@@ -331,5 +350,45 @@ class HpglController(Buttonless):
         if self._marked and end.group() == b"\r":
             self.restarted, self._marked = True, False
             raise DeviceAlarm(_STARTED)
-        self._marked |= question == words.STATE and end.group() == b"\n"
+        self._marked |= question == protocol.STATE and end.group() == b"\n"
         return answer.strip()
+
+
+def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
+    """Wake a plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
+
+    Raises
+    ------
+    DeviceSilent
+        Nothing answers, or something that is no HP-GL plotter.
+    DeviceAlarm
+        It has no paper.
+    """
+    plotter = HpglController(port, profile, log)
+    port.write(protocol.LISTEN + protocol.MARKED)
+    port.read(_MOMENT)  # what it says by itself when it is switched on
+    plotter.check_state()
+    plotter.drop()
+    plotter.size = int(plotter.ask(protocol.SIZE)[0])
+    plotter.ask(protocol.ERROR)
+    plotter.model = plotter.hear(protocol.WHO).decode("ascii", "replace")
+    port.write(b"".join(protocol.turning(profile)))
+    plotter.profile = _within(plotter, plotter.ask(protocol.LIMITS, count=4), log)
+    plotter.started()
+    plotter.drop()
+    return plotter
+
+
+def _within(plotter: HpglController, limits: tuple[float, ...], log: Log) -> Plotter:
+    """The profile with the size of the plotter's buffer, and its bed where that is smaller."""
+    profile, bed = plotter.profile, plotter.profile.bed
+    per_mm = profile.limits.steps_per_mm
+    left, low, right, high = (limit / per_mm for limit in limits)
+    centred = bed.origin == "centre"
+    width, height = (right - left, high - low) if centred else (right, high)
+    if width < bed.width - 0.5 or height < bed.height - 0.5:
+        log(f"The plotter reaches {width:.0f} × {height:.0f} mm, less than the profile says: is this its paper?")
+        size = {"width": Length(min(width, bed.width)), "height": Length(min(height, bed.height))}
+        bed = msgspec.structs.replace(bed, **size)
+    own = msgspec.structs.replace(profile.port, buffer=plotter.size)
+    return msgspec.structs.replace(profile, bed=bed, port=own)

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from handout.plotting.dialect import Controller, Log
-from handout.plotting.dialects.marlin.controller import Marlin
-from handout.plotting.dialects.marlin.words import homing, program, set_pen
+import re
+
+from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects.marlin.controller import MarlinController
+from handout.plotting.dialects.marlin.protocol import homing, program, set_pen
 from handout.plotting.gcode import header
 from handout.plotting.planning.plan import Plan
-from handout.plotting.ports import Port
 from handout.profiles import Plotter
-
-__all__ = ["connect", "file", "program", "set_pen", "suffixes"]
-
-suffixes: tuple[str, ...] = (".gcode", ".g", ".gco")
 
 
 def file(plan: Plan, profile: Plotter) -> bytes:
-    """The plan as a program for a sender or the machine's own memory card; see `dialect.Dialect.file`.
+    """The plan as a program for a sender or the machine's own memory card.
 
     Notes
     -----
@@ -27,6 +24,18 @@ def file(plan: Plan, profile: Plotter) -> bytes:
     return b"".join([*lines, *(command.data for command in program(plan.blocks, profile))])
 
 
-def connect(port: Port, profile: Plotter, log: Log) -> Controller:
-    """Wake the controller, find out who it is and what its limits are; see `dialect.Dialect.connect`."""
-    return Marlin(port, profile, log)
+DIALECT = Dialect(
+    program=program,
+    file=file,
+    set_pen=set_pen,
+    connect=MarlinController,
+    simulator="handout.simulated.plotter.marlin",
+    question=Question(b"M115\n", re.compile(rb"FIRMWARE_NAME:([^\r\n]*?)(?= [A-Z_]+:|[\r\n])"), (115200, 250000)),
+    suffixes=(".gcode", ".g", ".gco"),
+    usual_device="marlin-servo",
+    motion="planned",
+    plans_along_path=True,
+    shortest_segment=9.0,  # moves of fewer than six steps of the longer axis (MIN_STEPS_PER_SEGMENT) join the next
+    pen_values=PenValues(0.0, 180.0, lambda value: f"{value:g}°"),  # M280
+    steps_setting="M92 X, Y",
+)

@@ -38,6 +38,8 @@ class Firmware:
     version : of its firmware, by the option `firmware`; uniform : whether answers are in one form (``CU,10,1``).
     """
 
+    acknowledgement = b"ok"
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self._say = profile, say
         self.version = _version(options.firmware)

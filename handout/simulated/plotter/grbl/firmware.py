@@ -37,6 +37,8 @@ _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 class Firmware:
     """One controller; its own settings (``$$``) say what the profile says, unless an option says otherwise."""
 
+    acknowledgement = b"ok"
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         self.settings = Settings(profile, options)

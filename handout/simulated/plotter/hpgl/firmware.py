@@ -35,6 +35,8 @@ class Firmware:
     viewing : until when VIEW is pressed, s.
     """
 
+    acknowledgement = b""  # there is no ok: a plotter says nothing but what it is asked
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         per_mm = paper.steps[0]

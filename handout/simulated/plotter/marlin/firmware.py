@@ -34,6 +34,8 @@ class Firmware:
     emergency : EMERGENCY_PARSER: M108, M112 and M410 act on reception.
     """
 
+    acknowledgement = b"ok"
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.options, self.wire, self.paper, self._out = profile, options, wire, paper, say
         limits, pen = profile.limits, profile.pen

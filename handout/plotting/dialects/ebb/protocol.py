@@ -14,8 +14,8 @@ from typing import NamedTuple
 from handout.errors import InputError
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.dialects.ebb.firmware import HOME, Version
 from handout.plotting.dialects.ebb.stepping import Motors
-from handout.plotting.dialects.ebb.version import HOME, Version
 from handout.plotting.planning.blocks import Block, Move, Pause, Pen, Timed
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter

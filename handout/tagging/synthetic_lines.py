@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from handout.motion.trace import trace
-from handout.tagging.alphabet import JUNK, fold
-from handout.tagging.features import ABOVE, HEIGHT, X_HEIGHT, Image
-from handout.tagging.writers import Habits
+from handout.tagging.alphabet import JUNK, SPACE, THIRDS, fold, state
+from handout.tagging.features import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
+from handout.tagging.network import LabelledColumns
+from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -29,11 +31,14 @@ _OVER = 0.35  # x-heights by which the last letter of a word may reach beyond it
 _MARGIN = 40  # pixels of paper on both sides
 _FIRM = 0.5  # points' worth of belief that a placed letter is as broad and as upright as it was drawn
 _LED_INTO = frozenset("tiuwpjrsnmvylhbfkT")
-_STRUCK = 0.06  # how many words are struck out, on pages where any are
+_STRIKES_OUT = 0.25  # share of writers who strike words out …
+_STRUCK = 0.06  # … and of the words that they strike out
+# of a line's columns that are learned from: neighbours are nearly alike, and space is frequent and easy
+_SHARE, _SHARE_OF_SPACE = 0.75, 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class LetterSpan:
     """A letter of the alphabet and where it begins and ends along its line."""
 
     letter: str
@@ -42,7 +47,7 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
-class Render:
+class SyntheticLine:
     """A straightened line and the letters on it.
 
     image : (HEIGHT, w) uint8, 255 where there is ink.
@@ -50,10 +55,12 @@ class Render:
     """
 
     image: Image
-    spans: tuple[Span, ...]
+    spans: tuple[LetterSpan, ...]
 
 
-def render(text: str, hand: Hand, habits: Habits, rng: np.random.Generator, *, struck: bool = False) -> list[Render]:
+def write_lines(
+    text: str, hand: Hand, habits: WriterHabits, rng: np.random.Generator, *, struck: bool = False
+) -> list[SyntheticLine]:
     """The lines of `text` as `hand` writes it with these habits.
 
     struck : strike out a word now and then.
@@ -74,7 +81,7 @@ def render(text: str, hand: Hand, habits: Habits, rng: np.random.Generator, *, s
 class _Loose:
     """A composed line with a writer's habits: upright space, x-heights, y up from the baseline."""
 
-    def __init__(self, line: Line, hand: Hand, habits: Habits, rng: np.random.Generator) -> None:
+    def __init__(self, line: Line, hand: Hand, habits: WriterHabits, rng: np.random.Generator) -> None:
         self._baseline, self._slant = line.baseline, hand.slant
         self.boxes: list[tuple[str, int, float, float]] = []
         placed: list[Placed] = []
@@ -98,7 +105,7 @@ class _Loose:
         return np.column_stack([(xy[:, 0] + self._slant * xy[:, 1]) * _MM, self._baseline - xy[:, 1] * _MM])
 
     def _moved(
-        self, unit: Placed, shift: float, habits: Habits, at: tuple[bool, bool], rng: np.random.Generator
+        self, unit: Placed, shift: float, habits: WriterHabits, at: tuple[bool, bool], rng: np.random.Generator
     ) -> Placed:
         """The glyph moved along its line, with its box noted; led in and out where it begins or ends a word."""
         strokes = [self.upright(stroke) + np.array([shift, 0.0]) for stroke in unit.strokes]
@@ -146,7 +153,9 @@ def _led_out(stroke: Array, length: float, rng: np.random.Generator) -> Array:
     return np.vstack([stroke, middle, far])
 
 
-def _draw(line: _Loose, strokes: Sequence[Stroke], habits: Habits, rng: np.random.Generator, struck: bool) -> Render:
+def _draw(
+    line: _Loose, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
+) -> SyntheticLine:
     paths = [line.upright(stroke.xy) for stroke in strokes]
     words = [stroke.word for stroke in strokes]
     boxes = _clipped(line.boxes, paths, words)
@@ -159,18 +168,18 @@ def _draw(line: _Loose, strokes: Sequence[Stroke], habits: Habits, rng: np.rando
     pieces = np.split(np.column_stack([x + shift, ABOVE - everything[:, 1] * X_HEIGHT]), _ends_of(paths))
     edges = pieces[-1][:, 0]
     spans = tuple(
-        Span(letter, float(a), float(b))
+        LetterSpan(letter, float(a), float(b))
         for (letter, *_), a, b in zip(boxes, edges[::2], edges[1::2], strict=True)
         if b > a
     )
-    return Render(_drawn(pieces[:-1], habits.pen * X_HEIGHT), spans)
+    return SyntheticLine(_drawn(pieces[:-1], habits.pen * X_HEIGHT), spans)
 
 
 def _ends_of(paths: Sequence[Array]) -> Array:
     return np.cumsum([len(path) for path in paths])
 
 
-def _bent(xy: Array, habits: Habits, rng: np.random.Generator) -> Array:
+def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     """Upright space with the writer's proportions and wobble."""
     x, y = xy.T.copy()
     y = np.where(y > 1, 1 + (y - 1) * habits.ascender, np.where(y < 0, y * habits.descender, y))
@@ -223,12 +232,37 @@ def _drawn(paths: Sequence[Array], pen: float) -> Image:
     return np.asarray(cv2.resize(fine, (width, HEIGHT), interpolation=cv2.INTER_AREA))
 
 
-def labelled(made: Render) -> Iterator[tuple[int, str, int]]:
-    """(column, letter, third) of every described column that lies in a letter."""
-    from handout.tagging.features import STEP
+def synthetic_lines(
+    hands: Sequence[Hand], sentences: Sequence[str], count: int, rng: np.random.Generator
+) -> Iterator[SyntheticLine]:
+    """At least `count` lines; every two or three are by another writer."""
+    source, written = texts(sentences, rng), 0
+    while written < count:
+        text, writer, habits = next(source), random_writer(hands, rng), random_habits(rng)
+        lines = write_lines(text, writer, habits, rng, struck=rng.random() < _STRIKES_OUT)
+        written += len(lines)
+        yield from lines
 
-    for span in made.spans:
-        first, beyond = int(np.ceil(span.left / STEP)), int(np.ceil(span.right / STEP))
-        for column in range(max(first, 0), min(beyond, -(-made.image.shape[1] // STEP))):
-            third = int((column * STEP - span.left) / (span.right - span.left) * 3)
-            yield column, span.letter, min(third, 2)
+
+def sampled_columns(
+    line: SyntheticLine, rng: np.random.Generator, share: float = _SHARE, share_of_space: float = _SHARE_OF_SPACE
+) -> LabelledColumns:
+    """A random share of the columns of a line, and another share of its columns of space, with their states."""
+    features = describe(line.image)
+    states = column_states([(s.letter, s.left, s.right) for s in line.spans], len(features))
+    chosen = rng.random(len(states)) < np.where(states == state(SPACE), share_of_space, share)
+    return LabelledColumns(features[chosen], states[chosen])
+
+
+def column_states(spans: Sequence[tuple[str, float, float]], columns: int) -> NDArray[np.intp]:
+    """(columns,) int: the state of every column, given letters with their left and right ends in pixels."""
+    states = np.full(columns, state(SPACE), dtype=np.intp)
+    x = np.arange(columns) * STEP
+    for letter, left, right in spans:
+        first, end = np.searchsorted(x, (left, right))
+        if letter in (JUNK, SPACE):
+            states[first:end] = state(letter)
+            continue
+        third = ((x[first:end] - left) * (THIRDS / max(right - left, 1e-6))).astype(np.intp)
+        states[first:end] = state(letter, 0) + np.minimum(third, THIRDS - 1)
+    return states

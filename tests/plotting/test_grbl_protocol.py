@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout import profiles
-from handout.plotting.dialects.grbl import words
+from handout.plotting.dialects.grbl import protocol
 from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("grbl-servo", "plotter"), profiles.find("grbl-z", "plotter")
@@ -18,8 +18,8 @@ BLOCKS = [
 
 def commands(blocks, profile):
     """As in a file, without what comes before the first block and after the last."""
-    program = list(words.program(blocks, profile, absolute=True))
-    before, after = len(words.MODES), len(words.closing())
+    program = list(protocol.program(blocks, profile, absolute=True))
+    before, after = len(protocol.MODES), len(protocol.closing())
     assert [command.done for command in program[:before]] == [0] * before
     assert [command.done for command in program[-after:]] == [len(blocks)] * after
     return program[before:-after]
@@ -63,7 +63,7 @@ def test_moves_are_read_back_as_they_were_meant(moves):
 
 
 def test_on_the_wire_every_place_but_the_first_is_told_from_the_one_before():
-    servo, on_z = ([c.data.decode().strip() for c in words.program(BLOCKS, p)][3:-1] for p in (SERVO, ON_Z))
+    servo, on_z = ([c.data.decode().strip() for c in protocol.program(BLOCKS, p)][3:-1] for p in (SERVO, ON_Z))
     assert servo == [
         "M3S40", "G4P0.15", "G1X10Y20F6000", "M3S90", "G4P0.2", "G4P0.05", "G91X0.5F900", "Y0.25", "M3S40", "G4P0.15",
         "G90",
@@ -76,7 +76,7 @@ def test_on_the_wire_every_place_but_the_first_is_told_from_the_one_before():
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500)), min_size=1, max_size=40))
 def test_relative_places_add_up_to_the_last_digit(points):
     relative, at = False, {"X": 0, "Y": 0}
-    for line in (c.data.decode() for c in words.program([Move(*point, 600.0) for point in points], SERVO)):
+    for line in (c.data.decode() for c in protocol.program([Move(*point, 600.0) for point in points], SERVO)):
         relative = (relative or "G91" in line) and "G90" not in line
         for letter, number in re.findall(r"([XY])(-?[\d.]+)", line):
             at[letter] = at[letter] * relative + round(1000 * float(number))
@@ -86,33 +86,33 @@ def test_relative_places_add_up_to_the_last_digit(points):
 @pytest.mark.parametrize(
     ("line", "meant"),
     [
-        (b"ok\r\n", words.Ok()),
-        (b"error:9\r", words.Error(9)),
-        (b"ALARM:2", words.Alarm(2)),
-        (b"Grbl 1.1h ['$' for help]", words.Banner("Grbl 1.1h ['$' for help]")),
-        (b"GrblHAL 1.1f", words.Banner("GrblHAL 1.1f")),
-        (b"<Idle|MPos:0.0,0.0,0.0|Bf:15,128>", words.Status("Idle", "", "|MPos:0.0,0.0,0.0|Bf:15,128")),
-        (b"<Hold:1|WPos:1,2,3>", words.Status("Hold", "1", "|WPos:1,2,3")),
-        (b"$110=6000.000", words.Setting(110, 6000.0)),
-        (b"[OPT:V,15,128]", words.Sizes(15, 128)),
-        (b"[OPT:VNMZHTL,100,1024]", words.Sizes(100, 1024, forward=True)),
-        (b"[MSG:Caution: Unlocked]", words.Note("[MSG:Caution: Unlocked]")),
-        (b"\xff\xfe", words.Note("\ufffd\ufffd")),
-        (b"okay", words.Note("okay")),
+        (b"ok\r\n", protocol.Ok()),
+        (b"error:9\r", protocol.Error(9)),
+        (b"ALARM:2", protocol.Alarm(2)),
+        (b"Grbl 1.1h ['$' for help]", protocol.Banner("Grbl 1.1h ['$' for help]")),
+        (b"GrblHAL 1.1f", protocol.Banner("GrblHAL 1.1f")),
+        (b"<Idle|MPos:0.0,0.0,0.0|Bf:15,128>", protocol.Status("Idle", "", "|MPos:0.0,0.0,0.0|Bf:15,128")),
+        (b"<Hold:1|WPos:1,2,3>", protocol.Status("Hold", "1", "|WPos:1,2,3")),
+        (b"$110=6000.000", protocol.Setting(110, 6000.0)),
+        (b"[OPT:V,15,128]", protocol.Sizes(15, 128)),
+        (b"[OPT:VNMZHTL,100,1024]", protocol.Sizes(100, 1024, forward=True)),
+        (b"[MSG:Caution: Unlocked]", protocol.Note("[MSG:Caution: Unlocked]")),
+        (b"\xff\xfe", protocol.Note("\ufffd\ufffd")),
+        (b"okay", protocol.Note("okay")),
     ],
 )  # fmt: skip
 def test_replies(line, meant):
-    assert words.reply(line) == meant
-    assert type(words.reply(line)) is type(meant)
+    assert protocol.reply(line) == meant
+    assert type(protocol.reply(line)) is type(meant)
 
 
 @given(st.binary(max_size=60))
 def test_anything_is_some_reply(line):
-    assert words.reply(line) is not None
+    assert protocol.reply(line) is not None
 
 
 def test_errors_and_alarms_have_plain_words():
-    assert words.Error(9).words == "error:9, it is locked after an alarm"
-    assert "travel" in words.Alarm(2).words
-    assert "unknown" in words.Error(99).words
-    assert set(words.ERRORS) == {*range(1, 18), *range(20, 39)} and set(words.ALARMS) >= set(range(1, 11))
+    assert protocol.Error(9).words == "error:9, it is locked after an alarm"
+    assert "travel" in protocol.Alarm(2).words
+    assert "unknown" in protocol.Error(99).words
+    assert set(protocol.ERRORS) == {*range(1, 18), *range(20, 39)} and set(protocol.ALARMS) >= set(range(1, 11))

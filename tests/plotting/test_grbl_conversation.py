@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
 from handout.plotting import open_port
-from handout.plotting.dialects.grbl.link import Link, Sent
+from handout.plotting.dialects.grbl.conversation import GrblConversation, Sent
 
 PROFILE = profiles.find("simulated", "plotter")
 
@@ -32,7 +32,7 @@ class Scripted:
 
 
 def link(port, buffer=128, timeout=1.0, log=lambda _: None):
-    return Link(port, buffer, timeout, log)
+    return GrblConversation(port, buffer, timeout, log)
 
 
 @settings(max_examples=40, deadline=None)

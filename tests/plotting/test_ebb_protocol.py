@@ -7,10 +7,10 @@ from cursive import page
 from handout import profiles
 from handout.errors import InputError
 from handout.plotting import plan
-from handout.plotting.dialects import ebb
-from handout.plotting.dialects.ebb import words
-from handout.plotting.dialects.ebb.version import UNKNOWN, Version
-from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Values
+from handout.plotting.dialects.ebb import DIALECT as ebb
+from handout.plotting.dialects.ebb import protocol
+from handout.plotting.dialects.ebb.firmware import UNKNOWN, Version
+from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
 from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
@@ -24,7 +24,7 @@ def with_firmware(version, **bed):
 
 def told(blocks, profile):
     """What is told after the opening."""
-    commands = list(words.program(blocks, profile))[len(words.opening(profile)) :]
+    commands = list(protocol.program(blocks, profile))[len(protocol.opening(profile)) :]
     return [command.data.decode() for command in commands], [command.done for command in commands]
 
 
@@ -44,17 +44,17 @@ def told(blocks, profile):
     ],
 )  # fmt: skip
 def test_answers_are_understood(line, meant):
-    assert words.reply(line) == meant
+    assert protocol.reply(line) == meant
 
 
 def test_lines_end_as_they_like():
-    complete, rest = words.lines(b"OK\r\n1421,-429\n\rOK\r\nQM,0,0,0,0\n\rLT\nS")
+    complete, rest = protocol.lines(b"OK\r\n1421,-429\n\rOK\r\nQM,0,0,0,0\n\rLT\nS")
     assert complete == [b"OK", b"1421,-429", b"OK", b"QM,0,0,0,0", b"LT"] and rest == b"S"
 
 
 def test_errors_are_said_in_words():
-    assert "a command it does not know" in words.reply(b"!8 Err: Unknown command 'A:41'").words
-    assert "unknown here" in words.reply(b"!99 Err: whatever").words
+    assert "a command it does not know" in protocol.reply(b"!8 Err: Unknown command 'A:41'").words
+    assert "unknown here" in protocol.reply(b"!99 Err: whatever").words
 
 
 @pytest.mark.parametrize(("text", "version"), [("2.8.1", (2, 8, 1)), ("3.0", (3, 0, 0)), ("", UNKNOWN), ("x", UNKNOWN)])
@@ -63,23 +63,23 @@ def test_versions(text, version):
 
 
 def test_the_opening_sets_the_pen_and_goes_to_zero():
-    assert words.opening(with_firmware("2.8.1")) == [
+    assert protocol.opening(with_firmware("2.8.1")) == [
         b"SC,4,20641\r", b"SC,5,15248\r", b"SC,11,1423\r", b"SC,12,1028\r", b"SP,1,130\r", b"HM,1200\r"
     ]  # fmt: skip
-    assert words.opening(with_firmware("2.8.1", zero="here"))[-1] == b"CS\r"
-    assert words.opening(with_firmware("2.6.1"))[-1] == b"SP,1,130\r"  # HM is not known
+    assert protocol.opening(with_firmware("2.8.1", zero="here"))[-1] == b"CS\r"
+    assert protocol.opening(with_firmware("2.6.1"))[-1] == b"SP,1,130\r"  # HM is not known
 
 
 def test_the_servo_has_arrived_before_the_pen_is_taken_for_down():
     for time in (0.0, 0.05, 0.2, 1.0):
-        rate = words._rate(5393, time)
-        assert 5393 / rate * words.SERVO_PERIOD <= max(time, 0.024) and 1 <= rate <= 65535
+        rate = protocol._rate(5393, time)
+        assert 5393 / rate * protocol.SERVO_PERIOD <= max(time, 0.024) and 1 <= rate <= 65535
 
 
 def test_a_pen_comes_down_as_slowly_as_it_is_told_to():
     pen = msgspec.structs.replace(PROFILE.pen, ramp=profiles.Time(0.4))
-    assert words.lifted(pen)[3] == b"SC,12,324\r"  # 5393 in 400 ms, a little more every 24 ms
-    assert words.pen(True, pen) == b"SP,0,547\r"  # and what the profile waits for, after most of that
+    assert protocol.lifted(pen)[3] == b"SC,12,324\r"  # 5393 in 400 ms, a little more every 24 ms
+    assert protocol.pen(True, pen) == b"SP,0,547\r"  # and what the profile waits for, after most of that
 
 
 def test_pens_are_not_repeated_and_rests_are_delays():
@@ -90,7 +90,7 @@ def test_pens_are_not_repeated_and_rests_are_delays():
 
 def test_moves_that_keep_no_time_are_refused():
     with pytest.raises(InputError, match="another machine"):
-        list(words.program([Move(1, 1, 1000)], PROFILE))
+        list(protocol.program([Move(1, 1, 1000)], PROFILE))
 
 
 RUN = [Timed(1.0, 0.0, 0.010), Timed(2.5, 0.5, 0.010), Timed(3.0, 1.0, 0.0204), Timed(3.0, 1.0, 0.0206)]

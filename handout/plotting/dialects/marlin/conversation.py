@@ -18,8 +18,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
-from handout.plotting.dialects.marlin import words
-from handout.plotting.dialects.marlin.words import (
+from handout.plotting.dialects.marlin import protocol
+from handout.plotting.dialects.marlin.protocol import (
     Busy,
     Error,
     Ok,
@@ -58,7 +58,7 @@ class Line(NamedTuple):
 Worked = Callable[[Line, Ok], None]
 
 
-class Link:
+class MarlinConversation:
     """A port with a controller behind it.
 
     Its methods raise DeviceSilent when nothing is answered or nothing gets through; DeviceAlarm when the machine stops
@@ -112,12 +112,12 @@ class Link:
         """What the controller says within `patience` s; returns with the first complete lines, or with none."""
         data = self.port.read(patience)
         *complete, self._partial = (self._partial + data).split(b"\n")
-        return [words.reply(line) for line in complete if line.strip()]
+        return [protocol.reply(line) for line in complete if line.strip()]
 
     def send(self, data: bytes, command: int) -> None:
         """Write a line as soon as the controller has room for it, after those that it wants again."""
         while True:
-            line = Line(self._last + 1, data, command, words.framed(self._last + 1, data))
+            line = Line(self._last + 1, data, command, protocol.framed(self._last + 1, data))
             if self._next > self._last and self._room(line):
                 self._append(line)
                 return
@@ -161,7 +161,7 @@ class Link:
 
     def _write(self, line: Line) -> None:
         self._next = line.number + 1
-        self._placed &= line.data == words.WHERE
+        self._placed &= line.data == protocol.WHERE
         self.port.write(line.framed)
 
     def _line(self, number: int) -> Line:
@@ -213,7 +213,7 @@ class Link:
         controller will ask for it.
         """
         open_ = [line for line in self._lines if line.number > self._done]
-        return self._placed and bool(open_) and all(line.data == words.WHERE for line in open_)
+        return self._placed and bool(open_) and all(line.data == protocol.WHERE for line in open_)
 
     def _wait(self, seconds: float) -> None:
         """Time passes in which it does not get on; DeviceSilent, or DeviceHeld, when that was too much."""
@@ -236,7 +236,7 @@ class Link:
     def go_on(self) -> None:
         """Press its button for it, as far as that can be done; it may wait no longer than for an answer."""
         if self._waiting:
-            self.port.write(b"\n" + words.GO_ON)
+            self.port.write(b"\n" + protocol.GO_ON)
         self.patience, self._waiting, self._paused = self.timeout, False, 0.0
 
     def _prod(self) -> None:
@@ -250,11 +250,11 @@ class Link:
             self.port.write(b"\n")
         elif self._next <= self._last:
             self._write(self._line(self._next))
-        elif self.under_way and self._lines[-1].data == words.WHERE and self._asked != self._last + 1:
+        elif self.under_way and self._lines[-1].data == protocol.WHERE and self._asked != self._last + 1:
             self._write(self._lines[-1])
         else:
             number, command = self._last + 1, self._lines[-1].command if self._lines else 0
-            self._append(Line(number, words.WHERE, command, words.framed(number, words.WHERE)))
+            self._append(Line(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
 
     def take(self, reply: Reply) -> None:
         if self._listener is not None:
@@ -267,7 +267,9 @@ class Link:
         elif isinstance(reply, Resend):
             self._resend(reply.line)
         elif isinstance(reply, Position):
-            asked = next((each for each in self._lines if each.number > self._done and each.data == words.WHERE), None)
+            asked = next(
+                (each for each in self._lines if each.number > self._done and each.data == protocol.WHERE), None
+            )
             if asked is not None:
                 self._up_to(asked.number - 1, Ok())
                 self._placed = True

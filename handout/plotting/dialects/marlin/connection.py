@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from handout.errors import DeviceSilent
-from handout.plotting.dialects.marlin import words
-from handout.plotting.dialects.marlin.link import WINDOW, Link
-from handout.plotting.dialects.marlin.words import (
+from handout.plotting.dialects.marlin import protocol
+from handout.plotting.dialects.marlin.conversation import WINDOW, MarlinConversation
+from handout.plotting.dialects.marlin.protocol import (
     Capability,
     Error,
     Fault,
@@ -34,7 +34,7 @@ _QUICK = 0.6  # share of the time of a segment in which a line has to be answere
 _SLOW = 2.5  # times of a segment in which even several lines under way are too few
 
 
-def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plotter, set[str]]:
+def meet(conversation: MarlinConversation, profile: Plotter, log: Callable[[str], None]) -> tuple[Plotter, set[str]]:
     """Wake the controller, number the lines, read its settings; it does not move.
 
     Returns
@@ -49,21 +49,21 @@ def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plot
     DeviceSilent
         Nothing answers, or something that is not Marlin.
     """
-    heard = _greeting(link, profile.port.start_up)
-    heard += number(link, profile.port.start_up + profile.port.timeout, heard)
-    _check_numbers(link, log)
-    told = link.ask(words.WHO)
+    heard = _greeting(conversation, profile.port.start_up)
+    heard += number(conversation, profile.port.start_up + profile.port.timeout, heard)
+    _check_numbers(conversation, log)
+    told = conversation.ask(protocol.WHO)
     name = next((reply.name for reply in told if isinstance(reply, Identity)), "")
     if name and "marlin" not in name.lower() and "prusa" not in name.lower():
         log(f"The plotter says that it runs {name!r}, which is not Marlin; it is spoken to as if it were.")
-    told += link.ask(words.SETTINGS)
-    told += link.ask(words.STANDING)
+    told += conversation.ask(protocol.SETTINGS)
+    told += conversation.ask(protocol.STANDING)
     able = {reply.name for reply in told if isinstance(reply, Capability) and reply.able}
     own = with_settings(profile, told, log)
     room = [reply.commands + 1 for reply in told if isinstance(reply, Ok) and reply.commands is not None]
-    beat = _round_trip(link, profile)
+    beat = _round_trip(conversation, profile)
     if beat * profile.segment_rate > _QUICK:
-        link.window = max(room, default=WINDOW)
+        conversation.window = max(room, default=WINDOW)
     if beat * profile.segment_rate > _SLOW:
         log(
             f"The plotter answers only after {beat * 1000:.0f} ms: it may pause in the middle of strokes; set the "
@@ -72,11 +72,11 @@ def meet(link: Link, profile: Plotter, log: Callable[[str], None]) -> tuple[Plot
     return own, able
 
 
-def _greeting(link: Link, start_up: float) -> list[Reply]:
+def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
     """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
     waited, heard = 0.0, list[Reply]()
     while waited < start_up:
-        replies = link.replies(_GLANCE)
+        replies = conversation.replies(_GLANCE)
         if not replies and any(isinstance(reply, Start) for reply in heard):
             break
         heard += replies
@@ -84,15 +84,15 @@ def _greeting(link: Link, start_up: float) -> list[Reply]:
     return heard
 
 
-def number(link: Link, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
+def number(conversation: MarlinConversation, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
     """Give the next line its number; everything heard."""
     waited, heard = 0.0, list[Reply]()
     while waited < patience:
-        link.port.write(b"\n" + words.framed(_FIRST, words.NUMBER))
-        answer = _answer(link, _TRY)
+        conversation.port.write(b"\n" + protocol.framed(_FIRST, protocol.NUMBER))
+        answer = _answer(conversation, _TRY)
         heard += answer
         if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
-            link.start(_FIRST)
+            conversation.start(_FIRST)
             return heard
         waited += _TRY
     if any(isinstance(reply, Note | Error) for reply in [*before, *heard]):
@@ -109,43 +109,43 @@ def _damaged(answer: list[Reply]) -> bool:
     return any(isinstance(reply, Resend | Fault | Unknown | Error) for reply in answer)
 
 
-def _answer(link: Link, patience: float) -> list[Reply]:
+def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
     """Everything said within `patience` s, up to a silence."""
-    heard = link.replies(patience)
-    while replies := link.replies(_GLANCE) if heard else []:
+    heard = conversation.replies(patience)
+    while replies := conversation.replies(_GLANCE) if heard else []:
         heard += replies
     return heard
 
 
-def _check_numbers(link: Link, log: Callable[[str], None]) -> None:
+def _check_numbers(conversation: MarlinConversation, log: Callable[[str], None]) -> None:
     """A line out of order must be refused; what follows the refusal is learnt on the way.
 
     Some versions send an ``ok`` after their request for a line and some do not, and only a test can tell.
     """
     for _ in range(3):
-        link.port.write(b"\n" + words.framed(_FIRST + 2, words.STANDING))
-        answer = _answer(link, _TRY)
+        conversation.port.write(b"\n" + protocol.framed(_FIRST + 2, protocol.STANDING))
+        answer = _answer(conversation, _TRY)
         asked = [at for at, reply in enumerate(answer) if isinstance(reply, Resend)]
         if asked:
-            link.echoes = any(isinstance(reply, Ok) for reply in answer[asked[-1] :])
+            conversation.echoes = any(isinstance(reply, Ok) for reply in answer[asked[-1] :])
             return
         if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
             break
     log("The plotter does not check the numbers of its lines: what is damaged on the way to it will not be noticed.")
 
 
-def _round_trip(link: Link, profile: Plotter) -> float:
+def _round_trip(conversation: MarlinConversation, profile: Plotter) -> float:
     """How long it takes from a line to the answer to it, s; counted by waiting, so that simulated time counts too."""
     least = _TRY
     for _ in range(3):
         waited = 0.0
-        link.send(words.STANDING, 0)
-        while link.under_way and waited < _TRY:
-            replies = link.replies(_TICK)
+        conversation.send(protocol.STANDING, 0)
+        while conversation.under_way and waited < _TRY:
+            replies = conversation.replies(_TICK)
             waited += 0.0 if replies else _TICK
             for reply in replies:
-                link.take(reply)
-        link.drain()
+                conversation.take(reply)
+        conversation.drain()
         least = min(least, waited)
     return least + _LONGER * 10 / profile.port.baud
 

@@ -1,26 +1,39 @@
-"""Writers for training: the built-in hands, mixed, and with habits that people have and the hands have not.
+"""Synthetic writers and what they write: the built-in hands with habits that people have and those hands lack.
 
-Each writer is a hand of its own.  Some of its letters may come from another built-in hand (letters are kept upright and
-one x-height high, so that they fit), and its n may be another writer's u.
+Each writer is a `Hand`.  It may take some letters from a second built-in hand (letters are stored upright and one
+x-height high, so that they fit), and may write its n like a u.
+Half of the texts are sentences, half are random words mixed with groups of capitals, digits and punctuation, so that
+every letter of the alphabet is seen next to many others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import string
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from handout.hand import library
 from handout.values import Glyph, Hand
 
-_BORROWS = 0.45  # how many writers have letters of a second hand
-_BORROWED = (0.15, 0.7)  # and what share of their letters
-_TURNED = 0.2  # how many write n as u, m as w or h without its arch
+# shares, set so that writers differ about as much as those of five real pages
+_BORROWS = 0.45  # of writers who have letters of a second hand
+_BORROWED = (0.15, 0.7)  # of their letters
+_TURNED = 0.2  # of writers who write n like u and m like w
 _FORM = 500  # numbers of borrowed forms start here, so that no two forms share one
+_SENTENCES, _WORDS = 2, 24  # in a text, which one writer writes: about two lines
+_GROUPED = 0.3  # share of the words that are groups of characters
+_RARE = "–£€ßæøœ…éèàüöäçñ"
+
+
+def built_in_hands() -> list[Hand]:
+    """The drawn hands that handout comes with."""
+    return [library.load(name) for name in library.names() if name.startswith("house-")]
 
 
 @dataclass(frozen=True)
-class Habits:
+class WriterHabits:
     """What one writer does beyond the forms of the letters; lengths in x-heights.
 
     tight : how far letters are set off beyond their hand's distance, negative: closer.
@@ -51,13 +64,13 @@ class Habits:
     haste: float
 
 
-def habits(rng: np.random.Generator) -> Habits:
+def random_habits(rng: np.random.Generator) -> WriterHabits:
     """The habits of a writer, drawn at random."""
 
     def now_and_then(share: float, least: float, most: float) -> float:
         return float(rng.uniform(least, most)) if rng.random() < share else 0.0
 
-    return Habits(
+    return WriterHabits(
         tight=float(rng.uniform(-0.12, 0.22)),
         gap=float(rng.uniform(0.5, 1.8)),
         slur=now_and_then(0.4, 0.05, 0.4),
@@ -75,7 +88,7 @@ def habits(rng: np.random.Generator) -> Habits:
     )
 
 
-def writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
+def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
     """A writer whose letters are those of one of `hands`, some perhaps those of another."""
     hand = hands[int(rng.integers(len(hands)))]
     glyphs = dict(hand.glyphs)
@@ -95,3 +108,39 @@ def _turned(glyphs: Mapping[str, tuple[Glyph, ...]]) -> dict[str, tuple[Glyph, .
         letter: glyphs[letter] + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])
         for letter, like in pairs
     }
+
+
+def texts(sentences: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
+    """Texts to write, without end."""
+    words = sorted({word for sentence in sentences for word in sentence.split()})
+    while True:
+        if rng.random() < 0.5:
+            yield " ".join(rng.choice(np.array(sentences, dtype=object), _SENTENCES))
+            continue
+        yield " ".join(
+            _group(rng) if rng.random() < _GROUPED else _dressed(words[int(rng.integers(len(words)))], rng)
+            for _ in range(_WORDS)
+        )
+
+
+def _group(rng: np.random.Generator) -> str:
+    """Two to five characters of one kind, sometimes with a mark among them."""
+    kinds = (string.ascii_uppercase, string.digits, string.punctuation, string.ascii_lowercase + _RARE)
+    kind = kinds[int(rng.choice(4, p=(0.35, 0.35, 0.15, 0.15)))]
+    group = list(rng.choice(list(kind), int(rng.integers(1, 5))))
+    if rng.random() < 0.4:
+        group.insert(int(rng.integers(len(group) + 1)), str(rng.choice(list(".,:;-'/!?\"()"))))
+    return "".join(group)
+
+
+def _dressed(word: str, rng: np.random.Generator) -> str:
+    """A word as it is, with a capital, all in capitals, in quotation marks, or followed by a mark."""
+    chance = rng.random()
+    if chance < 0.12:
+        return word.capitalize()
+    if chance < 0.16:
+        return word.upper()
+    if chance < 0.21:
+        mark = str(rng.choice(["'", '"', "“”", "()"]))
+        return mark[0] + word + mark[-1]
+    return word + (str(rng.choice(list(",.;:!?-"))) if chance < 0.35 else "")

@@ -10,9 +10,9 @@ import msgspec
 
 from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit
 from handout.plotting import bed
-from handout.plotting.dialects.grbl import words
-from handout.plotting.dialects.grbl.link import Link
-from handout.plotting.dialects.grbl.words import Banner, Modal, Offset, Reply, Setting, Sizes, Status, Version
+from handout.plotting.dialects.grbl import protocol
+from handout.plotting.dialects.grbl.conversation import GrblConversation
+from handout.plotting.dialects.grbl.protocol import Banner, Modal, Offset, Reply, Setting, Sizes, Status, Version
 from handout.plotting.ports import Port
 from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
 
@@ -26,7 +26,7 @@ Log = Callable[[str], None]
 
 
 @dataclass
-class Known:
+class ControllerInfo:
     """What a controller said about itself.
 
     kept : whether it has not restarted since it was last driven, so that it may still know its place.
@@ -60,22 +60,22 @@ class Known:
                 self.version = reply.text
             elif isinstance(reply, Modal):
                 self.kept = not {"F0", "F0.0"} & set(reply.words)
-                systems = [word for word in reply.words if word in words.SYSTEMS] or systems
+                systems = [word for word in reply.words if word in protocol.SYSTEMS] or systems
         if (own := offsets.get(systems[0])) is not None:
             more = offsets.get("G92", (0.0,) * len(own))
             self.offset = tuple((a + b) * self.scale for a, b in zip(own, more, strict=True))
 
 
-def connect(port: Port, profile: Plotter, log: Log) -> tuple[Link, Plotter, Known]:
+def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, Plotter, ControllerInfo]:
     """Wake the controller, unlock it unless it can be homed, read its settings.
 
     Returns
     -------
-    Link
+    GrblConversation
         Ready to send lines.
     Plotter
         The profile with the machine's own limits in place of the file's; `log` is told where they differ.
-    Known
+    ControllerInfo
         What it said about itself.
 
     Raises
@@ -87,84 +87,84 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[Link, Plotter, Know
     DoesNotFit
         Its own soft limits leave no bed.
     """
-    link = Link(port, profile.port.buffer, profile.port.timeout, log)
-    restarted = _wake(link, profile)
-    known = _questions(link)
-    known.kept &= not restarted
-    stands = status(link)
-    known.locked, known.place = stands.state == "Alarm", tuple(at * known.scale for at in stands.field("MPos"))
-    if known.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
-        known.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
-    own = with_settings(profile, known, log)
-    link.buffer = own.port.buffer
-    _unlock(link, profile, known, log)
-    return link, own, known
+    conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
+    restarted = _wake(conversation, profile)
+    info = _questions(conversation)
+    info.kept &= not restarted
+    stands = status(conversation)
+    info.locked, info.place = stands.state == "Alarm", tuple(at * info.scale for at in stands.field("MPos"))
+    if info.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
+        info.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
+    own = with_settings(profile, info, log)
+    conversation.buffer = own.port.buffer
+    _unlock(conversation, profile, info, log)
+    return conversation, own, info
 
 
-def _wake(link: Link, profile: Plotter) -> bool:
+def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
     """Wait for the greeting, or a report of one that is awake already; whether it has started just now."""
     waited, garbage = 0.0, False
     while waited < profile.port.start_up:
-        heard = link.replies(_GLANCE)
+        heard = conversation.replies(_GLANCE)
         if any(isinstance(reply, Banner) for reply in heard):
-            _hear_out(link)
+            _hear_out(conversation)
             return True
         if said := [reply for reply in heard if isinstance(reply, Status)]:
-            _let_finish(link, said[-1])
+            _let_finish(conversation, said[-1])
             return False
         garbage |= bool(heard)
         waited += _GLANCE
-        link.port.write(words.STATUS)
-    reset(link, profile.port.timeout, garbage)
+        conversation.port.write(protocol.STATUS)
+    reset(conversation, profile.port.timeout, garbage)
     return True
 
 
-def _let_finish(link: Link, status: Status) -> None:
+def _let_finish(conversation: GrblConversation, status: Status) -> None:
     """It was left in the middle of something: let it come to an end, for a reset would lose its place."""
     waited, said = 0.0, False
     while status.state not in ("Idle", "Alarm"):
-        if status.state in (*words.HELD, "Sleep"):  # from which only a reset wakes it
-            reset(link, link.timeout)
+        if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
+            reset(conversation, conversation.timeout)
             return
         if not said:
-            link.log("The plotter is still busy with what it was sent before; waiting until it stands.")
+            conversation.log("The plotter is still busy with what it was sent before; waiting until it stands.")
             said = True
         waited += _GLANCE
         if waited > _FINISHES:
             raise DeviceSilent(f"The plotter did not come to rest within {_FINISHES:g} s: stop it, and start again.")
-        link.port.write(words.STATUS)
-        for reply in link.attend():
+        conversation.port.write(protocol.STATUS)
+        for reply in conversation.attend():
             status = reply if isinstance(reply, Status) else status
-        link.replies(_GLANCE)
-    _hear_out(link)  # what it still has to say to somebody else
+        conversation.replies(_GLANCE)
+    _hear_out(conversation)  # what it still has to say to somebody else
 
 
-def _hear_out(link: Link) -> None:
+def _hear_out(conversation: GrblConversation) -> None:
     """Until it is silent; one that reports by itself never is."""
     for _ in range(_REPORTS):
-        if not link.replies(_GLANCE):
+        if not conversation.replies(_GLANCE):
             return
 
 
-def _questions(link: Link) -> Known:
+def _questions(conversation: GrblConversation) -> ControllerInfo:
     """Ask who it is.  The end of a line that somebody began may stand in front of the first question: it is refused."""
-    known = Known()
+    info = ControllerInfo()
     for _ in range(3):
         with contextlib.suppress(DeviceAlarm):
-            known.note(link.ask(b"$I\n"))
+            info.note(conversation.ask(b"$I\n"))
             break
-    known.note(link.ask(b"$$\n"))
-    known.note(link.ask(b"$G\n") + link.ask(b"$#\n"))
-    return known
+    info.note(conversation.ask(b"$$\n"))
+    info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
+    return info
 
 
-def reset(link: Link, patience: float, garbage: bool = False) -> None:
+def reset(conversation: GrblConversation, patience: float, garbage: bool = False) -> None:
     """Soft-reset the controller and wait for its greeting."""
-    link.port.write(words.RESET)
-    link.forget()
+    conversation.port.write(protocol.RESET)
+    conversation.forget()
     waited, greeted = 0.0, False
     while waited < patience:
-        heard = link.replies(_GLANCE)
+        heard = conversation.replies(_GLANCE)
         greeted |= any(isinstance(reply, Banner) for reply in heard)
         if greeted and not heard:
             return
@@ -180,46 +180,46 @@ def reset(link: Link, patience: float, garbage: bool = False) -> None:
     )
 
 
-def _unlock(link: Link, profile: Plotter, known: Known, log: Log) -> None:
-    if profile.homing or not known.locked:
+def _unlock(conversation: GrblConversation, profile: Plotter, info: ControllerInfo, log: Log) -> None:
+    if profile.homing or not info.locked:
         return
-    if known.settings.get(22, 0) % 2:
+    if info.settings.get(22, 0) % 2:
         log(
             "The plotter wants to be homed after it was switched on ($22=1), but its profile says that it cannot "
             "(homing = false); it is unlocked ($X): make sure that its zero is where the profile says."
         )
     else:
         log("The plotter was locked and is unlocked ($X): make sure that its zero is where the profile says.")
-    link.ask(b"$X\n")
+    conversation.ask(b"$X\n")
 
 
-def home(link: Link, log: Log) -> None:
+def home(conversation: GrblConversation, log: Log) -> None:
     """Let the machine find its zero by its switches."""
     log("Homing: the plotter looks for its zero.")
-    link.ask(b"$H\n", _HOMING)
+    conversation.ask(b"$H\n", _HOMING)
 
 
-def state(link: Link) -> str:
+def state(conversation: GrblConversation) -> str:
     """The state the controller is in: Idle, Run, Hold, Alarm …"""
-    return status(link).state
+    return status(conversation).state
 
 
-def status(link: Link) -> Status:
+def status(conversation: GrblConversation) -> Status:
     """The answer to ``?``."""
-    link.port.write(words.STATUS)
+    conversation.port.write(protocol.STATUS)
     for _ in range(_REPORTS):
-        for reply in link.attend():
+        for reply in conversation.attend():
             if isinstance(reply, Status):
                 return reply
     raise DeviceSilent("Something answers, but does not say its state as a GRBL controller does: check its port.")
 
 
-def with_settings(profile: Plotter, known: Known, log: Log) -> Plotter:
+def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
     """The profile with what ``$$`` and ``$I`` said; `log` is told about every difference that changes the motion.
 
     Speeds are the lesser of the two, the travel only counts with soft limits on (``$20=1``), all else is the machine's.
     """
-    settings, pen, port = known.settings, profile.pen, profile.port
+    settings, pen, port = info.settings, profile.pen, profile.port
     own = _own_limits(profile, settings)
     for name, value in own.items():
         said = getattr(profile.limits, name)
@@ -230,10 +230,10 @@ def with_settings(profile: Plotter, known: Known, log: Log) -> Plotter:
         pen = msgspec.structs.replace(pen, z_speed=z_speed, z_acceleration=z_acceleration)
     if settings.get(32) and pen.lift == "servo":
         log("Laser mode is on ($32=1): a servo may twitch on moves; switch it off with $32=0.")
-    if known.sizes is not None:
-        port = msgspec.structs.replace(port, queue=known.sizes.queue, buffer=known.sizes.buffer)
+    if info.sizes is not None:
+        port = msgspec.structs.replace(port, queue=info.sizes.queue, buffer=info.sizes.buffer)
     limits = msgspec.structs.replace(profile.limits, **own)
-    return msgspec.structs.replace(profile, bed=_own_bed(profile, known), limits=limits, pen=pen, port=port)
+    return msgspec.structs.replace(profile, bed=_own_bed(profile, info), limits=limits, pen=pen, port=port)
 
 
 def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float]:
@@ -253,21 +253,21 @@ def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float
     return own
 
 
-def _own_bed(profile: Plotter, known: Known) -> Bed:
+def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:
     """The part of the bed that soft limits (``$20=1``) leave.
 
     Machine coordinates run from −travel to 0 (with the option Z of ``$I``, from 0 to travel where ``$23`` says so); a
     plot's coordinates lie the machine's offset (G54, G92) away from them.
     """
-    settings = known.settings
+    settings = info.settings
     if not settings.get(20) or not {130, 131} <= settings.keys():
         return profile.bed
     least, greatest = bed.reach(profile)
     sizes = []
     for axis, name in enumerate("xy"):
         travel = settings[130 + axis]
-        ahead = known.sizes is not None and known.sizes.forward and int(settings.get(23, 0)) >> axis & 1
-        zero = known.offset if profile.bed.zero == "kept" else known.place
+        ahead = info.sizes is not None and info.sizes.forward and int(settings.get(23, 0)) >> axis & 1
+        zero = info.offset if profile.bed.zero == "kept" else info.place
         shift = zero[axis] if len(zero) > axis else 0.0
         low, high = (0.0, travel) if ahead else (-travel, 0.0)
         low = max(low - shift, float(least[axis]))

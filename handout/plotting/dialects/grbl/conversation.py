@@ -13,8 +13,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceHeld, DeviceSilent
-from handout.plotting.dialects.grbl import words
-from handout.plotting.dialects.grbl.words import Alarm, Banner, Error, Ok, Reply, Status
+from handout.plotting.dialects.grbl import protocol
+from handout.plotting.dialects.grbl.protocol import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
 
 _LONGEST = 600.0  # s that it may take over one line that is asked alone
@@ -28,7 +28,7 @@ class Sent(NamedTuple):
     line: bytes
 
 
-class Link:
+class GrblConversation:
     """A port with a controller behind it.
 
     Its methods raise DeviceSilent when nothing is answered, or when lines were lost; DeviceAlarm when a line is refused
@@ -63,11 +63,11 @@ class Link:
         """What the controller says within `patience` s; returns with the first complete lines, or with none."""
         data = self.port.read(patience)
         *complete, self._partial = (self._partial + data).split(b"\n")
-        return [words.reply(line) for line in complete if line.strip()]
+        return [protocol.reply(line) for line in complete if line.strip()]
 
     def send(self, sent: Sent, acknowledged: Callable[[Sent], None]) -> None:
         """Send a line as soon as the controller has room for it."""
-        alone = words.writes_memory(sent.line)
+        alone = protocol.writes_memory(sent.line)
         while self._under_way and (alone or self._bytes + len(sent.line) > self.buffer - 1):
             self.hear(acknowledged)
         self._under_way.append(sent)  # before it is written: an interrupt may come between
@@ -85,7 +85,7 @@ class Link:
         """Ask for its state, unless it has been asked and has not answered."""
         if not self._asked:
             self._asked = True
-            self.port.write(words.STATUS)
+            self.port.write(protocol.STATUS)
 
     def ask(self, line: bytes, patience: float = 0.0) -> list[Reply]:
         """Send a line alone and wait for its answer; everything said until then.
@@ -137,7 +137,7 @@ class Link:
             self._waited += glance
             self._stood += glance
             self._asked = True
-            self.port.write(words.STATUS)
+            self.port.write(protocol.STATUS)
         raise DeviceSilent(
             f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, "
             "and that it moves freely."
@@ -177,10 +177,10 @@ class Link:
         """See whether somebody holds it, and for how long."""
         if status.state == "Sleep":
             raise DeviceAlarm("The plotter is asleep, its motors without power: switch it off and on, and start again.")
-        held = status.state in words.HELD
+        held = status.state in protocol.HELD
         self._stood = self._stood if held else 0.0
         if held and not self._held:
-            self.log(words.HELD[status.state])
+            self.log(protocol.HELD[status.state])
         self._held = held
         if self._stood > self.patience:
             raise DeviceHeld(

@@ -41,7 +41,7 @@ class Way(NamedTuple):
         return max(abs(a - b) for a, b in zip(self.begin, self.end, strict=True)) > _NEAR
 
 
-class Track:
+class PositionTracking:
     """The ways of the commands that have been sent and not certainly executed.
 
     Parameters
@@ -144,8 +144,8 @@ class Track:
             return False
         if not near.any():
             return False
-        known = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
-        if power in known:
+        info = {value for way, is_near in zip(self._ways, near, strict=True) if is_near for value in way.power}
+        if power in info:
             self._power_is_told |= power > 0
             return False
         return self._power_is_told

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
-from handout.plotting.dialects.ebb import words
-from handout.plotting.dialects.ebb.words import About, Error, Note, Ok, Reply, Values
+from handout.plotting.dialects.ebb import protocol
+from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Reply, Values
 from handout.plotting.ports import Port
 
 _GLANCE = 0.25  # s of silence after which the time is looked at
@@ -28,7 +28,7 @@ class Asked(NamedTuple):
 Answered = Callable[[Asked, tuple[int, ...]], None]
 
 
-class Talk:
+class EbbConversation:
     """A port with a board behind it.
 
     Its methods raise DeviceSilent when nothing is answered or an answer was lost, DeviceAlarm when the board refuses a
@@ -58,12 +58,12 @@ class Talk:
         """Send a command or a question."""
         self.port.write(data)
         name = data[:-1].split(b",")[0].decode("ascii")
-        self.open.append(Asked(data, name, number, words.seconds(data)))
+        self.open.append(Asked(data, name, number, protocol.seconds(data)))
 
     def replies(self, patience: float) -> list[Reply]:
         """What the board says within `patience` s; returns with the first complete lines, or with none."""
-        complete, self._partial = words.lines(self._partial + self.port.read(patience))
-        return [words.reply(line) for line in complete]
+        complete, self._partial = protocol.lines(self._partial + self.port.read(patience))
+        return [protocol.reply(line) for line in complete]
 
     def hear(self) -> None:
         """Wait for the next answers and make sense of them."""

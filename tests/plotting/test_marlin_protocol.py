@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import plan
-from handout.plotting.dialects import marlin
-from handout.plotting.dialects.marlin import words
-from handout.plotting.dialects.marlin.held import Held
+from handout.plotting.dialects.marlin import DIALECT as marlin
+from handout.plotting.dialects.marlin import protocol
+from handout.plotting.dialects.marlin.planner_queue import PlannerQueue
 from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
@@ -22,8 +22,8 @@ BLOCKS = [
 
 
 def written(blocks, profile):
-    lines = b"".join(command.data for command in words.program(blocks, profile)).decode().split()
-    return lines[len(words.opening(profile)) : -1]
+    lines = b"".join(command.data for command in protocol.program(blocks, profile)).decode().split()
+    return lines[len(protocol.opening(profile)) : -1]
 
 
 def test_a_servo_waits_for_the_moves_before_it():
@@ -50,15 +50,15 @@ def test_own_commands_lift_the_pen_and_are_not_trusted_to_keep_anything():
 
 
 def test_commands_say_what_is_done_with_them():
-    done = [command.done for command in words.program(BLOCKS, SERVO)]
+    done = [command.done for command in protocol.program(BLOCKS, SERVO)]
     assert done == sorted(done) and done[-1] == len(BLOCKS)
-    before = [command.done for command in words.program(BLOCKS, SERVO) if b"X20.333" in command.data]
+    before = [command.done for command in protocol.program(BLOCKS, SERVO) if b"X20.333" in command.data]
     assert before == [7]  # the first third of a move is not the move
 
 
 @given(st.integers(1, 10**7), st.text(st.characters(codec="ascii", exclude_characters="\n\r*"), max_size=60))
 def test_a_line_is_framed_with_the_xor_of_its_bytes(number, text):
-    line = words.framed(number, text.encode())
+    line = protocol.framed(number, text.encode())
     body, _, checksum = line.rpartition(b"*")
     sum_ = 0
     for byte in body:
@@ -68,16 +68,18 @@ def test_a_line_is_framed_with_the_xor_of_its_bytes(number, text):
 
 
 def test_a_known_line():
-    assert words.framed(3, b"T0\n") == b"N3 T0*57\n"  # the example of the protocol's description
+    assert protocol.framed(3, b"T0\n") == b"N3 T0*57\n"  # the example of the protocol's description
 
 
 @given(st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(1, 60000)), max_size=30))
 def test_moves_are_read_back_as_they_were_meant(moves):
     state = {"X": None, "Y": None, "F": None}
-    lines = [command.data for command in words.program([Move(*move) for move in moves], ON_Z)]
+    lines = [command.data for command in protocol.program([Move(*move) for move in moves], ON_Z)]
     blocks = [Move(*move) for move in moves]
-    for line, block in zip(lines[len(words.opening(ON_Z)) : -1][-len(blocks) :] if moves else [], blocks, strict=True):
-        assert line.startswith(b"G1") and len(words.framed(10**6, line)) <= 70
+    for line, block in zip(
+        lines[len(protocol.opening(ON_Z)) : -1][-len(blocks) :] if moves else [], blocks, strict=True
+    ):
+        assert line.startswith(b"G1") and len(protocol.framed(10**6, line)) <= 70
         state |= {letter: float(number) for letter, number in re.findall(r"([XYF])(-?[\d.]+)", line.decode())}
         assert state["X"] == pytest.approx(block.x, abs=5.1e-4) and state["Y"] == pytest.approx(block.y, abs=5.1e-4)
         assert state["F"] == pytest.approx(block.feed, abs=0.051)
@@ -86,61 +88,64 @@ def test_moves_are_read_back_as_they_were_meant(moves):
 @pytest.mark.parametrize(
     ("line", "meant"),
     [
-        (b"ok\r\n", words.Ok()),
-        (b"ok N12 P14 B3", words.Ok(12, 14, 3)),
-        (b"ok P15 B3", words.Ok(None, 15, 3)),
-        (b"ok T:21.3 /0.0 B:20.0 /0.0 @:0 B@:0", words.Ok()),
-        (b"okay", words.Note("okay")),
-        (b"Resend: 12", words.Resend(12)),
-        (b"Resend:12", words.Resend(12)),
-        (b"rs 12", words.Resend(12)),
-        (b"rs N12", words.Resend(12)),
-        (b"Error:checksum mismatch, Last Line: 11", words.Fault("checksum mismatch, Last Line: 11")),
+        (b"ok\r\n", protocol.Ok()),
+        (b"ok N12 P14 B3", protocol.Ok(12, 14, 3)),
+        (b"ok P15 B3", protocol.Ok(None, 15, 3)),
+        (b"ok T:21.3 /0.0 B:20.0 /0.0 @:0 B@:0", protocol.Ok()),
+        (b"okay", protocol.Note("okay")),
+        (b"Resend: 12", protocol.Resend(12)),
+        (b"Resend:12", protocol.Resend(12)),
+        (b"rs 12", protocol.Resend(12)),
+        (b"rs N12", protocol.Resend(12)),
+        (b"Error:checksum mismatch, Last Line: 11", protocol.Fault("checksum mismatch, Last Line: 11")),
         (
             b"Error:Line Number is not Last Line Number+1, Last Line: 3",
-            words.Fault("Line Number is not Last Line Number+1, Last Line: 3"),
+            protocol.Fault("Line Number is not Last Line Number+1, Last Line: 3"),
         ),
         (
             b"Error:No Checksum with line number, Last Line: 3",
-            words.Fault("No Checksum with line number, Last Line: 3"),
+            protocol.Fault("No Checksum with line number, Last Line: 3"),
         ),
-        (b"Error:Printer halted. kill() called!", words.Error("Printer halted. kill() called!")),
-        (b"echo:busy: processing", words.Busy(False)),
-        (b"echo:busy: paused for user", words.Busy(True)),
-        (b"start", words.Start()),
-        (b"Cap:EMERGENCY_PARSER:1", words.Capability("EMERGENCY_PARSER", True)),
+        (b"Error:Printer halted. kill() called!", protocol.Error("Printer halted. kill() called!")),
+        (b"echo:busy: processing", protocol.Busy(False)),
+        (b"echo:busy: paused for user", protocol.Busy(True)),
+        (b"start", protocol.Start()),
+        (b"Cap:EMERGENCY_PARSER:1", protocol.Capability("EMERGENCY_PARSER", True)),
         (
             b"FIRMWARE_NAME:Marlin 2.1.2 (Jan 1 2023) SOURCE_CODE_URL:x PROTOCOL_VERSION:1.0",
-            words.Identity("Marlin 2.1.2 (Jan 1 2023)"),
+            protocol.Identity("Marlin 2.1.2 (Jan 1 2023)"),
         ),
-        (b"echo:  M201 X500.00 Y500.00 Z100.00", words.Settings("M201", {"X": 500.0, "Y": 500.0, "Z": 100.0})),
-        (b"echo:  M205 B20000.00 S0.00 T0.00 J0.08", words.Settings("M205", {"B": 20000, "S": 0, "T": 0, "J": 0.08})),
-        (b"X:10.00 Y:-2.50 Z:5.00 E:0.00 Count X:800 Y:-200 Z:2000", words.Position(10.0, -2.5, 5.0)),
-        (b'echo:Unknown command: "M205 B0"', words.Unknown("M205 B0")),
-        (b"echo:Home XY First", words.Unhomed()),
-        (b"echo:endstops hit:  X:12.30", words.Struck("endstops hit:  X:12.30")),
-        (b"//action:cancel", words.Note("//action:cancel")),
-        (b"\xff\xfe", words.Note("\ufffd\ufffd")),
+        (b"echo:  M201 X500.00 Y500.00 Z100.00", protocol.Settings("M201", {"X": 500.0, "Y": 500.0, "Z": 100.0})),
+        (
+            b"echo:  M205 B20000.00 S0.00 T0.00 J0.08",
+            protocol.Settings("M205", {"B": 20000, "S": 0, "T": 0, "J": 0.08}),
+        ),
+        (b"X:10.00 Y:-2.50 Z:5.00 E:0.00 Count X:800 Y:-200 Z:2000", protocol.Position(10.0, -2.5, 5.0)),
+        (b'echo:Unknown command: "M205 B0"', protocol.Unknown("M205 B0")),
+        (b"echo:Home XY First", protocol.Unhomed()),
+        (b"echo:endstops hit:  X:12.30", protocol.Struck("endstops hit:  X:12.30")),
+        (b"//action:cancel", protocol.Note("//action:cancel")),
+        (b"\xff\xfe", protocol.Note("\ufffd\ufffd")),
     ],
 )
 def test_replies(line, meant):
-    assert words.reply(line) == meant
-    assert type(words.reply(line)) is type(meant)
+    assert protocol.reply(line) == meant
+    assert type(protocol.reply(line)) is type(meant)
 
 
 @given(st.binary(max_size=60))
 def test_anything_is_some_reply(line):
-    assert words.reply(line) is not None
+    assert protocol.reply(line) is not None
 
 
 def test_errors_have_plain_words():
-    assert "switch it off and on" in words.Error("Printer halted. kill() called!").words
-    assert "heater" in words.Error("Thermal Runaway, system stopped! Heater_ID: bed").words
-    assert words.Error("something new").words == "“something new”"
+    assert "switch it off and on" in protocol.Error("Printer halted. kill() called!").words
+    assert "heater" in protocol.Error("Thermal Runaway, system stopped! Heater_ID: bed").words
+    assert protocol.Error("something new").words == "“something new”"
 
 
 def test_what_may_still_be_in_the_queue():
-    held = Held(queue=2, steps=80)
+    held = PlannerQueue(queue=2, steps=80)
     for number, line in enumerate([b"G21\n", b"G1X10Y10F600\n", b"G1X20\n", b"G1X30\n"], 1):
         held.worked(line, number)
     assert held.executed == 2 and held.seconds == pytest.approx(2.0)

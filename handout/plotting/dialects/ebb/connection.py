@@ -5,9 +5,9 @@ from __future__ import annotations
 import msgspec
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent
-from handout.plotting.dialects.ebb.talk import Talk
-from handout.plotting.dialects.ebb.version import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN, Version
-from handout.plotting.dialects.ebb.words import About
+from handout.plotting.dialects.ebb.conversation import EbbConversation
+from handout.plotting.dialects.ebb.firmware import CURRENT, ENABLED, MOTION, POSITION, SIGNED, UNKNOWN, Version
+from handout.plotting.dialects.ebb.protocol import About
 from handout.profiles import Plotter
 
 _GLANCE = 0.25  # s
@@ -17,7 +17,7 @@ _VOLTS = 7.5  # less is no power supply, only what comes through USB
 QUEUE = 8  # commands in the queue of firmware 3, which has one unless it is told otherwise
 
 
-def meet(talk: Talk, profile: Plotter) -> Plotter:
+def meet(conversation: EbbConversation, profile: Plotter) -> Plotter:
     """Find out the firmware; the profile with it.
 
     Raises
@@ -27,9 +27,9 @@ def meet(talk: Talk, profile: Plotter) -> Plotter:
     """
     about, garbage, waited = None, False, 0.0
     while about is None and waited < profile.port.timeout:
-        talk.port.write(b"V\r")  # ends, and spoils, whatever was begun before a cable was pulled
+        conversation.port.write(b"V\r")  # ends, and spoils, whatever was begun before a cable was pulled
         for _ in range(4):
-            heard = talk.replies(_GLANCE)
+            heard = conversation.replies(_GLANCE)
             about = next((reply for reply in heard if isinstance(reply, About)), about)
             garbage |= bool(heard)
             waited += 0.0 if heard else _GLANCE
@@ -37,8 +37,8 @@ def meet(talk: Talk, profile: Plotter) -> Plotter:
                 break
     if about is None:
         raise DeviceSilent(_missing(garbage, profile))
-    talk.uniform = about.uniform
-    while talk.replies(min(_GLANCE, 0.05)):
+    conversation.uniform = about.uniform
+    while conversation.replies(min(_GLANCE, 0.05)):
         pass  # answers to what was sent by whoever spoke to it before
     return msgspec.structs.replace(profile, firmware=str(about.version))
 
@@ -52,7 +52,7 @@ def _missing(garbage: bool, profile: Plotter) -> str:
     )
 
 
-def settle(talk: Talk, version: Version) -> None:
+def settle(conversation: EbbConversation, version: Version) -> None:
     """Wait until it has done what it was told before; a rest is answered when it and one more are left to do.
 
     Raises
@@ -62,16 +62,16 @@ def settle(talk: Talk, version: Version) -> None:
     """
     if version < MOTION:
         for _ in range(3):
-            talk.ask(NOTHING)
+            conversation.ask(NOTHING)
         return
     waited = 0.0
-    while talk.ask(b"QM\r")[:1] != (0,):
-        if waited > talk.patience:
+    while conversation.ask(b"QM\r")[:1] != (0,):
+        if waited > conversation.patience:
             raise DeviceGarbled(
                 f"The plotter is still busy {waited:.0f} s after its last command, which was to take less: a command "
                 "came over wrong. Use a shorter cable, and no hub."
             )
-        waited += 0.0 if talk.port_says(_MOMENT) else _MOMENT
+        waited += 0.0 if conversation.port_says(_MOMENT) else _MOMENT
 
 
 def check_power(numbers: tuple[int, ...]) -> None:
@@ -89,30 +89,30 @@ def check_power(numbers: tuple[int, ...]) -> None:
         )
 
 
-def ask_power(talk: Talk, version: Version) -> None:
+def ask_power(conversation: EbbConversation, version: Version) -> None:
     """See that the motors have power."""
     if version >= CURRENT:
-        check_power(talk.ask(b"QC\r"))
+        check_power(conversation.ask(b"QC\r"))
 
 
-def rested(talk: Talk, version: Version) -> bool:
+def rested(conversation: EbbConversation, version: Version) -> bool:
     """Whether its motors have been off or might have been, so that the carriage may be anywhere.
 
     Boards that cannot say are taken at the word of their counters: not zero, they have been driven from it.
     """
     if version >= ENABLED:
-        return steps_are_others(talk, version)
-    return version < POSITION or talk.ask(b"QS\r") == (0, 0)
+        return steps_are_others(conversation, version)
+    return version < POSITION or conversation.ask(b"QS\r") == (0, 0)
 
 
-def steps_are_others(talk: Talk, version: Version) -> bool:
+def steps_are_others(conversation: EbbConversation, version: Version) -> bool:
     """Whether its motors do not make steps of a sixteenth, as far as it can tell."""
-    return version >= ENABLED and talk.ask(b"QE\r") != (16, 16)
+    return version >= ENABLED and conversation.ask(b"QE\r") != (16, 16)
 
 
-def lengthen(talk: Talk, version: Version) -> int:
+def lengthen(conversation: EbbConversation, version: Version) -> int:
     """Make the queue longer where that is possible; how many commands it holds."""
     if version < SIGNED or version == UNKNOWN:
         return 1
-    talk.ask(f"CU,4,{QUEUE}\r".encode("ascii"))
+    conversation.ask(f"CU,4,{QUEUE}\r".encode("ascii"))
     return QUEUE

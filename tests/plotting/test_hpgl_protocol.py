@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from handout import profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import plan
-from handout.plotting.dialect import dialect
-from handout.plotting.dialects.hpgl import words
-from handout.plotting.dialects.hpgl.meant import Meant
+from handout.plotting.dialects import dialect
+from handout.plotting.dialects.hpgl import protocol
+from handout.plotting.dialects.hpgl.controller import PenPosition
 from handout.plotting.planning.blocks import Move, Pause, Pen
 
 PROFILE = profiles.find("hp-7475a", "plotter")
@@ -57,11 +57,11 @@ def drawn(instructions):
 @settings(deadline=None, max_examples=40)
 @given(strokes)
 def test_a_path_comes_back_within_half_a_unit(meant):
-    commands = list(words.program(blocks(meant), PROFILE, absolute=True))
+    commands = list(protocol.program(blocks(meant), PROFILE, absolute=True))
     data = b"".join(command.data for command in commands)
     assert data.isascii() and re.fullmatch(rb"([A-Z]{2}[-0-9.,]*;)+", data)
     assert max(len(command.data) for command in commands) <= 40
-    back = drawn(words.read(data))
+    back = drawn(protocol.read(data))
     assert len(back) == len(meant)
     for (points, speed), (wanted, path) in zip(back, meant, strict=True):
         assert np.abs(np.array(points) - np.array(path) * PROFILE.limits.steps_per_mm).max() <= 0.5 + 1e-9
@@ -72,18 +72,18 @@ def test_a_path_comes_back_within_half_a_unit(meant):
 @given(strokes)
 def test_every_block_is_done_by_one_command(meant):
     told = blocks(meant)
-    done = [command.done for command in words.program(told, PROFILE)]
+    done = [command.done for command in protocol.program(told, PROFILE)]
     assert done == sorted(done) and done[0] == 0 and done[-1] == len(told)
     moves = 0
-    for command in words.program(told, PROFILE):
-        moves += sum(len(instruction.points) for instruction in words.read(command.data))
+    for command in protocol.program(told, PROFILE):
+        moves += sum(len(instruction.points) for instruction in protocol.read(command.data))
         assert moves == sum(isinstance(block, Move) for block in told[: command.done])
 
 
 def test_a_program_word_by_word():
     told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Move(12, 22, 4560)]
     told += [Pause(1.0), Pen(False), Move(0, 0, FAST)]
-    data = [command.data for command in words.program(told, PROFILE, absolute=True)]
+    data = [command.data for command in protocol.program(told, PROFILE, absolute=True)]
     assert data[:3] == [b"IN;", b"SP1;", b"PU;"]
     assert data[3:8] == [b"PU;", b"PU402,804;", b"PD;", b"VS3.8;", b"PD442,804,442,864;"]
     assert data[8:] == [b"VS7.6;", b"PD482,884;", b"PU;", b"PU0,0;", b"PU;", b"SP0;"]
@@ -91,7 +91,7 @@ def test_a_program_word_by_word():
 
 def test_on_the_wire_places_are_told_from_one_to_the_next_and_the_pen_twice():
     told = [Pen(False), Move(10, 20, FAST), Pen(True), Move(11, 20, 2280), Move(11, 21.5, 2280), Pen(False)]
-    data = [command.data for command in words.program([*told, Move(0, 0, FAST)], PROFILE)]
+    data = [command.data for command in protocol.program([*told, Move(0, 0, FAST)], PROFILE)]
     assert data[3:] == [
         b"PU;PU;", b"PA402,804;", b"PD;PD;", b"VS3.8;", b"PR40,0,0,60;", b"PU;PU;", b"PR-442,-864;", b"PU;", b"SP0;"
     ]  # fmt: skip
@@ -100,9 +100,9 @@ def test_on_the_wire_places_are_told_from_one_to_the_next_and_the_pen_twice():
 @settings(deadline=None, max_examples=40)
 @given(strokes)
 def test_what_is_told_from_one_to_the_next_leads_to_the_same_places(meant):
-    followed = [Meant(), Meant()]
+    followed = [PenPosition(), PenPosition()]
     for plotter, absolute in zip(followed, (True, False), strict=True):
-        for command in words.program(blocks(meant), PROFILE, absolute=absolute):
+        for command in protocol.program(blocks(meant), PROFILE, absolute=absolute):
             assert len(command.data) <= 40
             plotter.send(command.data)
     assert followed[0].at == followed[1].at and not followed[1].is_missed(*followed[0].at)
@@ -110,13 +110,13 @@ def test_what_is_told_from_one_to_the_next_leads_to_the_same_places(meant):
 
 def test_pens_and_rotation_are_those_of_the_profile():
     turned = msgspec.structs.replace(ONE_PEN, hpgl=msgspec.structs.replace(ONE_PEN.hpgl, rotation=90, pen=3))
-    data = [command.data for command in words.program([Pen(False)], turned, absolute=True)]
+    data = [command.data for command in protocol.program([Pen(False)], turned, absolute=True)]
     assert data == [b"IN;", b"RO90;", b"IP;", b"IW;", b"SP3;", b"PU;", b"PU;", b"PU;"]
 
 
 def test_a_velocity_is_not_repeated():
-    data = b"".join(command.data for command in words.program(plan(page(words=4), PROFILE).blocks, PROFILE))
-    told = [numbers[0] for name, numbers in words.read(data) if name == "VS"]
+    data = b"".join(command.data for command in protocol.program(plan(page(words=4), PROFILE).blocks, PROFILE))
+    told = [numbers[0] for name, numbers in protocol.read(data) if name == "VS"]
     assert told and all(a != b for a, b in itertools.pairwise(told))
     steps = np.array(told) / 0.38
     assert np.abs(steps - np.round(steps)).max() < 1e-6
@@ -127,7 +127,7 @@ def test_a_file_says_what_the_wire_says():
     data = dialect("hpgl").file(made, PROFILE)
     assert data.isascii() and max(map(len, data.splitlines())) <= 40
     assert data.replace(b"\n", b"") == b"".join(
-        command.data for command in words.program(made.blocks, PROFILE, absolute=True)
+        command.data for command in protocol.program(made.blocks, PROFILE, absolute=True)
     )
 
 
@@ -145,14 +145,14 @@ def test_user_text_reaches_no_file(text):
     [(b"812", (812.0,)), (b" 0,-12,1\r", (0.0, -12.0, 1.0)), (b"7475A", None), (b"", None), (b"\xff1", None)],
 )
 def test_answers(answer, numbers):
-    assert words.numbers(answer) == numbers
+    assert protocol.numbers(answer) == numbers
 
 
 def test_errors_are_explained():
-    assert words.error(8) == (
+    assert protocol.error(8) == (
         "HP-GL error 8, a move while its pinch wheels were raised: load the paper, lower the lever"
     )
-    assert "bytes were lost" in words.line_error(16) and "unknown" in words.error(99)
+    assert "bytes were lost" in protocol.line_error(16) and "unknown" in protocol.error(99)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ class _Block(NamedTuple):
     seconds: float
 
 
-class Held:
+class PlannerQueue:
     """Follows the commands that have been worked through, in order; a lower bound of what was executed.
 
     Parameters

@@ -1,16 +1,14 @@
-"""Training lines come from the product's own pipeline, with every letter where the label says."""
+"""Synthetic lines come from the product's own pipeline, with every letter where the label says."""
 
 import numpy as np
 import pytest
 
-from handout.errors import InputError
 from handout.hand import library
-from handout.tagging import network, training
-from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, state
+from handout.prompting import corpus
+from handout.tagging.alphabet import JUNK, LETTERS, SPACE, state
 from handout.tagging.features import ABOVE, HEIGHT, INKY, STEP, X_HEIGHT
-from handout.tagging.renders import render
-from handout.tagging.training import column_states, examples, sentences_of, texts, usual_widths
-from handout.tagging.writers import habits, writer
+from handout.tagging.synthetic_lines import column_states, sampled_columns, write_lines
+from handout.tagging.synthetic_writers import random_habits, random_writer, texts
 
 HANDS = [library.load(name) for name in ("house-joined", "house-print", "house-quick")]
 TEXT = "Six bold foxes jumped over the quiet dog, then slept until noon in the long wet grass."
@@ -21,13 +19,13 @@ def lines():
     made = []
     for seed in range(6):
         rng = np.random.default_rng(seed)
-        made += render(TEXT, writer(HANDS, rng), habits(rng), rng)
+        made += write_lines(TEXT, random_writer(HANDS, rng), random_habits(rng), rng)
     return made
 
 
 def test_every_letter_is_labelled_once_and_in_order():
     rng = np.random.default_rng(1)
-    made = render(TEXT, HANDS[0], habits(rng), rng)
+    made = write_lines(TEXT, HANDS[0], random_habits(rng), rng)
     assert "".join(span.letter for line in made for span in line.spans) == TEXT.replace(" ", "")
 
 
@@ -64,13 +62,13 @@ def test_letters_stand_on_the_baseline(lines):
 
 def test_what_is_struck_out_is_junk():
     rng = np.random.default_rng(2)
-    made = [line for _ in range(6) for line in render(TEXT, HANDS[1], habits(rng), rng, struck=True)]
+    made = [line for _ in range(6) for line in write_lines(TEXT, HANDS[1], random_habits(rng), rng, struck=True)]
     junk = [span for line in made for span in line.spans if span.letter == JUNK]
     assert junk and all(span.right - span.left > X_HEIGHT / 2 for span in junk)
 
 
 def test_some_writers_borrow_letters_and_some_turn_their_n():
-    made = [writer(HANDS, np.random.default_rng(seed)) for seed in range(40)]
+    made = [random_writer(HANDS, np.random.default_rng(seed)) for seed in range(40)]
     own = {hand.name: hand for hand in HANDS}
     borrowed = [any(w.glyphs[c] is not own[w.name].glyphs[c] for c in "abcdefgh") for w in made]
     turned = [len(w.glyphs["n"]) > max(len(hand.glyphs["n"]) for hand in HANDS) for w in made]
@@ -86,39 +84,13 @@ def test_columns_get_the_thirds_of_their_letter():
 
 
 def test_all_letters_occur_in_the_texts():
-    source = texts(sentences_of(None), np.random.default_rng(0))
+    source = texts(corpus.shipped(), np.random.default_rng(0))
     seen = set("".join(next(source) for _ in range(600)))
     assert set(LETTERS) - {JUNK, SPACE} <= seen
 
 
-def test_a_letter_never_seen_has_a_usual_width():
-    widths = usual_widths({"i": [6.0, 8.0, 10.0]})
-    assert widths[INDEX["i"]] == pytest.approx(0.4) and widths[INDEX["q"]] == pytest.approx(0.8)
-
-
 def test_examples_are_columns_of_the_line(lines):
-    every = examples(lines[0], np.random.default_rng(0), 1.0, 1.0)
-    some = examples(lines[0], np.random.default_rng(0), 0.5, 0.1)
+    every = sampled_columns(lines[0], np.random.default_rng(0), 1.0, 1.0)
+    some = sampled_columns(lines[0], np.random.default_rng(0), 0.5, 0.1)
     assert len(every.states) == -(-lines[0].image.shape[1] // STEP)
     assert 0.2 < len(some.states) / len(every.states) < 0.6
-
-
-def test_the_command_writes_a_network_that_has_begun_to_learn(tmp_path, monkeypatch):
-    monkeypatch.setattr(training, "_FRESH", 4)
-    path = tmp_path / "net.npz"
-    arguments = ["-o", str(path), "--lines", "24", "--epochs", "6", "--hidden", "32", "--hands", "house-print"]
-    training.main(arguments)
-    first = network.load(path)
-    rng = np.random.default_rng(9)
-    fresh = list(training.written(HANDS[1:2], [TEXT], 3, rng))
-    assert training.accuracy(network.load(path), fresh)[1] > 0.1
-    training.main(arguments)
-    assert all((a == b).all() for a, b in zip(first.weights, network.load(path).weights, strict=True))
-
-
-def test_sentences_that_cannot_be_read_are_said(tmp_path):
-    with pytest.raises(InputError, match="missing"):
-        sentences_of(tmp_path / "missing.txt")
-    (tmp_path / "empty.txt").write_text("\n\n")
-    with pytest.raises(InputError, match="no sentences"):
-        sentences_of(tmp_path / "empty.txt")

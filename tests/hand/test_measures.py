@@ -1,0 +1,24 @@
+"""What a scanned hand measures."""
+
+import numpy as np
+import pytest
+
+from handout.hand import measures
+from handout.hand.letter_classes import FULL_ASCENDERS
+
+
+def test_lengths_are_of_letters(small_hand):
+    unit = measures.x_height(small_hand)
+    assert unit == pytest.approx(small_hand.x_height / small_hand.pages[0].pitch)
+    assert 1.3 * unit <= measures.capital_height(small_hand) <= 3.5 * unit
+    width = small_hand.x_height / measures.x_height_in_half_widths(small_hand)
+    assert measures.half_width(small_hand) == pytest.approx(width, rel=0.1)
+    tops = [small_hand.outline(i)[:, 1].max() for i, g in enumerate(small_hand.glyphs) if g.letter in FULL_ASCENDERS]
+    assert measures.ascender_height(small_hand) == pytest.approx(np.median(tops))
+
+
+def test_joins_are_counted_within_words(small_hand):
+    joins = measures.joins(small_hand)
+    assert joins.joined == sum(bool(glyph.ligatures) for glyph in small_hand.glyphs)
+    assert 0 < joins.share <= 1
+    assert measures.Joins(0, 0).share == 0
