@@ -1,8 +1,10 @@
 """The map of the house in docs/architecture.md is that of the code."""
 
+import re
+from graphlib import CycleError
+
 import house_map
 import pytest
-from graphlib import CycleError
 
 
 def test_the_map_is_up_to_date():
@@ -19,3 +21,17 @@ def test_arrows_that_others_imply_are_left_out_and_circles_are_not_drawn():
     assert house_map.reduced({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == {"a": {"b"}, "b": {"c"}, "c": set()}
     with pytest.raises(CycleError):
         house_map.reduced({"a": {"b"}, "b": {"a"}})
+
+
+def test_files_that_the_documents_name_are_there():
+    """`room/file.py` in a document is a file of the package, of the tests or of the checkout."""
+    root = house_map.PACKAGE.parent
+    named = {
+        (document.name, name)
+        for document in (root / "docs").glob("*.md")
+        for name in re.findall(r"`([\w/.-]+/(?:[\w.-]+\.\w+)?)`", document.read_text(encoding="utf-8"))
+        if not name.startswith(("~", "/", "."))
+    }
+    assert len(named) > 20
+    lost = [pair for pair in named if not any((top / pair[1]).exists() for top in (root, house_map.PACKAGE))]
+    assert lost == []
