@@ -25,6 +25,7 @@ from handout.hand.library import load
 from handout.inking import pens
 from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.score.crowd import Distance, Style, distance, least, own_nearest, style
 from handout.score.lines import find_lines
 from handout.score.pages import ink, read_page
@@ -32,7 +33,7 @@ from handout.score.repetition import repetition
 from handout.score.statistics import PageStatistics, page_statistics
 from handout.values import Drawing
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SEEDS = (1, 2)

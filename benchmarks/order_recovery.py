@@ -39,12 +39,13 @@ from handout.motion.recovery.models import HANDS
 from handout.motion.recovery.network import network
 from handout.motion.recovery.prices import Costs
 from handout.motion.recovery.walks import walks
+from handout.page_sizes import page
 from handout.scanning.reading import read_page
 from handout.simulated.author import reread
 from handout.simulated.author.simulate import simulate
 from handout.tagging.making import make_page, read_hand
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
 from handout.writing.scanned.manner import manner
 from handout.writing.scanned.setting import set_line

@@ -22,7 +22,7 @@ from handout.plotting.driving.driver import OVERLAP, Report
 from handout.plotting.planning import lookahead
 from handout.plotting.planning.blocks import Move
 from handout.plotting.planning.plan import Order
-from handout.plotting.planning.toolpath import DRAW, machine, starts
+from handout.plotting.planning.toolpath import DRAW, machine_of, start_times
 from handout.profiles import Acceleration, Length, Plotter, Speed
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.options import Options
@@ -69,21 +69,21 @@ def written(hand: str, text: str, x_height: float = 3.0, pace: float = 1.0, seed
 
 def with_mean_feeds(made: Plan) -> Plan:
     """The same plan with the obvious feeds: of every segment, its mean speed."""
-    way = made.course
+    way = made.toolpath
     length = np.linalg.norm(np.diff(way.points, axis=0), axis=1)
-    rows = np.flatnonzero((way.kind == DRAW) & (way.intended > 0))
-    mean = dict(zip(rows.tolist(), (60 * length[rows] / way.intended[rows]).tolist(), strict=True))
+    rows = np.flatnonzero((way.kind == DRAW) & (way.requested_time > 0))
+    mean = dict(zip(rows.tolist(), (60 * length[rows] / way.requested_time[rows]).tolist(), strict=True))
     blocks = tuple(
         Move(block.x, block.y, max(round(mean.get(row, block.feed)), 1)) if isinstance(block, Move) else block
-        for block, (_, row) in zip(made.blocks, way.told, strict=True)
+        for block, (_, row) in zip(made.blocks, way.instructions, strict=True)
     )
     feed = np.zeros(len(way.kind))
-    for block, (_, row) in zip(blocks, way.told, strict=True):
+    for block, (_, row) in zip(blocks, way.instructions, strict=True):
         if isinstance(block, Move):
             feed[row] = block.feed / 60
-    lines = lookahead.blocks(way.points, way.stands, machine(made.profile))
+    lines = lookahead.blocks(way.points, way.stands, machine_of(made.profile))
     motion = lookahead.run(lines, feed, made.profile.port.queue)
-    return dataclasses.replace(made, blocks=blocks, motion=motion, starts=starts(way, motion, made.profile))
+    return dataclasses.replace(made, blocks=blocks, motion=motion, starts=start_times(way, motion, made.profile))
 
 
 def execute(made: Plan, latency: float = 0.001, overlap: float = OVERLAP) -> tuple[fidelity.Fidelity, Report]:
@@ -146,7 +146,7 @@ def latencies() -> None:
     made = plan(written("house-joined", TEXT), plotter(2000))
     for latency in LATENCIES:
         found, report = execute(made, latency)
-        rate = report.segments / float(made.motion.duration[made.course.draws].sum())
+        rate = report.segments / float(made.motion.duration[made.toolpath.draws].sum())
         print(
             f"  {1000 * latency:3.0f} ms: {report.executed_s / report.announced_s:.4f}  {rate:.0f}/s  "
             f"{report.min_queue}  {1 - found.timed:.4f}  {found.timed_rms:.2%}"

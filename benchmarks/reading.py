@@ -20,12 +20,13 @@ import numpy as np
 
 from handout.hand.library import load
 from handout.inking.pen import usual
+from handout.page_sizes import page
 from handout.scanning.page import Scan
 from handout.scanning.reading import WrittenPage, read_page
 from handout.simulated.author import judge
 from handout.simulated.author.simulate import simulate
 from handout.simulated.author.truth import Simulated
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 HANDS = ("house-joined", "house-quick")

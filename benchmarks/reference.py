@@ -28,13 +28,14 @@ from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.simulated import spectra
 from handout.simulated.printer import Flatbed, Inkjet, Sheet, stock, writer
 from handout.simulated.scanner.flatbed import SETTINGS
 from handout.simulated.sheet import Written
 from handout.values import Array, Raster
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 DPI, FINE = 300, 600
 _LEAST = 20  # samples in reach, to be judged at all

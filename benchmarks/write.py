@@ -16,10 +16,11 @@ import numpy as np
 from handout.hand.library import load, names
 from handout.inking.plain import flatten, ink
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.score.repetition import components, repetition
 from handout.values import Drawing, Hand
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 GOAL_SECONDS = 1.0
 GOAL_START = 0.15

@@ -22,9 +22,10 @@ from handout.hand import library
 from handout.hand.scanned import ScannedHand
 from handout.inking.plain import flatten
 from handout.inking.scanned import drawn
+from handout.page_sizes import page
 from handout.values import Manuscript
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.scanned import scribe
 from handout.writing.scanned.lining import lining
 

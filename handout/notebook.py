@@ -38,10 +38,12 @@ def hand_svg(hand: Hand) -> str | None:
     """A line in a hand that was drawn; the same every time."""
     import numpy as np
 
+    from handout.page_sizes import page
+
     layout = import_module("handout.writing.layout")
     compose, trace = (import_module(f"handout.{room}") for room in ("writing.compose", "motion.trace"))
     text, rng = _sample(hand), np.random.default_rng(1)
-    sheet = layout.Layout(layout.page("x".join(f"{side:g}" for side in _PAPER) + "mm"), margin=(4.0,) * 4, fit=True)
+    sheet = layout.Layout(page("x".join(f"{side:g}" for side in _PAPER) + "mm"), margin=(4.0,) * 4, fit=True)
     pages = compose.compose(text, hand, sheet, rng)
     return drawing_svg(trace.trace(pages[0], hand, rng))
 

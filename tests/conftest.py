@@ -24,8 +24,9 @@ def small_scan(tmp_path_factory):
     from PIL import Image
 
     from handout.hand.library import load
+    from handout.page_sizes import page
     from handout.simulated.author.simulate import simulate
-    from handout.writing.layout import Layout, page
+    from handout.writing.layout import Layout
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
     made = simulate(WRITTEN, load("house-joined"), rng=np.random.default_rng(5), layout=layout, dpi=300.0)

@@ -16,6 +16,7 @@ GROUND = {
     "branching",
     "hues",
     "peaks",
+    "page_sizes",
     "units",
     "encodings",
     "errors",

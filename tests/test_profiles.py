@@ -9,16 +9,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from handout import profiles, shipped
+from handout import page_sizes, profiles, shipped
 from handout.errors import ProfileError
 from handout.plotting import fit_to_bed, open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
-from handout.printing import media, submit
+from handout.printing import media, printers
 from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
-from handout.writing.layout import PAGES
 
 sys.path.insert(0, str(Path(__file__).parent / "plotting"))
 from cursive import page
@@ -70,7 +69,7 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
     job = tmp_path / "job.pdf"
     with picture_pdf.document(job) as document:
         document.add(sheet, inked)
-    assert submit.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
+    assert printers.ticket(profile, page, "t").media == f"Custom.{sheet.width:g}x{sheet.height:g}mm"
     ((size, pixels),) = rip.pages(job, profile.dpi)
     assert (size.width, size.height) == pytest.approx((45, 60) if profile.feed == "short" else (60, 45))
     scan = Flatbed.ideal().scan(Inkjet().printed(pixels, profile.dpi, profile.margins), 150, np.random.default_rng(0))
@@ -87,11 +86,11 @@ def test_envelopes_are_fed_by_their_names_and_warned_of_at_their_margins(path):
     profile = profiles.read(path)
     assert isinstance(profile, profiles.Printer)
     for name, standard in (("dl", "iso_dl_110x220mm"), ("c6", "iso_c6_114x162mm"), ("c5", "iso_c5_162x229mm")):
-        fed = media.printer_for(PAGES[name], profile)
+        fed = media.printer_for(page_sizes.page(name), profile)
         edges = fed.margins
         assert edges == (profile.envelope.margins or profile.margins)
-        assert submit.ticket(fed, PAGES[name], "t").media == standard
-        sheet = media.turned_page(PAGES[name], media.turn_for(PAGES[name], fed))
+        assert printers.ticket(fed, page_sizes.page(name), "t").media == standard
+        sheet = media.turned_page(page_sizes.page(name), media.turn_for(page_sizes.page(name), fed))
         inside = np.array([edges.left, edges.top, sheet.width - edges.right, sheet.height - edges.bottom])
         assert media.margin_warning(tuple(inside), sheet, edges, fed.title) is None
         for edge, out in zip(("left", "leading", "right", "trailing"), np.diag([-1, -1, 1, 1]), strict=True):

@@ -148,8 +148,9 @@ def scanned_name(name: str) -> str:
 
 
 def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
+    from handout.page_sizes import page
     from handout.writing.compose import compose
-    from handout.writing.layout import Layout, page
+    from handout.writing.layout import Layout
 
     letters = {glyph.letter for glyph in hand.glyphs} if isinstance(hand, ScannedHand) else set(hand.glyphs)
     text = "".join(letter for letter in _TEXT if letter == " " or letter in letters)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from handout import atomic
 from handout.errors import InputError
-from handout.printing.feeding import Feeding
-from handout.printing.formats import WRITERS
+from handout.printing.documents import WRITERS
+from handout.printing.media import Feeding
+from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue
-from handout.printing.submit import open_queue, ticket
 from handout.profiles import Printer
 from handout.sinks.picture_pdf import PdfWriter
 from handout.values import Page, Raster

@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
+from handout import page_sizes
 from handout.cli import options, results, styling
 
 
 @click.command("asemic")
 @click.option("--letters", type=int, default=5, show_default=True, help="How many letters, 1 to 60.")
 @click.option("--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help="SVG, PNG, PDF …")
-@click.option("--page", "page_name", default="148x105mm", show_default=True, help="A5, A6 … or WxHmm.")
+@click.option("--page", "page_name", default="148x105mm", show_default=True, help=page_sizes.HELP)
 @styling.style_options("fast-tag")
 @options.picture_options
 @results.output_options
@@ -29,8 +30,8 @@ def command(letters: int, output: tuple[Path, ...], page_name: str, **given: Any
 
     from handout.cli import jobs
     from handout.motion.styles.asemic import tag
+    from handout.page_sizes import page
     from handout.sinks import check_outputs, write_drawings
-    from handout.writing.layout import page
 
     check_outputs(output)
     look, style, seed = styling.look(given), styling.style(given), jobs.seed(given)

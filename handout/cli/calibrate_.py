@@ -79,7 +79,7 @@ def wizard(**given: Any) -> int:
     """
     from handout.calibrating.session import Step
     from handout.calibrating.wizard import Wizard
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
     from handout.simulated.print_and_scan import simulated
 
     profile = resolve(given["printer"])
@@ -131,7 +131,7 @@ def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path
     from handout.calibrating import pages, store
     from handout.calibrating.wizard import chart_pages, write_chart_file
     from handout.printing.charts import chart_for
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
 
     profile = resolve(printer)
     if profile.file and output is None and dry_run is None:

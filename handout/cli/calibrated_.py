@@ -32,7 +32,7 @@ def verify(printer: str, paper: str, hand: str, sheet: str, output: Path | None,
     handout calibrate verify --printer epson --scan strip-scan.png
     """
     from handout.calibrating import pages, reporting, store, verification
-    from handout.printing.submit import resolve
+    from handout.printing.printers import resolve
 
     found = store.wanted(printer, paper)
     if scans:

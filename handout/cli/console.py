@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import click
 
-from handout.cli.progress import Line, hidden, shown, unseen
+from handout.cli import progress as terminal
 from handout.pipeline.results import Result
 
 
@@ -24,14 +24,14 @@ class Console:
     as_json: bool = False
     quiet: bool = False
     _notes: list[str] = field(default_factory=list)
-    _line: Line = unseen
+    _line: terminal.Line = terminal.unseen
 
     def say(self, *sentences: str) -> None:
         """Say something on standard error, unless the user wants quiet."""
         if self.quiet:
             return
         for sentence in sentences:
-            with hidden():
+            with terminal.hidden():
                 click.echo(sentence, err=True)
 
     def note(self, *sentences: str) -> None:
@@ -44,9 +44,9 @@ class Console:
         self._line(share, stage)
 
     @contextlib.contextmanager
-    def working(self) -> Iterator[Line]:
+    def working(self) -> Iterator[terminal.Line]:
         """A block of work whose progress a terminal shows."""
-        with shown(self.quiet) as line:
+        with terminal.shown(self.quiet) as line:
             before, self._line = self._line, line
             try:
                 yield line

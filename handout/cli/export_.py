@@ -9,8 +9,9 @@ import click
 
 from handout import units
 from handout.cli import drawings as drawn_
-from handout.cli import jobs, options, programs, results
+from handout.cli import jobs, options, results
 from handout.errors import InputError
+from handout.pipeline import programs
 
 
 @click.command("export")

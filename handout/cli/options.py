@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import partial, wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from handout import encodings, units
+from handout import page_sizes
 from handout.cli import results
 from handout.cli.console import Console
-from handout.errors import InputError
-from handout.inking.pen import PENS
-from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, slip_rate
+from handout.pipeline.options import PENS, PictureOptions, SheetOptions, WritingOptions, slip_rate
 
 if TYPE_CHECKING:
-    from handout.inking.papers import Paper
     from handout.inking.pen import Pen
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-_MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
 
 _WRITING = (
     click.option(
@@ -103,14 +97,14 @@ def bind(name: str, kind: Callable[..., object], *made: Option) -> Callable[[Ver
     def decorate(verb: Verb) -> Verb:
         @wraps(verb)
         def bound(*arguments: object, **values: object) -> object:
-            mine = {field: values.pop(field) for field in fields}
+            mine = {field: values.pop(field) for field in names}
             return verb(*arguments, **{name: kind(**mine)}, **values)
 
         inner = len(vars(verb).get("__click_params__", ()))
         result: Verb = bound
         for option in reversed(made):
             result = option(result)
-        fields = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
+        names = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
         return result
 
     return decorate
@@ -127,7 +121,7 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     )
 
 
-_SIZES = "A3 A4 A5 A6 letter DL C6 C5 number-10 or WxHmm."
+_SIZES = page_sizes.HELP
 _SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
 
@@ -178,110 +172,43 @@ console = bind("console", Console, *_SAYING)
 
 
 def text_of(words: Sequence[str], file: str | None) -> str:
-    """The text to write: the arguments, a file, or standard input for ``-``; one argument may be the name of a file.
+    """As `pipeline.inputs.text_of`."""
+    from handout.pipeline import inputs
 
-    Raises
-    ------
-    InputError
-        None or two of them given; a file that is missing, too long, or not text.
-    """
-    if file is not None and words:
-        raise InputError("Both a text and --file are given; give one of them.")
-    if file is None and not words:
-        raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
-    if file is None and len(words) == 1 and _is_file(words[0]):
-        file = words[0]
-    if file is None and list(words) != ["-"]:
-        return " ".join(words)
-    name = "standard input" if file in (None, "-") else str(file)
-    try:
-        data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
-    return decoded(data, name)
-
-
-def _is_file(word: str) -> bool:
-    """Whether a text is the name of a file; most texts could not even be one."""
-    try:
-        return Path(word).is_file()
-    except (OSError, ValueError):
-        return False
+    return inputs.text_of(words, file, results.Telling())
 
 
 def decoded(data: bytes, name: str) -> str:
-    """The text in some bytes, whatever its encoding (see `handout.encodings`), without empty lines at its end.
+    """As `pipeline.inputs.decoded`."""
+    from handout.pipeline import inputs
 
-    A guess at the encoding is told on standard error.
+    return inputs.decoded(data, name, results.Telling())
 
-    Raises
-    ------
-    InputError
-        They are too many, or no text; `name` says where they come from.
-    """
-    if len(data) > _MOST_TEXT:
-        raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
-    try:
-        found = encodings.decode(data)
-    except encodings.NoText as error:
-        at = f" (line {error.line})" if error.line else ""
-        raise InputError(f"{name} is not text{at}: {error}; save it as UTF-8.") from error
-    if found.guessed:
-        results.note(f"{name} is not UTF-8 and was read as {found.encoding}: check {found.example!r}.")
-    return found.text.rstrip("\n")
+
+def pictured(given: Mapping[str, Any]) -> PictureOptions:
+    """The picture options among some others."""
+    return PictureOptions(**{field.name: given[field.name] for field in fields(PictureOptions) if field.name in given})
 
 
 def pen(given: Mapping[str, Any]) -> Pen:
-    """The pen that pictures are drawn with, from `picture_options`."""
-    from handout.inking.pen import usual
+    """As `pipeline.pictures.pen`."""
+    from handout.pipeline import pictures
 
-    width, name = given["pen_width"], given["pen"] or "ballpoint"
-    if name not in PENS and (name.endswith(".hand") or _is_scanned(name)):
-        return usual("ballpoint", colour=given["ink"])  # of strokes, which have no scanned ink
-    if name not in PENS:
-        raise InputError(f"pen: {name!r} is not one of {', '.join(PENS)}.")
-    return usual(name, None if width is None else units.length(width, "pen width"), given["ink"])
-
-
-def _is_scanned(name: str) -> bool:
-    from handout.hand.library import scanned
-
-    return name in scanned()
-
-
-def paper(given: Mapping[str, Any]) -> Paper:
-    """The paper that pictures show, from `picture_options`: a name, a name and the pitch of its lines, or a file."""
-    from handout.inking.papers import PAPERS, Paper
-
-    name, colon, pitch = given["paper"].partition(":")
-    if colon and name in ("ruled", "squared"):
-        pitch, comma, first = pitch.partition(",")
-        if comma and name == "squared":
-            raise InputError(f"paper: {given['paper']!r}: only ruled paper has a first rule; write squared:{pitch}.")
-        top = units.length(first, "first rule of the paper") if comma else None
-        return Paper(name, units.length(pitch, "distance of the paper's lines"), top)
-    if given["paper"] not in PAPERS and not Path(given["paper"]).is_file():
-        raise InputError(f"paper: {given['paper']!r} is neither a picture nor one of {', '.join(PAPERS)}.")
-    return Paper(given["paper"])
+    return pictures.pen(pictured(given))
 
 
 def page_of(given: Mapping[str, Any]) -> str:
-    """The page that is written on: that of --page, or else a scanned sheet's own size."""
-    from handout.cli.lined import page_name
+    """As `pipeline.lined_paper.page_name`."""
+    from handout.pipeline.lined_paper import page_name
 
     source = click.get_current_context().get_parameter_source("page_name")
-    return page_name(given, chosen=source is not None and source.name != "DEFAULT")
+    chosen = source is not None and source.name != "DEFAULT"
+    name = given["page_name"]
+    return page_name(SheetOptions(name if chosen else None, usual_page=name), pictured(given))
 
 
 def look(given: Mapping[str, Any]) -> dict[str, Any]:
-    """How pictures look, from `picture_options`: what `write_drawings` takes besides pages and paths.
+    """As `pipeline.pictures.look`, as keywords of `write_drawings`."""
+    from handout.pipeline import pictures
 
-    Raises
-    ------
-    InputError
-        A pen, a colour or a paper that there is not, or both a paper and --transparent.
-    """
-    found = paper(given)
-    if given["transparent"] and found.name != "none":
-        raise InputError("--transparent leaves the paper out and --paper puts it in: give one of them.")
-    return {"pen": pen(given), "dpi": given["dpi"], "paper": found, "transparent": given["transparent"]}
+    return dict(vars(pictures.look(pictured(given))))

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout import units
-from handout.cli import jobs, moving_, plotting_, programs, results
+from handout import page_sizes, units
+from handout.cli import jobs, moving_, plotting_, results
 from handout.errors import InputError
+from handout.pipeline import programs
 
 if TYPE_CHECKING:
     from handout.profiles import Plotter
@@ -31,7 +32,7 @@ def command() -> None:
 @command.command("test")
 @_port
 @_device
-@click.option("--page", "page_name", help="A3 A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
+@click.option("--page", "page_name", help=f"{page_sizes.HELP} Default: A5, or a smaller machine's whole bed.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
 @results.output_options
@@ -55,8 +56,8 @@ def test(
         raise InputError("Where to? Give --port /dev/ttyUSB0 (or COM3, or sim:), or --dry-run sheet.svg.")
     import numpy as np
 
+    from handout.page_sizes import page
     from handout.plotting.setup import sheet
-    from handout.writing.layout import page
 
     profile = plotting_.profile(device, port)
     size = page(page_name) if page_name else sheet.usual_page(profile)

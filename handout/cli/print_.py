@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from handout import units
+from handout import page_sizes, units
 from handout.cli import jobs, options, progress, results
 from handout.errors import InputError
 
 if TYPE_CHECKING:
     from handout.calibrating.through import Ink, Through
-    from handout.printing.address import Row
     from handout.printing.journal import Journal
     from handout.printing.report import Report
+    from handout.printing.rows import Row
     from handout.profiles import Printer
     from handout.values import Drawing, Raster
     from handout.writing.layout import Layout
@@ -33,7 +33,7 @@ _NOT_OF_THE_BATCH = {"resume", "again", "afresh", "as_json", "quiet", "dpi", "pa
 @click.option("--printer", default="pdf", show_default=True, help="A printer's profile (epson), queue, or ipp://…")
 @click.option("--queue", default="", help="Where the pages go: a CUPS queue, ipp://HOST/ipp/print, or file:FOLDER.")
 @click.option("--dry-run", type=click.Path(path_type=Path), help="Write .pdf, .png or .svg instead of printing.")
-@click.option("--page", "page_name", default="DL", show_default=True, help="DL C6 C5 number-10 … or WxHmm.")
+@click.option("--page", "page_name", default="DL", show_default=True, help=page_sizes.HELP)
 @click.option("--rows", default="", help="Rows by their numbers in the file, the header is 1: 3-7,9 or 7-.")
 @click.option("--columns", multiple=True, metavar="WHAT=COLUMN", help='What columns hold: "name=Guest(s)" or "1=name".')
 @click.option("--address", default="", help="Of several addresses of a row: home, business, 2 …")
@@ -69,10 +69,10 @@ def command(table: Path, dry_run: Path | None, page_name: str, **given: Any) -> 
     from click.core import ParameterSource
 
     from handout.printing import media
+    from handout.printing.address_table import read_addresses
     from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
     from handout.printing.journal import Journal
-    from handout.printing.submit import resolve
-    from handout.printing.table import read_addresses
+    from handout.printing.printers import resolve
     from handout.sinks import write_drawings
 
     if given["slips"]:

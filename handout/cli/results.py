@@ -13,6 +13,7 @@ import click
 
 from handout import units
 from handout.cli import progress
+from handout.pipeline import results as pipeline
 
 _NOTES = "handout.notes"
 F = TypeVar("F", bound=Callable[..., Any])
@@ -84,19 +85,27 @@ def summary(
     return tally.facts(job, files)
 
 
-def writing_time(result: dict[str, Any]) -> str:
+def names(files: Iterable[object]) -> str:
+    """The names of some files."""
+    return ", ".join(map(str, files))
+
+
+def writing_time(tally: pipeline.Tally | dict[str, Any]) -> str:
     """How long the writing would take by hand, for what is said at the end; nothing where strokes are not known."""
-    return f"{units.duration(result['duration_s'])} of writing; " if result["strokes"] else ""
+    duration, strokes = (
+        (tally["duration_s"], tally["strokes"]) if isinstance(tally, dict) else (tally.duration, tally.strokes)
+    )
+    return f"{units.duration(duration)} of writing; " if strokes else ""
 
 
-def lent(result: dict[str, Any]) -> str:
+def lent(tally: pipeline.Tally | dict[str, Any]) -> str:
     """What was written for characters that the hand lacks, in a sentence or two; nothing where there are none."""
     from handout.writing.text import LEFT_OUT
 
     counts = Counter[tuple[str, str]]()
-    for one in result.get("borrowed", []):
-        if not one["own"]:
-            counts[one["letter"], one["from"]] += one["count"]
+    for letter in tally.get("borrowed", []) if isinstance(tally, dict) else tally.borrowed:
+        if not letter["own"]:
+            counts[letter["letter"], letter["from"]] += letter["count"]
     lent = [f"{letter} ({source}{_times(n)})" for (letter, source), n in counts.items() if source != LEFT_OUT]
     gone = [letter + _times(n) for (letter, source), n in counts.items() if source == LEFT_OUT]
     said = f" Lent to the hand: {', '.join(lent)}." if lent else ""
@@ -107,10 +116,28 @@ def _times(number: int) -> str:
     return f", {number} times" if number > 1 else ""
 
 
-def slipped(result: dict[str, Any]) -> str:
+def slipped(tally: pipeline.Tally | dict[str, Any]) -> str:
     """One sentence about the words that were struck out; nothing where there are none."""
-    count = len(result.get("slips", []))
+    count = len(tally.get("slips", []) if isinstance(tally, dict) else tally.slips)
     return f" {units.count(count, 'slip')} of the pen struck out." if count else ""
+
+
+class Telling:
+    """A `Listener` that says and notes as below."""
+
+    def say(self, *sentences: str) -> None:
+        """On standard error."""
+        context = click.get_current_context(silent=True)
+        for sentence in sentences:
+            talk(bool(context and context.params.get("quiet")))(sentence)
+
+    def note(self, *sentences: str) -> None:
+        """On standard error and in the JSON."""
+        for sentence in sentences:
+            note(sentence)
+
+    def progress(self, share: float, stage: str) -> None:
+        """Nothing."""
 
 
 def note(message: str) -> None:
@@ -123,14 +150,14 @@ def note(message: str) -> None:
 
 def of_paper(job: Setup) -> list[str]:
     """What is said of the lined paper that is written on."""
-    return list(job.lined.notes) if job.lined is not None else []
+    return list(job.paper_notes)
 
 
 def noted(notes: Sequence[str], job: Setup, quiet: bool) -> dict[str, Any]:
     """Say some sentences; what `--json` prints of them, and of the lined paper."""
     for note in notes:
         talk(quiet)(note)
-    paper = {"paper": dict(job.lined.facts)} if job.lined is not None and job.lined.facts else {}
+    paper = {"paper": dict(job.paper.facts)} if job.paper is not None and job.paper.facts else {}
     return {**({"notes": list(notes)} if notes else {}), **paper}
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import click
 
 from handout import units
-from handout.cli import jobs, options, programs, progress, results
-from handout.progress import within
-
-_WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
+from handout.cli import options, results
+from handout.cli.console import Console
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
 
 @click.command("write")
@@ -21,37 +17,35 @@ _WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is y
     "--output", "-o", multiple=True, required=True, help=".svg .png .pdf .inkml .json .gcode .hpgl …; may be repeated."
 )
 @click.option("--device", help="The plotter that a .gcode, .hpgl or .ebb file is for; default: a common one.")
-@options.sheet_options("A4")
-@options.writing_options
-@options.slips_option
-@options.picture_options
-def command(text: tuple[str, ...], file: str | None, output: tuple[str, ...], **given: Any) -> None:
+@options.sheet("A4")
+@options.writing
+@options.picture
+@options.console
+def command(
+    text: tuple[str, ...],
+    file: str | None,
+    output: tuple[str, ...],
+    device: str | None,
+    sheet: SheetOptions,
+    writing: WritingOptions,
+    picture: PictureOptions,
+    console: Console,
+) -> None:
     """Write TEXT (or a file, or - for standard input) in handwriting.
 
     \b
     handout write "Dear Ada, …" -o letter.svg
     handout write --file letter.txt --page A5 --hand house-quick -o letter.pdf -o letter.png
     """
-    from handout.sinks import OF_INK, check_outputs, write_drawings
+    from handout.pipeline.inputs import text_of
+    from handout.pipeline.writing import write
 
-    paths = [Path(name) for name in output]
-    extra = programs.Programs(given["device"], paths).sinks
-    check_outputs(paths, extra)
-    look = options.look(given)
-    words = options.text_of(text, file)
-    given["page_name"] = options.page_of(given)
-    job = jobs.on_paper(jobs.setup(given, given["page_name"], given["margin"], given["pages"]), given)
-    shown = frozenset[str]().union(*(jobs.INK if path.suffix.lower() in OF_INK else jobs.STROKES for path in paths))
-    notes = [*jobs.unheeded(job, given, shown >= jobs.INK), *results.of_paper(job)]
-    with progress.shown(given["quiet"]) as tell:
-        pages, drawings = jobs.compose_and_trace(words, job, shown=shown, tell=within(tell, 0.0, _WRITTEN))
-        files = write_drawings(
-            drawings, paths, **jobs.on_sheet(look, job), extra=extra, tell=within(tell, _WRITTEN, 1.0)
-        )
-    result = results.summary(pages, drawings, job, files) | results.noted(notes, job, given["quiet"])
-    said = (
-        f"Wrote {', '.join(map(str, files))}: {units.count(result['lines'], 'line')} on "
-        f"{units.count(result['pages'], 'page')}; "
-        f"{results.writing_time(result)}seed {job.seed}.{results.lent(result)}{results.slipped(result)}"
+    words = text_of(text, file, console)
+    with console.working():
+        result = write(words, output, writing, sheet, picture, device=device, listener=console)
+    console.report(
+        result,
+        f"Wrote {results.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
+        f"{units.count(result.tally.pages, 'page')}; {results.writing_time(result.tally)}seed {result.seed}."
+        f"{results.lent(result.tally)}{results.slipped(result.tally)}",
     )
-    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])

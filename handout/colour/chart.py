@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from handout import units
 from handout.errors import DoesNotFit, InputError
+from handout.page_sizes import page
 from handout.summary import one_line
 from handout.values import Array, Page, readonly, readonly_indices
 
@@ -61,7 +62,7 @@ class _Sheet:
         return (self.paper.width - self.columns * self.pitch) / 2
 
 
-_A4, _LETTER = Page(210, 297, "A4"), Page(215.9, 279.4, "letter")
+_A4, _LETTER = page("A4"), page("letter")
 # the place in this list is in the numbers of the marks: a change of it is a new version
 _SHEETS = (
     _Sheet(_A4, 1, 7.0, 27, 37, _TOP),

@@ -18,9 +18,10 @@ from handout.hand.library import load
 from handout.hand.scanned import ScannedHand
 from handout.inking.specimens import Part, line, moved, pieces
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.values import Array, Hand, Indices
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.marks import BELOW, NOT_ABOVE, decomposed
 
 _HASTY = 0.85  # of a quick one's

@@ -5,6 +5,11 @@ here knows click or a terminal.  Files:
 
     options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
+    writing.py    `write`, and its parts for the other verbs: prepare the task, set its pages, draw them
+    inputs.py     what is to be written: a text, a file, standard input, or a drawing
+    pictures.py   the pen, the paper and the resolution of pictures
+    lined_paper.py   which lines of a paper are written on
+    programs.py   files for plotters: which machine a suffix is for
 
 How a verb is built
 -------------------

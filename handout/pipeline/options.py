@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
 from handout.errors import InputError
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
-ALIGNMENTS = ("left", "right", "centre", "ragged")
+Align = Literal["left", "right", "centre", "ragged"]
+ALIGNMENTS: tuple[Align, ...] = get_args(Align)
 ENGINES = ("optimal-control", "sigma-lognormal")
 
 
@@ -41,7 +42,7 @@ class WritingOptions:
     seed: int | None = None
     x_height: Length | None = None
     line_spacing: Length | None = None
-    align: str = "ragged"
+    align: Align = "ragged"
     kinematics: str = "optimal-control"
     speed: str | float = "human"
     jitter: float = 1.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     from handout.values import Drawing, Manuscript
@@ -74,8 +74,8 @@ class Tally:
     pen_down: float = 0.0
     pen_up: float = 0.0
     duration: float = 0.0
-    borrowed: Sequence[Mapping[str, Fact]] = ()
-    slips: Sequence[Mapping[str, Fact]] = ()
+    borrowed: Sequence[Mapping[str, Any]] = ()
+    slips: Sequence[Mapping[str, Any]] = ()
 
     @classmethod
     def of(cls, pages: Sequence[Manuscript], drawings: Sequence[Drawing]) -> Tally:

@@ -58,13 +58,13 @@ def at(pen: Pen, value: float) -> Pen:
 
 
 def along(drawing: Drawing, clock: Array, pen: Pen) -> Array | None:
-    """(n,) mm: where a Z axis holds the pen at times of a drawing's clock, on which stroke follows stroke (`knots`).
+    """(n,) mm: where a Z axis holds the pen at times of a drawing's clock, on which stroke follows stroke (`segments`).
 
     None: it does not follow the pressure, or there is none to follow.  A stroke without pressure is drawn with half.
     """
     if pen.pressed is None or all(stroke.pressure is None for stroke in drawing.strokes):
         return None
-    times = segments.track([stroke.t for stroke in drawing.strokes], [stroke.xy for stroke in drawing.strokes]).t
+    times = segments.on_one_clock([stroke.t for stroke in drawing.strokes], [stroke.xy for stroke in drawing.strokes]).t
     pressure = [np.full(len(s.t), 0.5) if s.pressure is None else s.pressure for s in drawing.strokes]
     heights = pen.down + (pen.pressed - pen.down) * np.interp(clock, times, np.concatenate(pressure))
     return np.asarray(np.round(heights, 3))

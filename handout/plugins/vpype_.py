@@ -13,7 +13,7 @@ import numpy as np
 import vpype
 import vpype_cli
 
-from handout import pathdata
+from handout import page_sizes, pathdata
 from handout.cli import jobs, options
 from handout.errors import HandoutError, InputError
 from handout.values import Drawing, Page, Stroke
@@ -50,7 +50,7 @@ def _options_end(args: list[str], at: int, takes: dict[str, bool]) -> int:
 @click.command("handout", cls=_TextFirst)
 @click.argument("text", type=vpype_cli.TextType())
 @click.option("-l", "--layer", type=vpype_cli.LayerType(accept_new=True), help="Target layer or 'new'.")
-@click.option("--page", "page_name", help="A4 A5 A6 … or WxHmm; default: the page of the pipeline, or A5.")
+@click.option("--page", "page_name", help=f"{page_sizes.HELP} Default: the page of the pipeline, or A5.")
 @click.option("--margin", help="e.g. 15mm, or 20mm,15mm, or four from the top clockwise.")
 @options.manner_options
 @vpype_cli.global_processor  # type: ignore[untyped-decorator]

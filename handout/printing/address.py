@@ -1,11 +1,10 @@
-"""An address as lines, in the order usual for its country."""
+"""An address as lines, in the order usual for its country (`countries`)."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 from handout.printing import countries
 from handout.printing.countries import Country
@@ -18,8 +17,8 @@ _GREETINGS = {
     *("dear", "sehr", "liebe", "lieber", "hallo", "cher", "chère", "estimado", "estimada", "querido", "querida"),
     *("caro", "cara", "gentile", "beste", "geachte"),
 }
-# with any of these the parts of an address are told, and one that came as a whole is not needed
-TOLD = frozenset({"street", "street2", "box", "city", "place", "postcode"})
+# with any of these the address is known by its parts, and one that came as a whole is not needed
+PARTS = frozenset({"street", "street2", "box", "city", "place", "postcode"})
 _NOTHING = "there is no street, place or address in it"
 # "Springfield, IL 62704", "Toronto ON M5V 2T6"; "01067 Dresden"
 _PLACES = (
@@ -31,24 +30,6 @@ _PLACES = (
 _STATE_AND_ZIP = re.compile(r"[A-Z]{2} \d{5}(-\d{4})?\Z")
 
 
-@dataclass(frozen=True)
-class Row:
-    """One row of an address table.
-
-    number : as a spreadsheet counts, the header being row 1.
-    lines : what is written, from the name to the country; empty if there is nothing to address.
-    warnings : what the user should look at, each a phrase to stand after "row 5:".
-    problem : why the row cannot be addressed; empty if it can.
-    cells : every cell by its header, as found in the file.
-    """
-
-    number: int
-    lines: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
-    problem: str = ""
-    cells: Mapping[str, str] = field(default_factory=dict)
-
-
 def tidy(cell: str) -> str:
     """A cell without invisible characters, with single spaces; line breaks are kept."""
     text = re.sub("\r\n|[\r\v\f\u0085\u2028\u2029]", "\n", unicodedata.normalize("NFC", cell))
@@ -56,11 +37,11 @@ def tidy(cell: str) -> str:
     return "\n".join(line for line in (" ".join(part.split()) for part in text.split("\n")) if line)
 
 
-def _one(fields: Fields, role: str) -> str:
+def _first(fields: Fields, role: str) -> str:
     return fields[role][0] if fields.get(role) else ""
 
 
-def greets(title: str) -> bool:
+def _greets(title: str) -> bool:
     """Whether a form of address opens a letter, as "Dear" does: it is not written on an envelope."""
     return bool(title) and title.split()[0].casefold() in _GREETINGS
 
@@ -68,8 +49,8 @@ def greets(title: str) -> bool:
 def person(fields: Fields) -> str:
     """One person's name on one line: titles, name or parts of it, suffix."""
     parts = [cell for role in ("first", "middle", "last") for cell in fields.get(role, ())]
-    name = _one(fields, "name") or " ".join(parts)
-    titles = [title for title in fields.get("title", ()) if not greets(title)]
+    name = _first(fields, "name") or " ".join(parts)
+    titles = [title for title in fields.get("title", ()) if not _greets(title)]
     if not name:
         return ""
     for title in reversed(titles):
@@ -78,7 +59,7 @@ def person(fields: Fields) -> str:
     return " ".join([name, *missing])
 
 
-def _who(fields: Fields) -> list[str]:
+def _names(fields: Fields) -> list[str]:
     """Names, department, company and care of: the lines above the street."""
     care = [c if c.casefold().startswith("c/o") else f"c/o {c}" for c in fields.get("careof", ())]
     names = [person(fields), *fields.get("name", ())[1:]]
@@ -90,7 +71,7 @@ def _once(lines: Sequence[str]) -> list[str]:
 
 
 def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
-    street, number = _one(fields, "street"), _one(fields, "number")
+    street, number = _first(fields, "street"), _first(fields, "number")
     if country.code:
         number_first = country.number_first
     parts = (number, street) if number_first else (street, number)
@@ -102,9 +83,9 @@ def _street(fields: Fields, country: Country, number_first: bool) -> list[str]:
 
 
 def _place(fields: Fields, country: Country) -> list[str]:
-    city, state, code = (_one(fields, role) for role in ("city", "state", "postcode"))
+    city, state, code = (_first(fields, role) for role in ("city", "state", "postcode"))
     if fields.get("place"):
-        return _once([*fields.get("locality", ()), _one(fields, "place"), state])
+        return _once([*fields.get("locality", ()), _first(fields, "place"), state])
     if country.order == "city state code":
         lines = [" ".join(part for part in (city, state, code) if part)]
     elif country.order == "city / code":
@@ -131,7 +112,7 @@ def place_parts(text: str, order: Sequence[str] = ()) -> dict[str, str]:
     return {}
 
 
-def _block(text: str, who: Sequence[str]) -> tuple[list[str], list[str]]:
+def _block(text: str, names: Sequence[str]) -> tuple[list[str], list[str]]:
     """The lines of an address that came as a whole, below those names that it does not hold itself; warnings."""
     lines, warnings = text.split("\n"), []
     if len(lines) == 1 and "," in text:
@@ -140,12 +121,12 @@ def _block(text: str, who: Sequence[str]) -> tuple[list[str], list[str]]:
             lines[-2:] = [f"{lines[-2]} {lines[-1]}"]
         warnings.append("the address was one line and has been broken at its commas: check it")
     held = {line.casefold() for line in lines}
-    return [line for line in who if line.casefold() not in held] + lines, warnings
+    return [line for line in names if line.casefold() not in held] + lines, warnings
 
 
 def _split_place(fields: Fields) -> Fields:
     """City, state and postal code as fields of their own, where one cell holds them and they can be told apart."""
-    parts = place_parts(_one(fields, "place"))
+    parts = place_parts(_first(fields, "place"))
     if not parts or set(parts) & set(fields):
         return fields
     rest = {role: cells for role, cells in fields.items() if role != "place"}
@@ -154,7 +135,7 @@ def _split_place(fields: Fields) -> Fields:
 
 def _whole_number(fields: Fields) -> tuple[Fields, list[str]]:
     """Postal codes that a program exported as a decimal number ("62704.0"), mended and mentioned."""
-    code = _one(fields, "postcode")
+    code = _first(fields, "postcode")
     if not re.fullmatch(r"\d+\.0+", code):
         return fields, []
     mended = code.split(".")[0]
@@ -177,31 +158,32 @@ def lines(fields: Fields, number_first: bool = False) -> tuple[tuple[str, ...], 
         (lines, warnings, problem); `lines` is empty where `problem` is not.
     """
     fields, warnings = _whole_number(_split_place(fields))
-    who, named = _who(fields), _one(fields, "country")
-    country = countries.find(named) if named else countries.guess(_one(fields, "postcode"), _one(fields, "state"))
-    country = country or countries.UNKNOWN
-    where = _street(fields, country, number_first) + _place(fields, country)
-    told = set(fields) & TOLD
-    if fields.get("address") and not told:
-        found, more = _block(_one(fields, "address"), who)
-        warnings += more
-    elif told:
-        found = who + where
+    names, country_name = _names(fields), _first(fields, "country")
+    country = (
+        countries.find(country_name)
+        if country_name
+        else countries.guess(_first(fields, "postcode"), _first(fields, "state"))
+    ) or countries.UNKNOWN
+    if set(fields) & PARTS:
+        written = names + _street(fields, country, number_first) + _place(fields, country)
         warnings += _check(fields, country)
+    elif fields.get("address"):
+        written, doubts = _block(_first(fields, "address"), names)
+        warnings += doubts
     else:
         return (), warnings, _NOTHING if fields else "it is empty"
-    if not found:
+    if not written:
         return (), [], _NOTHING
-    if named and found[-1].casefold() != named.casefold():
-        found.append(countries.last_line(named))
-    elif named:
-        found[-1] = countries.last_line(named)
-    return tuple(line for text in found for line in text.split("\n")), warnings, ""
+    if country_name:
+        if written[-1].casefold() == country_name.casefold():
+            written.pop()
+        written.append(countries.last_line(country_name))
+    return tuple(line for text in written for line in text.split("\n")), warnings, ""
 
 
 def _check(fields: Fields, country: Country) -> list[str]:
     warnings = []
     if not set(fields) & {"city", "place", "postcode"}:
         warnings.append("it names no city")
-    odd = countries.postcode_warning(_one(fields, "postcode"), country)
+    odd = countries.postcode_warning(_first(fields, "postcode"), country)
     return [*warnings, odd] if odd else warnings

@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from handout.errors import InputError
-from handout.printing import media, selection
-from handout.printing.address import Row
+from handout.printing import media
 from handout.printing.destination import Destination, Ink, Sink, Spool, Target, preview
 from handout.printing.envelope import address_layout, address_text
-from handout.printing.feeding import Feeding
-from handout.printing.folders import SimulatedQueue
 from handout.printing.journal import Journal
-from handout.printing.queue import Queue, Say
+from handout.printing.media import Feeding
+from handout.printing.printers import open_queue, ticket
+from handout.printing.queue import Queue, Say, SimulatedQueue
 from handout.printing.report import Failed, Job, PrintingStopped, Report
+from handout.printing.rows import Row
+from handout.printing.rows import select as select_rows
 from handout.printing.sending import Checked, Left, left, send
-from handout.printing.submit import open_queue, ticket
 from handout.profiles import Printer
 from handout.values import Drawing, Page, Raster
 from handout.writing.layout import Layout
@@ -107,9 +107,9 @@ def print_rows(
         raise InputError(f"copies: {copies} is outside 1 to {_MOST_COPIES}.")
     # what is wrong with the page or the size is wrong for every row: said once, now
     address_layout(page, 1, 1, x_height)
-    chosen = selection.select(rows, select)
+    chosen = select_rows(rows, select)
     journal = journal or Journal()
-    anew = {row.number for row in selection.select(chosen, again)} if again else set()
+    anew = {row.number for row in select_rows(chosen, again)} if again else set()
     if anew and not journal.resumed:
         raise InputError("--again prints rows of a batch again that is gone on with: give --resume too.")
     target = Target(profile, lambda drawing, dpi: _page_raster(drawing, dpi, ink or _plain_ink), about or {})

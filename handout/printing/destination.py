@@ -11,10 +11,10 @@ from typing import Any, Protocol, Self
 
 from handout import atomic
 from handout.errors import InputError
-from handout.printing.feeding import Feeding
-from handout.printing.formats import WRITERS
+from handout.printing.documents import WRITERS
+from handout.printing.media import Feeding
+from handout.printing.printers import ticket
 from handout.printing.queue import Queue
-from handout.printing.submit import ticket
 from handout.profiles import Printer
 from handout.sinks import picture_pdf as pdf
 from handout.values import Drawing, Page, Raster

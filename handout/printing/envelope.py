@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from handout.printing.address import Row
+from handout.printing.rows import Row
 from handout.values import Page
 from handout.writing.layout import Layout
 from handout.writing.sheets import ASCENT, DESCENT

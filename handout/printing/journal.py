@@ -26,7 +26,7 @@ import platformdirs
 
 from handout import atomic
 from handout.errors import InputError
-from handout.printing.address import Row
+from handout.printing.rows import Row
 
 State = Literal["sending", "sent", "completed", "failed", "doubtful"]
 _TABLE, _HAND = "content of the table", "content of the hand's file"

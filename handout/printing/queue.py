@@ -1,13 +1,19 @@
-"""What a printer is told of a page, and what every way to a printer can do."""
+"""What a printer is told of a page, what every way to a printer can do, and the queues that are folders.
+
+Other ways to a printer are `cups` and `ipp.queue`; a new one is a class with the methods of `Queue`, which
+`printers.open_queue` opens.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol
 
-from handout.errors import PrinterError
+from handout import atomic
+from handout.errors import InputError, PrinterError
 from handout.values import Page
 
 Say = Callable[[str], object]
@@ -58,7 +64,7 @@ class FateUnknown(PrinterError):
 class Queue(Protocol):
     """Takes pages, one job each.
 
-    name : what to call it in a message; format : of the documents it takes, a key of `formats.WRITERS`; keeps :
+    name : what to call it in a message; format : of the documents it takes, a key of `documents.WRITERS`; keeps :
     whether it looks after what it has taken, through jams and restarts, until it is printed.
     """
 
@@ -105,3 +111,100 @@ class Queue(Protocol):
     def cancel(self, job: str, title: str) -> Fate:
         """Stop the job that is in flight; what became of it."""
         ...
+
+
+class _Folder:
+    """What queues that only keep pages have in common: a page that is there is done, nothing is waited for."""
+
+    format = "pdf"
+    keeps = False
+
+    def __init__(self, folder: Path) -> None:
+        """Make the folder.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be made.
+        """
+        self._folder = folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"Cannot make the folder {folder}: {error.strerror or error}.") from error
+
+    @property
+    def name(self) -> str:
+        """The folder."""
+        return str(self._folder)
+
+    def resolution(self, wanted: int) -> int:
+        """As wanted."""
+        return wanted
+
+    def check(self, ticket: Ticket) -> None:
+        """Nothing: a folder takes every sheet."""
+
+    def follow(self, job: str) -> Fate:
+        """It is there."""
+        return Fate("completed")
+
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+        """Whether its file is there; one that was never named was never written."""
+        there = bool(job) and (self._folder / f"{job}.{self.format}").is_file()
+        return Fate("completed") if there else Fate("failed", "its file is not there")
+
+    def cancel(self, job: str, title: str) -> Fate:
+        """Files are written whole or not at all."""
+        return self.fate(job, title)
+
+
+class FolderQueue(_Folder):
+    """A folder that receives each page as a file, as a printer would, called as the row is."""
+
+    def __init__(self, folder: Path, format: str = "pdf") -> None:
+        """`format` is a key of `documents.WRITERS`."""
+        super().__init__(folder)
+        self.format = format
+
+    def send(self, page: Path, ticket: Ticket) -> str:
+        """Keep one page; the name of its file without the ending."""
+        atomic.write(self._folder / f"{ticket.name}.{self.format}", page.read_bytes())
+        return ticket.name
+
+
+class SimulatedQueue(_Folder):
+    """A queue that keeps each job as a PDF in a folder, with its ticket in ``jobs.jsonl``; it can jam on demand."""
+
+    def __init__(self, folder: Path, jam_at: int = 0, go_on: bool = False) -> None:
+        """`jam_at` is the number of the job, from 1, that it refuses; 0: it never does.
+
+        With `go_on` the jobs that are there stay, and the numbers go on behind them.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be made.
+        """
+        super().__init__(folder)
+        self._jam_at = jam_at
+        log = folder / "jobs.jsonl"
+        self._log = log.read_text(encoding="utf-8").splitlines(keepends=True) if go_on and log.exists() else []
+
+    def send(self, pdf: Path, ticket: Ticket) -> str:
+        """Keep one job; PrinterError at the jam."""
+        number = len(self._log) + 1
+        if number == self._jam_at:
+            raise PrinterError(f"The simulated printer {self._folder} has a paper jam at job {number}.")
+        job = f"job-{number:03d}"
+        atomic.write(self._folder / f"{job}.pdf", pdf.read_bytes())
+        told = {"title": ticket.title, "media": ticket.media, "source": ticket.source}
+        entry = {"job": job, **told, "options": dict(ticket.options)}
+        self._log.append(json.dumps(entry, ensure_ascii=False) + "\n")
+        atomic.write(self._folder / "jobs.jsonl", "".join(self._log).encode())
+        return job
+
+    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+        """Whether a job of that title is in its log."""
+        there = any(json.loads(entry)["title"] == title for entry in self._log)
+        return Fate("completed") if there else Fate("failed", "the job is not there")

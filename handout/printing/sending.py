@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from handout.errors import PrinterError
-from handout.printing import selection
 from handout.printing.destination import Spool
 from handout.printing.journal import Journal, Piece
 from handout.printing.queue import Fate, FateUnknown, Queue
 from handout.printing.report import Failed, Job, PrintingStopped, Report
+from handout.printing.rows import ranges
 
 Tell = Callable[[int, int, str], object]
 
@@ -162,7 +162,7 @@ def _resumable(
             _stop(queue, journal, piece)
         sent = tuple(n for n in checked.done if n < number)
         rest = [n for n in checked.done if n >= number]
-        resume = selection.ranges(rest, whole)
+        resume = ranges(rest, whole)
         begun = sum(job.row == number for job in jobs)
         how = "the same command and --resume" if journal.path is not None else f"--rows {resume}"
         told = f"{_went(sent, whole, journal, piece, (begun, copies))}; go on with {how}."
@@ -184,7 +184,7 @@ def _in_doubt(journal: Journal, piece: Piece) -> bool:
 def _went(sent: Sequence[int], whole: Sequence[int], journal: Journal, piece: Piece, copies: tuple[int, int]) -> str:
     """What was sent before a batch stopped, and what of the row at which it stopped; `copies` are (begun, all)."""
     (row, _), (begun, wanted) = piece, copies
-    rows = f"{'Row' if len(sent) == 1 else 'Rows'} {selection.ranges(sent, whole)}"
+    rows = f"{'Row' if len(sent) == 1 else 'Rows'} {ranges(sent, whole)}"
     went = f"{rows} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
     if begun and wanted > 1:
         here = f"{begun} of {wanted} copies of row {row}"

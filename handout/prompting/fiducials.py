@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from handout import page_sizes
 from handout.errors import InputError
 from handout.values import Array, Page
-from handout.writing.layout import PAGES
 
 SIZE = 8.0  # mm, of the black square
 QUIET = 2.0  # mm of white around it
@@ -22,7 +22,7 @@ SIDE = 10.0  # mm from the edge of the sheet, left, right and above
 FOOT = 14.0  # mm from the lower edge: many printers reach less far there
 CELLS = 8
 CORNERS = ("top left", "top right", "bottom right", "bottom left")
-PAPERS: tuple[Page, ...] = (PAGES["a4"], PAGES["letter"])
+PAPERS: tuple[Page, ...] = (page_sizes.page("A4"), page_sizes.page("letter"))
 
 
 def paper(name: str) -> Page:

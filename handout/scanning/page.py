@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
+from handout.page_sizes import page
 from handout.scanning.picture import Picture, read_picture
 from handout.summary import one_line
 
@@ -16,7 +17,7 @@ LEAST_DPI, MOST_DPI = 100.0, 2400.0
 ENOUGH_DPI, _FINE = 600.0, 700.0  # what is finer than the second is reduced to the first
 _ROUNDED = 0.5  # dpi: PNG counts pixels a metre
 _LONGEST_SIDE = 610.0  # mm: what a file's own resolution may make of a scan, two sheets of A3
-_SHEETS = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
+_SHEETS = ("A4", "Letter")  # whose width a scan is held against
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +150,9 @@ def _plausible(picture: Picture) -> float:
 
 def _guess(width: int, height: int) -> str:
     """What the resolution would be if a whole sheet had been scanned."""
-    for name, (narrow, high) in _SHEETS.items():
+    for name in _SHEETS:
+        sheet = page(name)
         for dpi in (200, 300, 400, 600, 1200):
-            if abs(width / dpi * 25.4 / narrow - 1) < 0.025 and height / dpi * 25.4 < 1.03 * high:
+            if abs(width / dpi * 25.4 / sheet.width - 1) < 0.025 and height / dpi * 25.4 < 1.03 * sheet.height:
                 return f" (if the {name} sheet was scanned at its full width: --dpi {dpi})"
     return ""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from handout.motion.trace import trace, written
+from handout.page_sizes import page
 from handout.tagging.recording import Recording
 from handout.values import Hand
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 _TEXT = """\
 the quick brown fox jumps over the lazy dog sphinx of black quartz judge my vow

@@ -20,13 +20,14 @@ from handout.errors import InputError
 from handout.hand import file, library
 from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
+from handout.page_sizes import page
 from handout.prompting import corpus, counts, pages
 from handout.simulated.author import reread
 from handout.simulated.author.simulate import simulate_pages
 from handout.simulated.author.truth import Simulated
 from handout.tagging.making import MadePage, make_page, read_hand
 from handout.values import Hand
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.sheets import lines_a_page
 
 PAGES = 3

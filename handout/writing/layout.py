@@ -1,54 +1,15 @@
-"""Where writing goes on a sheet: page sizes, margins, letter size, line distance."""
+"""Where writing goes on a sheet: margins, letter size, line distance."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Literal
 
-from handout import units
 from handout.errors import InputError
 from handout.values import Page
 from handout.writing.ruling import Ruling
 
 Align = Literal["left", "right", "centre", "ragged"]
-
-# ISO 216 / ISO 269 and North American sizes, mm; envelopes lie with their long side across, as they are addressed
-PAGES: dict[str, Page] = {
-    page.name.lower(): page
-    for page in (
-        Page(297, 420, "A3"),
-        Page(210, 297, "A4"),
-        Page(148, 210, "A5"),
-        Page(105, 148, "A6"),
-        Page(215.9, 279.4, "letter"),
-        Page(220, 110, "DL"),
-        Page(162, 114, "C6"),
-        Page(229, 162, "C5"),
-        Page(241.3, 104.775, "number-10"),
-    )
-}
-_CUSTOM = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)(mm|cm|in)\Z")
-
-
-def page(name: str) -> Page:
-    """The page of that name, or of the size ``"WxHmm"``.
-
-    Raises
-    ------
-    InputError
-        Unknown name, or a side outside 20–5000 mm.
-    """
-    if name.lower() in PAGES:
-        return PAGES[name.lower()]
-    match = _CUSTOM.match(name)
-    if match is None:
-        known = ", ".join(p.name for p in PAGES.values())
-        raise InputError(f"No page size is called {name!r}: use one of {known}, or WxHmm such as 150x100mm.")
-    width, height = (units.length(match.group(i) + match.group(3)) for i in (1, 2))
-    if not (20 <= width <= 5000 and 20 <= height <= 5000):
-        raise InputError(f"A page of {width:g} x {height:g} mm is outside 20 to 5000 mm a side.")
-    return Page(width, height, name)
 
 
 @dataclass(frozen=True)

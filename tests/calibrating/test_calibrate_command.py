@@ -31,10 +31,10 @@ def call(capsys, monkeypatch, tmp_path):
 @pytest.fixture
 def coarse(monkeypatch, profile):
     """The simulated printer is the coarse one."""
-    from handout.printing import submit
+    from handout.printing import printers
 
-    known = submit.resolve
-    monkeypatch.setattr(submit, "resolve", lambda name, queue="": profile if name == "sim" else known(name, queue))
+    known = printers.resolve
+    monkeypatch.setattr(printers, "resolve", lambda name, queue="": profile if name == "sim" else known(name, queue))
 
 
 def test_read_build_show_export(call, scan, tmp_path):

@@ -8,7 +8,7 @@ from PIL import Image
 from handout.calibrating import pages
 from handout.calibrating.pages import Printed
 from handout.errors import InputError
-from handout.printing.folders import FolderQueue
+from handout.printing.queue import FolderQueue
 from handout.simulated.printer import rip
 from handout.values import Page
 

@@ -7,8 +7,9 @@ from handout.errors import InputError
 from handout.hand.haste import hasten
 from handout.hand.library import load, names
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 TEXT = "running home in the morning, minimum of trouble"
 

@@ -8,9 +8,10 @@ from handout.hand.library import find
 from handout.hand.svg_font import aims, read
 from handout.motion.optimal_control import follow
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.values import ActionPlan
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 # a few letters drawn for this test, 500 units to the height of a small one
 LETTERS = {

@@ -8,8 +8,9 @@ from scanned import owners, picture
 
 from handout.inking.grid import settled, shift
 from handout.inking.texture import texture
+from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 DPI = 300.0
 

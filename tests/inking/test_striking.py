@@ -8,9 +8,10 @@ import pytest
 from handout.errors import InputError
 from handout.inking.scanned import drawn
 from handout.inking.striking import with_strokes
+from handout.page_sizes import page
 from handout.values import Glyph, Line, Manuscript, Placed
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 
 def test_words_are_struck_in_the_authors_ink(small_hand):

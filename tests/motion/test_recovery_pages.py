@@ -11,8 +11,9 @@ from handout.motion.recovery import pages
 from handout.motion.recovery.pages import paths
 from handout.motion.recovery.timing import smoothed
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 TEXT = "an even minute, this hen jumped"
 

@@ -8,8 +8,9 @@ import pytest
 from handout.errors import InputError
 from handout.hand.library import load
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 TEXT = "thirteen lilies, Zoë"
 

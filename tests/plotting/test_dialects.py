@@ -7,7 +7,7 @@ import typing
 import pytest
 
 from handout import profiles
-from handout.cli import programs
+from handout.pipeline import programs
 from handout.plotting.dialects import DIALECTS, dialect, usual_devices
 
 

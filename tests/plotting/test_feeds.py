@@ -17,13 +17,13 @@ PROFILE = profiles.find("simulated", "plotter")
 
 def worked_out(drawing):
     made = plan(drawing, PROFILE)
-    lines = lookahead.blocks(made.course.points, made.course.stands, toolpath.machine(PROFILE))
-    return made.course, lines
+    lines = lookahead.blocks(made.toolpath.points, made.toolpath.stands, toolpath.machine_of(PROFILE))
+    return made.toolpath, lines
 
 
 def test_fitted_feeds_keep_time_where_mean_speeds_come_late():
     way, lines = worked_out(page(words=6))
-    draws, wanted = way.draws, way.intended
+    draws, wanted = way.draws, way.requested_time
     mean = np.where(draws, lines.length / np.maximum(wanted, 1e-9), 100.0)
     most = feeds.greatest(lines, 2000.0, 120.0)
     fitted = feeds.fit(lines, wanted, mean, draws, most, 15)
@@ -42,7 +42,7 @@ def test_fitted_feeds_keep_time_where_mean_speeds_come_late():
 def test_curves_are_not_taken_faster_than_the_acceleration_allows():
     angle = np.linspace(0, 2 * np.pi, 90)
     points = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    lines = lookahead.blocks(points, np.zeros(89, dtype=bool), toolpath.machine(PROFILE))
+    lines = lookahead.blocks(points, np.zeros(89, dtype=bool), toolpath.machine_of(PROFILE))
     most = feeds.greatest(lines, 2000.0, 500.0)[1:-1]
     assert most == pytest.approx(np.sqrt(2000 * 2**0.5 * 1.0), rel=0.01)
     assert feeds.greatest(lines, 2000.0, 20.0).max() == 20
@@ -52,7 +52,7 @@ def test_lost_time_is_made_up_nearby_and_only_there():
     """One segment that the machine cannot run in time: the stroke is in time all the same, far away nothing changes."""
     n = 120
     points = np.column_stack([np.linspace(0, 48, n + 1), np.zeros(n + 1), np.zeros(n + 1)])
-    lines = lookahead.blocks(points, np.arange(n) == 0, toolpath.machine(PROFILE))
+    lines = lookahead.blocks(points, np.arange(n) == 0, toolpath.machine_of(PROFILE))
     easy = lookahead.run(lines, np.full(n, 40.0), 15).duration
     wanted = np.where(np.arange(n) == 60, 0.4 * easy, easy)
     most, drawn = np.full(n, 60.0), np.ones(n, dtype=bool)
@@ -69,15 +69,15 @@ def test_what_cannot_be_made_up_is_stretched_evenly():
     slow = msgspec.structs.replace(PROFILE.limits, acceleration=Acceleration(300.0))
     made = plan(drawing, msgspec.structs.replace(PROFILE, limits=slow))
     assert made.stretched > 1.5
-    draws = made.course.draws
+    draws = made.toolpath.draws
     ratio = np.convolve(made.motion.duration[draws], np.ones(40), "valid") / np.convolve(
-        made.meant[draws], np.ones(40), "valid"
+        made.target_time[draws], np.ones(40), "valid"
     )
     assert ratio.min() > 0.9  # nowhere hurried beyond the hand to make up for it
 
 
 def test_nothing_drawn_needs_no_feeds():
-    lines = lookahead.blocks(np.array([[0.0, 0, 0], [9, 0, 0]]), np.array([True]), toolpath.machine(PROFILE))
+    lines = lookahead.blocks(np.array([[0.0, 0, 0], [9, 0, 0]]), np.array([True]), toolpath.machine_of(PROFILE))
     assert feeds.fit(lines, np.zeros(1), np.array([70.0]), np.array([False]), np.array([99.0]), 15) == [70.0]
 
 

@@ -67,7 +67,7 @@ def test_a_ladder_is_drawn_at_the_speeds_it_says(profile, ladder):
 
 def speeds(made, number):
     """The greatest speed that a stroke of a plan keeps for a while, mm/s."""
-    rows = np.flatnonzero(made.course.draws & (made.course.stroke == number))
+    rows = np.flatnonzero(made.toolpath.draws & (made.toolpath.stroke == number))
     begin, end = made.starts[rows[0]], made.starts[rows[-1]] + made.motion.duration[rows[-1]]
     t = np.arange(begin, end, 0.004)
     at = np.array([made.at(float(moment))[:2] for moment in t])
@@ -97,11 +97,11 @@ def test_the_marks_of_tails_are_where_the_pen_would_be(profile):
     marks = [line.xy[0, 0] - rule for line in panel.lines[1 : 1 + len(shown)]]
     made = plan(drawing(panel), profile)
     first = 1 + len(shown)  # the first line that ends at the rule; the next is beyond the gap
-    gap = np.flatnonzero((made.course.stroke == first + 1) & made.course.draws)[0] - 1
-    while made.course.draws[gap] or not np.ptp(made.course.points[gap : gap + 2, 0]):
+    gap = np.flatnonzero((made.toolpath.stroke == first + 1) & made.toolpath.draws)[0] - 1
+    while made.toolpath.draws[gap] or not np.ptp(made.toolpath.points[gap : gap + 2, 0]):
         gap -= 1
     rows = [gap]
-    while not made.course.draws[rows[0] - 1] and np.ptp(made.course.points[rows[0] - 1 : rows[0] + 1, 0]):
+    while not made.toolpath.draws[rows[0] - 1] and np.ptp(made.toolpath.points[rows[0] - 1 : rows[0] + 1, 0]):
         rows.insert(0, rows[0] - 1)
     leaves = float(made.starts[rows[0]])
     before = np.array(made.at(leaves)[:2])

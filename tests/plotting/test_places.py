@@ -47,6 +47,6 @@ def test_a_dot_is_drawn_when_the_pen_has_rested_on_it():
 def test_lifting_and_lowering_draw_nothing():
     made = plan(DRAWING, PROFILES[1])
     reached = Milestones(made)
-    for at, (block, _) in enumerate(made.course.told):
+    for at, (block, _) in enumerate(made.toolpath.instructions):
         if block is not None:
             assert reached.ink[at + 1] == reached.ink[at]

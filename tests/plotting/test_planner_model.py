@@ -78,7 +78,7 @@ def fed(points, feed, queue, line_time):
     stands = np.arange(n) == 0
     draw = np.full(n, toolpath.DRAW, dtype=np.int8)
     none = np.zeros(n)
-    way = toolpath.Course(points, draw, np.zeros(n, dtype=int), none, stands, np.zeros(n + 1), np.array([0]), ())
+    way = toolpath.Toolpath(points, draw, np.zeros(n, dtype=int), none, stands, np.zeros(n + 1), np.array([0]), ())
     port = msgspec.structs.replace(PROFILE.port, queue=queue, line_time=line_time, baud=4_000_000)
     lines, motion = modelled(points, feed, queue, 0.01)
     have = feed_segments.depth(way, motion, msgspec.structs.replace(PROFILE, port=port))

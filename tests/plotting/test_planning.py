@@ -14,7 +14,7 @@ from handout import profiles
 from handout.errors import InputError
 from handout.plotting import open_port, plan, run
 from handout.plotting.driving import fidelity
-from handout.plotting.planning import feed_segments
+from handout.plotting.planning import pace
 from handout.plotting.planning.blocks import Move, Pause, Pen
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
@@ -65,7 +65,7 @@ def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
 def test_speed_is_a_multiple_of_the_hand():
     drawing = page(words=5)
     durations = [plan(drawing, machine(acceleration=Acceleration(20000)), speed=s).motion.duration for s in (1.0, 0.5)]
-    draws = plan(drawing, PROFILE).course.draws
+    draws = plan(drawing, PROFILE).toolpath.draws
     assert durations[1].sum() > durations[0].sum() * 1.3
     slow = plan(drawing, PROFILE, speed=0.5)
     assert slow.stretched == pytest.approx(1, abs=0.01)
@@ -77,11 +77,11 @@ def test_speed_is_a_multiple_of_the_hand():
 
 def test_fast_stays_within_the_machine():
     made = plan(page(words=5), PROFILE, speed="fast")
-    drawn = made.motion.nominal[made.course.draws]
+    drawn = made.motion.nominal[made.toolpath.draws]
     assert drawn.max() <= PROFILE.limits.draw_speed + 0.02
     straight = Drawing((Stroke([0.0, 10.0], [[10.0, 10.0], [130.0, 10.0]]),), Page(148, 210))
     line = plan(straight, PROFILE, speed="fast")
-    assert line.motion.duration[line.course.draws].sum() == pytest.approx(120 / 120 + 120 / 2000, rel=0.02)
+    assert line.motion.duration[line.toolpath.draws].sum() == pytest.approx(120 / 120 + 120 / 2000, rel=0.02)
 
 
 def test_blocks_tell_the_same_story():
@@ -182,7 +182,7 @@ def awkward(draw):
 def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):
     profile = profiles.find(name, "plotter")
     made, report, port = executed(drawing, profile, speed=speed)
-    assert (made.motion.length[made.course.draws] > 0).all() and np.isfinite(made.motion.duration).all()
+    assert (made.motion.length[made.toolpath.draws] > 0).all() and np.isfinite(made.motion.duration).all()
     assert report.executed_s == pytest.approx(made.duration, rel=0.05, abs=0.05)
     for stroke, drawn in zip(drawing.strokes, port.executed().strokes, strict=True):
         assert hausdorff(stroke.xy, drawn.xy) < lost(profile, speed)
@@ -191,12 +191,12 @@ def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):
 def lost(profile, speed):
     """How far a path may be from what is drawn of it, mm.
 
-    A cut keeps within its deviation, and leaves out what is nearer to a knot than a segment is long at least; "fast"
-    cuts twice.  Then come whole micrometres, and up to a step in each axis.
+    A cut keeps within its deviation, and leaves out what is nearer to a breakpoint than a segment is long at least;
+    "fast" cuts twice.  Then come whole micrometres, and up to a step in each axis.
     """
-    allowed = (feed_segments.DEVIATION, feed_segments.DEVIATION / 2)[: 2 if speed == "fast" else 1]
+    allowed = (pace.DEVIATION, pace.DEVIATION / 2)[: 2 if speed == "fast" else 1]
     steps = np.sqrt(2) / profile.limits.steps_per_mm
-    return sum(deviation + feed_segments.shortest(profile) for deviation in allowed) + 0.001 + steps
+    return sum(deviation + pace.shortest(profile) for deviation in allowed) + 0.001 + steps
 
 
 def hausdorff(a, b):
@@ -227,7 +227,7 @@ def test_a_slow_line_is_not_asked_for_more_than_it_carries():
     slow_line = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, baud=9600))
     drawing = page(words=3)
     made, report, port = executed(drawing, slow_line)
-    drawn = made.course.draws
+    drawn = made.toolpath.draws
     assert drawn.sum() / made.motion.duration[drawn].sum() < 9600 / 10 / 22
     assert made.stretched > 1.5 and port.lost == 0
     assert report.executed_s == pytest.approx(made.duration, rel=0.05)
@@ -237,12 +237,12 @@ def test_nothing_makes_a_machine_crawl():
     """Segments of a few steps at least, no more of them than it can read, none that lasts without need."""
     for speed, rate in ((0.3, 100), (1.0, 200), (3.0, 1000)):
         made = plan(page(words=6), msgspec.structs.replace(PROFILE, segment_rate=float(rate)), speed=speed)
-        drawn = made.course.draws
+        drawn = made.toolpath.draws
         steps, took = made.motion.length[drawn] * PROFILE.limits.steps_per_mm, made.motion.duration[drawn]
         assert steps.min() >= 2 and np.percentile(steps, 2) >= 3
         assert np.convolve(took, np.ones(8), "valid").min() > 8 * PROFILE.port.line_time
         assert min(block.feed for block in made.blocks if isinstance(block, Move)) >= 10
-        assert (took <= 3 * made.meant[drawn] + 0.05).all()
+        assert (took <= 3 * made.target_time[drawn] + 0.05).all()
 
 
 def test_a_long_page_is_planned_in_a_few_seconds():

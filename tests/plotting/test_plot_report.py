@@ -39,7 +39,7 @@ def test_predicted_and_measured_say_the_same():
     )
     assert measured["in_place"]["correlation"] > 0.995
     assert measured["executed_s"] == pytest.approx(predicted["executed_s"], rel=0.01)
-    assert measured["segments"] == predicted["segments"] == made.course.draws.sum()
+    assert measured["segments"] == predicted["segments"] == made.toolpath.draws.sum()
     assert predicted["min_queue"] >= 13 and 5 <= measured["min_queue"] <= 15
     assert predicted["stretched_at"] == [] and predicted["deviation_mm"] < 0.05
 
@@ -101,7 +101,7 @@ def test_a_drawing_without_time_is_compared_with_the_best_the_machine_can_do():
     untimed = Drawing((Stroke(np.arange(5.0), square),), Page(100, 100), timed=False)
     made = plan(untimed, PROFILE, speed=0.1)
     assert made.speed == "fast" and made.stretched == pytest.approx(1, abs=0.02)
-    assert made.motion.duration[made.course.draws].sum() == pytest.approx(4 * (40 / 120 + 120 / 2000), rel=0.02)
+    assert made.motion.duration[made.toolpath.draws].sum() == pytest.approx(4 * (40 / 120 + 120 / 2000), rel=0.02)
     told = plot_report.row(made, 1)
     assert told["correlation"] > 0.98 and told["stretched"] == pytest.approx(1, abs=0.02)
     port = open_port("sim:", PROFILE)

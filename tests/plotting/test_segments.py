@@ -12,7 +12,7 @@ from handout.values import Stroke
 
 
 def tracked(strokes):
-    return segments.track([s.t for s in strokes], [s.xy for s in strokes])
+    return segments.on_one_clock([s.t for s in strokes], [s.xy for s in strokes])
 
 
 @settings(max_examples=25, deadline=None)
@@ -43,7 +43,7 @@ def test_of_the_smallest_curls_no_more_is_lost_than_a_segment_s_length(seed, n, 
 def test_a_stroke_that_comes_back_is_no_dot():
     out_and_back = Stroke([0.0, 0.1, 0.2], [[0.0, 0.0], [0.07, 0.0], [0.0, 0.0]])
     assert segments.cut(tracked([out_and_back]), 100, 0.04, 0.02).xy.tolist() == out_and_back.xy.tolist()
-    # nowhere is a knot far enough from both ends: as far as it went
+    # nowhere is a breakpoint far enough from both ends: as far as it went
     nearly_back = Stroke([0.0, 0.1, 0.2], [[0.0, 0.0], [0.06, 0.0], [0.03, 0.0]])
     assert segments.cut(tracked([nearly_back]), 100, 0.04, 0.02).xy.tolist() == [[0.0, 0.0], [0.06, 0.0]]
 
@@ -76,7 +76,7 @@ def test_a_sharp_corner_at_constant_speed_is_kept():
     assert np.hypot(*(cut.xy - [20.0, 0.0]).T).min() < 0.06
 
 
-def test_turning_points_are_knots():
+def test_turning_points_are_breakpoints():
     t = np.linspace(0, 1, 201)
     x = 3 * np.sin(2 * np.pi * 2.5 * t)  # to and fro on a line: each end is a cusp
     cut = segments.cut(tracked([Stroke(t, np.stack([x, 0 * t], 1))]), 37, 0.05, 0.02)
@@ -85,6 +85,6 @@ def test_turning_points_are_knots():
         assert abs(abs(cut.xy[near, 0]) - 3) < 0.01
 
 
-def test_one_sample_is_one_knot():
+def test_one_sample_is_one_breakpoint():
     cut = segments.cut(tracked([Stroke([0.0], [[3.0, 4.0]])]), 100, 0.05, 0.02)
     assert len(cut.t) == 1 and (cut.xy == [[3, 4]]).all()

@@ -16,7 +16,7 @@ from handout.plotting import plan
 from handout.plotting.driving import fidelity
 from handout.plotting.planning import time_scaling, time_slices
 from handout.plotting.planning.blocks import Pause, Pen, Timed
-from handout.plotting.planning.segments import Track, track
+from handout.plotting.planning.segments import Trajectory, on_one_clock
 from handout.profiles import Acceleration
 from handout.values import Drawing, Page, Stroke
 
@@ -36,7 +36,7 @@ def motors(blocks):
 
 def drawn(made):
     """Places of the ends of the drawn moves of every stroke, with their times."""
-    way, end = made.course, made.starts[:-1] + made.motion.duration
+    way, end = made.toolpath, made.starts[:-1] + made.motion.duration
     xy, many = made.placement.to_page(way.points[:, :2]), np.bincount(way.stroke[way.draws], minlength=len(way.first))
     rows = zip(way.first, way.first + many, strict=True)
     return [Stroke(np.append(made.starts[a], end[a:b]), xy[a : b + 1]) for a, b in rows]
@@ -72,15 +72,15 @@ def test_time_is_given_where_it_is_missing_and_nowhere_else():
     t = np.arange(0, 3, 0.005)
     x = 20 + 10 * t + 15 * np.tanh((t - 1.5) / 0.06)
     drawing = Drawing((Stroke(t, np.stack([x, np.full_like(x, 40)], axis=1)),), Page(148, 210))
-    path = time_scaling.path_of(track([drawing.strokes[0].t], [drawing.strokes[0].xy]))
-    slow = time_scaling.within(path, time_slices.reach(machine(acceleration=Acceleration(1000))))
-    longer = np.diff(slow.track.t) / np.diff(path.track.t)
-    at = path.track.t[1:]
+    path = time_scaling.smoothed(on_one_clock([drawing.strokes[0].t], [drawing.strokes[0].xy]))
+    slow = time_scaling.scaled(path, time_slices.motion_limits(machine(acceleration=Acceleration(1000))))
+    longer = np.diff(slow.trajectory.t) / np.diff(path.trajectory.t)
+    at = path.trajectory.t[1:]
     assert longer.max() > 1.3 and (longer >= 1 - 1e-9).all()
     calm = ((at > 0.3) & (at < 1.0)) | ((at > 2.0) & (at < 2.7))
     assert longer[calm].max() < 1.001
-    speed = np.diff(slow.track.xy[:, 0]) / np.diff(slow.track.t)
-    assert np.abs(np.diff(speed) / np.diff(slow.track.t)[1:]).max() < 1200
+    speed = np.diff(slow.trajectory.xy[:, 0]) / np.diff(slow.trajectory.t)
+    assert np.abs(np.diff(speed) / np.diff(slow.trajectory.t)[1:]).max() < 1200
 
 
 def test_lines_slow_down_at_their_corners():
@@ -117,16 +117,18 @@ def test_travels_speed_up_and_brake():
 
 def test_motors_turn_round_between_slices():
     made = plan(page(words=4), machine(acceleration=Acceleration(5000)))
-    path = time_scaling.path_of(
-        track([s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes])
+    path = time_scaling.smoothed(
+        on_one_clock(
+            [s.t for s in made.drawing.strokes], [made.placement.to_machine(s.xy) for s in made.drawing.strokes]
+        )
     )
     mix = np.array([[1.0, 1.0], [1.0, -1.0]])
-    starts = np.flatnonzero(np.diff(path.track.stroke, prepend=-1))
+    starts = np.flatnonzero(np.diff(path.trajectory.stroke, prepend=-1))
     amiss = total = 0
     for index, stroke in enumerate(drawn(made)):
         if len(stroke.t) < 5:
             continue
-        begin = path.track.t[starts[index]]
+        begin = path.trajectory.t[starts[index]]
         for a, b in itertools.pairwise(stroke.t - stroke.t[0] + begin):
             along = np.diff(path.at(np.linspace(a, b, 20)) @ mix.T, axis=0)
             total += 1
@@ -163,7 +165,7 @@ def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):
 def test_a_path_is_followed_between_its_samples():
     t = np.linspace(0, 2, 401)
     circle = np.stack([50 + 5 * np.cos(5 * t), 50 + 5 * np.sin(5 * t)], axis=1)
-    path = time_scaling.path_of(Track(t[::2], circle[::2], np.zeros(201, dtype=int)))
+    path = time_scaling.smoothed(Trajectory(t[::2], circle[::2], np.zeros(201, dtype=int)))
     assert np.hypot(*(path.at(t) - circle).T)[4:-4].max() < 1e-3
 
 

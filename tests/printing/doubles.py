@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
-from handout.printing.address import Row
+from handout.printing.rows import Row
 from handout.values import Drawing, Raster, Stroke
 
 _LP = """#!/bin/sh

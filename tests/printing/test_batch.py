@@ -9,12 +9,12 @@ from doubles import block, rows, rule
 
 from handout import profiles
 from handout.errors import InputError, PrinterError
+from handout.page_sizes import page
+from handout.printing.address_table import read_addresses
 from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
-from handout.printing.folders import SimulatedQueue
-from handout.printing.table import read_addresses
+from handout.printing.queue import SimulatedQueue
 from handout.profiles import Length, Margins, Printer
 from handout.values import Drawing
-from handout.writing.layout import page
 
 ROOT = Path(__file__).resolve().parents[2]
 DL = page("DL")

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.printing import columns, lexicon
+from handout.printing import column_names, columns
 
 
 @pytest.mark.parametrize(
@@ -31,14 +31,14 @@ def test_headers_of_six_languages(headers, roles):
 
 @given(st.text(max_size=20))
 def test_a_key_does_not_depend_on_case_or_spacing(header):
-    assert lexicon.key(f" {header} ".upper().lower()) == lexicon.key(header.upper().lower())
-    assert lexicon.key(lexicon.key(header)) == lexicon.key(header)
+    assert column_names.normalised(f" {header} ".upper().lower()) == column_names.normalised(header.upper().lower())
+    assert column_names.normalised(column_names.normalised(header)) == column_names.normalised(header)
 
 
 def test_no_header_means_two_things():
     seen: dict[str, str] = {}
-    for role, headers in lexicon._HEADERS.items():
-        for key in {lexicon.key(header) for header in lexicon._listed(headers)}:
+    for role, headers in column_names._ROLES.items():
+        for key in {column_names.normalised(header) for header in column_names._listed(headers)}:
             assert key not in seen, f"{key} is both {seen[key]} and {role}"
             seen[key] = role
     assert len(seen) > 400
@@ -99,4 +99,4 @@ def test_a_region_is_the_state_only_where_there_is_none():
 @given(st.text(max_size=30))
 def test_any_header_has_a_meaning_or_none(header):
     found = columns.meaning(header)
-    assert found is None or found.role in {*lexicon.NAMES, columns.LABEL}
+    assert found is None or found.role in {*column_names.ROLE_NAMES, columns.LABEL}

@@ -3,10 +3,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing.address import Row
+from handout.page_sizes import page
 from handout.printing.envelope import address_layout, address_text
+from handout.printing.rows import Row
 from handout.values import Page
-from handout.writing.layout import page
 from handout.writing.sheets import ASCENT, DESCENT
 
 ENVELOPES = ["DL", "C6", "C5", "number-10"]

@@ -2,14 +2,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from handout import page_sizes
 from handout.errors import InputError
-from handout.printing.feeding import Feeding
+from handout.printing.media import Feeding
 from handout.profiles import Length, Nudge, Printer
 from handout.values import Page, Raster
-from handout.writing.layout import PAGES
 
 PLAIN = Printer(kind="printer", title="P", dpi=100)
-DL, A5 = PAGES["dl"], PAGES["a5"]
+DL, A5 = page_sizes.page("dl"), page_sizes.page("a5")
 
 
 def fed(page, **changed):

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError, TableError
-from handout.printing.table import read_addresses
+from handout.printing.address_table import read_addresses
 
 
 def read(tmp_path, text, encoding="utf-8", **given):

@@ -6,6 +6,7 @@ import pytest
 from doubles import block, rows, rule
 
 from handout.errors import PrinterError
+from handout.page_sizes import page
 from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
@@ -19,7 +20,6 @@ from handout.printing.ipp.simulated import FAILURES, Faults, SimulatedPrinter
 from handout.printing.queue import Fate, FateUnknown, Ticket
 from handout.profiles import Printer
 from handout.values import Page
-from handout.writing.layout import page
 
 SMALL = page("DL")
 PLAIN = Printer(kind="printer", title="Test printer", dpi=20)

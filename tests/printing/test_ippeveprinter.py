@@ -13,17 +13,17 @@ from doubles import block, rule
 from ippeve import Everywhere, Missing, services
 from PIL import Image
 
-from handout.printing import formats, journal, pwg
+from handout.page_sizes import page
+from handout.printing import documents, journal
+from handout.printing.address_table import read_addresses
 from handout.printing.batch import PrintingStopped, print_rows
-from handout.printing.feeding import Feeding
 from handout.printing.ipp.client import Client, Refused
 from handout.printing.ipp.link import Link, LinkError, address
 from handout.printing.ipp.queue import IppQueue
+from handout.printing.media import Feeding
 from handout.printing.queue import Fate, Ticket
-from handout.printing.table import read_addresses
 from handout.profiles import Printer
 from handout.values import Page
-from handout.writing.layout import page
 
 TABLE = Path(__file__).resolve().parents[2] / "examples" / "envelope.csv"
 PROFILE = Printer(kind="printer", title="Everywhere", dpi=72, source="main")
@@ -89,7 +89,7 @@ def test_twelve_envelopes_arrive_as_they_were_sent(started, tmp_path):
     assert {(one["IPP_COPIES"], one["IPP_SIDES"]) for one in told} == {("1", "one-sided")}
     assert {one["IPP_DOCUMENT_FORMAT_SUPPLIED"] for one in told} == {"application/pdf"}
     # byte for byte what a folder gets
-    from handout.printing.folders import FolderQueue
+    from handout.printing.queue import FolderQueue
 
     run(printer, queue=FolderQueue(tmp_path / "same"))
     assert printer.documents == [path.read_bytes() for path in sorted((tmp_path / "same").iterdir())]
@@ -108,7 +108,7 @@ def test_a_received_page_has_the_pixels_that_were_meant(started, tmp_path):
 
     print_rows([row], write, PROFILE, DL, ink=block, out=tmp_path / "a.pdf")
     feeding = Feeding.of(DL, PROFILE)
-    expected = pwg.page_pixels(feeding.sheet, feeding.raster(block(drawing, 72)))
+    expected = documents.page_pixels(feeding.sheet, feeding.raster(block(drawing, 72)))
     if shutil.which("gs") is None:
         pytest.skip("Ghostscript is not installed")
     (tmp_path / "page.pdf").write_bytes(printer.documents[0])
@@ -119,11 +119,11 @@ def test_a_received_page_has_the_pixels_that_were_meant(started, tmp_path):
 
 @pytest.mark.parametrize(("kind", "dpi"), [("pwg", 300), ("urf", 600)])
 def test_raster_where_the_printer_reads_no_pdf(started, kind, dpi):
-    printer = started(formats.MIME[kind])
+    printer = started(documents.MIME[kind])
     run(printer, select="2")
     (document,) = printer.documents
     assert document[:4] == {"pwg": b"RaS2", "urf": b"UNIR"}[kind]
-    assert printer.told[0]["IPP_DOCUMENT_FORMAT_SUPPLIED"] == formats.MIME[kind]
+    assert printer.told[0]["IPP_DOCUMENT_FORMAT_SUPPLIED"] == documents.MIME[kind]
     assert queue_of(printer).resolution(72) == dpi
 
 

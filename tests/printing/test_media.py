@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout import page_sizes
 from handout.printing import media
 from handout.profiles import Envelope, Length, Margins, Printer
 from handout.values import Page, Raster
-from handout.writing.layout import PAGES
 
 SHORT = Printer(kind="printer", title="P", dpi=300)
 
@@ -23,7 +23,7 @@ SHORT = Printer(kind="printer", title="P", dpi=300)
     ],
 )  # fmt: skip
 def test_every_page_has_its_standard_name_when_fed_short_side_first(name, standard):
-    page = PAGES[name]
+    page = page_sizes.page(name)
     turn = media.turn_for(page, SHORT)
     assert bool(turn) == (page.width > page.height)
     assert media.name(media.turned_page(page, turn)) == standard
@@ -32,15 +32,15 @@ def test_every_page_has_its_standard_name_when_fed_short_side_first(name, standa
 def test_other_sheets_are_custom_sizes():
     assert media.name(Page(100, 150.5)) == "Custom.100x150.5mm"
     long = msgspec.structs.replace(SHORT, feed="long")
-    dl = PAGES["dl"]
+    dl = page_sizes.page("dl")
     assert media.turn_for(dl, long) == "" and media.name(dl) == "Custom.220x110mm"
-    assert media.turn_for(PAGES["a4"], long) == "left"
+    assert media.turn_for(page_sizes.page("a4"), long) == "left"
 
 
-@pytest.mark.parametrize("sheet", media._NAMES.items(), ids=lambda sheet: sheet[1])
+@pytest.mark.parametrize("sheet", page_sizes._SIZES, ids=lambda size: size.media)
 def test_names_say_the_size(sheet):
     """A name of PWG 5101.1 ends with the sides in inches or mm, the shorter first."""
-    (across, along), name = sheet
+    name, across, along = sheet[:3]
     sides, unit = re.search(r"_([\d.]+x[\d.]+)(mm|in)$", name).groups()
     stated = [float(side) * (25.4 if unit == "in" else 1) for side in sides.split("x")]
     assert [across, along] == pytest.approx(stated, abs=1e-6) and across <= along
@@ -48,16 +48,16 @@ def test_names_say_the_size(sheet):
 
 
 def test_no_two_sheets_can_be_taken_for_each_other():
-    sizes = np.array(list(media._NAMES))
+    sizes = np.array([(size.short, size.long) for size in page_sizes._SIZES])
     apart = np.abs(sizes[:, None] - sizes[None]).max(axis=2)
-    assert apart[~np.eye(len(sizes), dtype=bool)].min() > 2 * media._SAME
+    assert apart[~np.eye(len(sizes), dtype=bool)].min() > 2 * page_sizes._SAME
 
 
 @pytest.mark.parametrize(
     ("name", "is_one"), [("DL", True), ("c6", True), ("number-10", True), ("a4", False), ("a6", False)]
 )
 def test_envelopes_are_known_by_their_size_either_way_up(name, is_one):
-    page = PAGES[name.lower()]
+    page = page_sizes.page(name.lower())
     assert media.is_envelope(page) == media.is_envelope(Page(page.height, page.width)) == is_one
 
 
@@ -65,10 +65,10 @@ def test_envelopes_have_margins_and_a_tray_of_their_own():
     profile = msgspec.structs.replace(
         SHORT, sources=("main", "rear"), source="main", envelope=Envelope(margins=Margins(top=Length(9)), source="rear")
     )
-    fed = media.printer_for(PAGES["dl"], profile)
-    assert (fed.source, fed.margins.top) == ("rear", 9) and media.printer_for(PAGES["a4"], profile) is profile
+    fed = media.printer_for(page_sizes.page("dl"), profile)
+    assert (fed.source, fed.margins.top) == ("rear", 9) and media.printer_for(page_sizes.page("a4"), profile) is profile
     partly = msgspec.structs.replace(profile, envelope=Envelope(source="rear"))
-    assert media.printer_for(PAGES["dl"], partly).margins == profile.margins
+    assert media.printer_for(page_sizes.page("dl"), partly).margins == profile.margins
 
 
 @given(

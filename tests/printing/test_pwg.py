@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from handout.printing import formats, pwg
+from handout.printing import documents
 from handout.values import Page, Raster
 
 SHEET = Page(110, 220)
@@ -46,8 +46,8 @@ PICTURES = st.tuples(st.integers(1, 9), st.integers(1, 300)).flatmap(
 @given(PICTURES)
 def test_lines_come_back(pixels):
     height, width = pixels.shape[:2]
-    assert np.array_equal(unpacked(pwg.pwg(pixels, 300, SHEET)[4 + 1796 :], width, height), pixels)
-    assert np.array_equal(unpacked(pwg.urf(pixels, 300)[12 + 32 :], width, height), pixels)
+    assert np.array_equal(unpacked(documents.pwg(pixels, 300, SHEET)[4 + 1796 :], width, height), pixels)
+    assert np.array_equal(unpacked(documents.urf(pixels, 300)[12 + 32 :], width, height), pixels)
 
 
 @pytest.mark.parametrize("width", [1, 2, 127, 128, 129, 256, 257, 300])
@@ -55,11 +55,11 @@ def test_lines_come_back(pixels):
 def test_runs_of_every_length(width, height):
     row = np.random.default_rng(1).integers(0, 255, (1, width, 3), np.uint8)
     for pixels in (np.repeat(row, height, 0), np.full((height, width, 3), 255, np.uint8)):
-        assert np.array_equal(unpacked(pwg.pwg(pixels, 300, SHEET)[1800:], width, height), pixels)
+        assert np.array_equal(unpacked(documents.pwg(pixels, 300, SHEET)[1800:], width, height), pixels)
 
 
 def test_the_header_says_what_the_page_is():
-    data = pwg.pwg(np.zeros((20, 10, 3), np.uint8), 300, SHEET, "iso_dl_110x220mm")
+    data = documents.pwg(np.zeros((20, 10, 3), np.uint8), 300, SHEET, "iso_dl_110x220mm")
     assert data[:4] == b"RaS2" and data[4:13] == b"PwgRaster"
     header = data[4:1800]
     numbers = {at: struct.unpack_from(">I", header, at)[0] for at in range(256, 516, 4)}
@@ -68,21 +68,21 @@ def test_the_header_says_what_the_page_is():
     assert (numbers[384], numbers[388], numbers[392], numbers[396], numbers[400]) == (8, 24, 30, 0, 19)
     assert numbers[420] == 3 and header[1732:1749] == b"iso_dl_110x220mm\0"
     assert data[1800] == 19  # twenty equal lines are one
-    assert len(pwg.urf(np.zeros((20, 10, 3), np.uint8), 300)) == 12 + 32 + 1 + 4
+    assert len(documents.urf(np.zeros((20, 10, 3), np.uint8), 300)) == 12 + 32 + 1 + 4
 
 
 def test_ink_lies_where_it_was_and_ends_at_the_edge():
     rgba = np.ones((10, 20, 4), np.float32)
     rgba[..., :3] = 0.2
-    pixels = pwg.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (12.7, 5.08)))
+    pixels = documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (12.7, 5.08)))
     assert pixels.shape == (100, 200, 3)
     dark = np.argwhere(pixels[..., 0] < 255)
     assert dark.min(0).tolist() == [20, 50] and dark.max(0).tolist() == [29, 69]
-    beyond = pwg.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (50.8 - 2.54, -1.27)))
+    beyond = documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (50.8 - 2.54, -1.27)))
     dark = np.argwhere(beyond[..., 0] < 255)
     assert dark.min(0).tolist() == [0, 190] and dark.max(0).tolist() == [4, 199]
-    assert (pwg.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (80, 80))) == 255).all()
-    assert (pwg.page_pixels(Page(50.8, 25.4), Raster(rgba * 0, 100)) == 255).all()
+    assert (documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (80, 80))) == 255).all()
+    assert (documents.page_pixels(Page(50.8, 25.4), Raster(rgba * 0, 100)) == 255).all()
 
 
 class Header(ctypes.Structure):
@@ -103,8 +103,8 @@ def test_cups_own_reader_reads_it(tmp_path, kind):
     rgba[..., :3] = np.repeat(rng.random((150, 100, 3)), 3, axis=1)
     raster = Raster(rgba, 300, (30, 40))
     path = tmp_path / "page"
-    path.write_bytes(formats.WRITERS[kind](SHEET, raster, {}))
-    expected = pwg.page_pixels(SHEET, raster)
+    path.write_bytes(documents.WRITERS[kind](SHEET, raster, {}))
+    expected = documents.page_pixels(SHEET, raster)
     descriptor = os.open(path, os.O_RDONLY)
     try:
         stream = ctypes.c_void_p(library.cupsRasterOpen(descriptor, 0))

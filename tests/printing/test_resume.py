@@ -12,19 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
+from handout.page_sizes import page
 from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
-from handout.printing.folders import FolderQueue, SimulatedQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.link import Link, address
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.request import Request
 from handout.printing.ipp.simulated import Faults, SimulatedPrinter
 from handout.printing.ipp.words import JobState
-from handout.printing.queue import Fate, FateUnknown
+from handout.printing.queue import Fate, FateUnknown, FolderQueue, SimulatedQueue
 from handout.profiles import Printer
-from handout.writing.layout import page
 
 DL = page("DL")
 PLAIN = Printer(kind="printer", title="Test printer", dpi=72)

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.printing.selection import ranges, select
+from handout.printing.rows import ranges, select
 
 
 def numbers(text, count=12):

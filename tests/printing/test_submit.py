@@ -3,14 +3,12 @@ import json
 import msgspec
 import pytest
 
-from handout import profiles
+from handout import page_sizes, profiles
 from handout.errors import InputError, PrinterError, ProfileError
-from handout.printing import submit
+from handout.printing import printers
 from handout.printing.cups import CupsQueue
-from handout.printing.folders import SimulatedQueue
-from handout.printing.queue import Ticket
+from handout.printing.queue import SimulatedQueue, Ticket
 from handout.profiles import Printer
-from handout.writing.layout import PAGES
 
 PLAIN = Printer(kind="printer", title="P", dpi=300)
 
@@ -28,7 +26,7 @@ def page(tmp_path):
 
 def test_lp_is_told_the_media_the_tray_and_no_scaling(print_system, page):
     profile = msgspec.structs.replace(PLAIN, source="rear", options={"media-type": "envelope", "Ink": "Photo Black"})
-    job = CupsQueue("envelopes").send(page, submit.ticket(profile, PAGES["dl"], "handout row 2"))
+    job = CupsQueue("envelopes").send(page, printers.ticket(profile, page_sizes.page("dl"), "handout row 2"))
     assert job == "envelopes-1"
     call = print_system.call(1)
     assert call[:4] == ["-d", "envelopes", "-t", "handout row 2"]
@@ -42,7 +40,7 @@ def test_lp_is_told_the_media_the_tray_and_no_scaling(print_system, page):
 
 def test_the_profile_has_the_last_word(print_system, page):
     profile = msgspec.structs.replace(PLAIN, options={"print-scaling": "auto"})
-    CupsQueue("envelopes").send(page, submit.ticket(profile, PAGES["a4"], "t"))
+    CupsQueue("envelopes").send(page, printers.ticket(profile, page_sizes.page("a4"), "t"))
     assert options(print_system.call(1)) == {"media": "iso_a4_210x297mm", "print-scaling": "auto"}
 
 
@@ -72,54 +70,54 @@ def test_a_refusal_is_told_in_lp_s_own_words_and_not_repeated(print_system, page
 
 def test_without_lp_the_way_out_is_told(tmp_path, monkeypatch, page):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert submit.queues() == []
-    for attempt in (lambda: submit.open_queue(PLAIN), lambda: CupsQueue("q").send(page, Ticket("t", "m"))):
+    assert printers.queues() == []
+    for attempt in (lambda: printers.open_queue(PLAIN), lambda: CupsQueue("q").send(page, Ticket("t", "m"))):
         with pytest.raises(PrinterError, match=r"lp is not installed.*--dry-run out.pdf") as caught:
             attempt()
         assert caught.value.exit_code == 3
-    assert submit.resolve("epson").title == profiles.find("epson", "printer").title
+    assert printers.resolve("epson").title == profiles.find("epson", "printer").title
 
 
 def test_printers_by_name(print_system):
-    epson = submit.resolve("epson")
+    epson = printers.resolve("epson")
     assert epson == profiles.find("printer-epson", "printer") and epson.queue == ""
-    laser = submit.resolve("laser")
+    laser = printers.resolve("laser")
     assert laser.queue == "laser" and laser.dpi == 600 and laser.margins.left == 5
-    assert submit.resolve("pdf").file and submit.resolve("printer-simulated").simulated
+    assert printers.resolve("pdf").file and printers.resolve("printer-simulated").simulated
 
 
 def test_a_queue_is_driven_by_the_profile_of_its_name(print_system):
     (print_system.folder / "queues").write_text("epson\n")
-    found = submit.resolve("epson")
+    found = printers.resolve("epson")
     assert found.queue == "epson" and found.margins.bottom == 20
 
 
 def test_a_profile_in_a_file_of_the_users_own(print_system, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('kind = "printer"\ntitle = "Mine"\ndpi = 360\nqueue = "laser"\nfeed = "long"\n')
-    found = submit.resolve(str(path))
-    assert found.feed == "long" and submit.open_queue(found).name == "laser"
+    found = printers.resolve(str(path))
+    assert found.feed == "long" and printers.open_queue(found).name == "laser"
 
 
 def test_an_unknown_printer_is_answered_with_the_known_ones(print_system):
     with pytest.raises(ProfileError, match=r"printer-epson.*envelopes, laser") as caught:
-        submit.resolve("epsom")
+        printers.resolve("epsom")
     assert caught.value.exit_code == 2
 
 
 def test_the_queue_of_a_profile(print_system):
     with pytest.raises(PrinterError, match=r"no default.*envelopes, laser.*--printer QUEUE.*--dry-run"):
-        submit.open_queue(PLAIN)
+        printers.open_queue(PLAIN)
     (print_system.folder / "default").write_text("system default destination: laser\n")
-    assert submit.open_queue(PLAIN).name == "laser"
+    assert printers.open_queue(PLAIN).name == "laser"
     with pytest.raises(PrinterError, match=r"no print queue 'gone'.*envelopes, laser"):
-        submit.open_queue(msgspec.structs.replace(PLAIN, queue="gone"))
+        printers.open_queue(msgspec.structs.replace(PLAIN, queue="gone"))
 
 
 def test_a_tray_that_the_profile_does_not_list():
     profile = msgspec.structs.replace(PLAIN, sources=("rear",), source="raer")
     with pytest.raises(ProfileError, match=r"'raer'.*rear"):
-        submit.ticket(profile, PAGES["dl"], "t")
+        printers.ticket(profile, page_sizes.page("dl"), "t")
 
 
 def test_the_simulated_queue_keeps_jobs_and_tickets(tmp_path, page):

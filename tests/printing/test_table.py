@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import TableError
-from handout.printing.table import read_addresses
+from handout.printing.address_table import read_addresses
 
 HEADERS = ["Name", "Straße", "PLZ", "Ort", "Land"]
 

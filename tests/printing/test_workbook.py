@@ -6,7 +6,7 @@ import zipfile
 import pytest
 
 from handout.errors import TableError
-from handout.printing.table import read_addresses
+from handout.printing.address_table import read_addresses
 
 openpyxl = pytest.importorskip("openpyxl")
 

@@ -16,8 +16,9 @@ def house(name="house-joined", seed=1, times=1):
     from handout.hand.library import load
     from handout.inking.plain import flatten, ink
     from handout.motion.trace import trace
+    from handout.page_sizes import page
     from handout.writing.compose import compose
-    from handout.writing.layout import Layout, page
+    from handout.writing.layout import Layout
 
     rng = np.random.default_rng(seed)
     hand = load(name)

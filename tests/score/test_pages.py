@@ -44,9 +44,10 @@ def test_a_house_page_repeats_itself_as_little_as_people_do():
     from handout.hand.library import load
     from handout.inking.plain import flatten, ink
     from handout.motion.trace import trace
+    from handout.page_sizes import page
     from handout.score.repetition import repetition
     from handout.writing.compose import compose
-    from handout.writing.layout import Layout, page
+    from handout.writing.layout import Layout
 
     text = (
         " ".join(

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from handout import page_sizes
 from handout.errors import InputError
 from handout.printing import media
 from handout.sinks import picture_pdf as pdf
 from handout.values import Page, Raster
-from handout.writing.layout import PAGES
 
 
 def inked(width, height, dpi, origin, seed=0):
@@ -42,10 +42,10 @@ def placing(page):
     return e, float(page.mediabox[3]) - f - d, a, d
 
 
-@pytest.mark.parametrize("name", sorted(PAGES))
+@pytest.mark.parametrize("name", sorted(page_sizes.NAMES))
 @pytest.mark.parametrize("turn", ["", "left"])
 def test_a_page_for_a_printer(name, turn):
-    page, dpi = PAGES[name], 600
+    page, dpi = page_sizes.page(name), 600
     raster = media.turned_raster(inked(30, 20, dpi, (37.31, 21.87)), page, turn)
     sheet = media.turned_page(page, turn)
     with pikepdf.open(io.BytesIO(written((sheet, raster)))) as document:
@@ -101,7 +101,7 @@ def test_a_page_without_ink_has_no_picture(alpha):
 
 def test_the_same_pages_give_the_same_bytes_and_keep_what_they_are_about():
     about = {"seed": 7, "hand": "hause (\\alt) é"}
-    pages = [(PAGES["dl"], inked(20, 10, 300, (50, 50), seed)) for seed in range(3)]
+    pages = [(page_sizes.page("dl"), inked(20, 10, 300, (50, 50), seed)) for seed in range(3)]
     first, second = (written(*pages, about=about) for _ in range(2))
     assert first == second
     with pikepdf.open(io.BytesIO(first)) as document:
@@ -114,14 +114,14 @@ def test_the_file_is_sound(tmp_path):
     path = tmp_path / "a.pdf"
     with pdf.document(path) as document:
         for n in range(12):
-            document.add(PAGES["c6"], inked(8, 8, 300, (20 + n, 20), n))
+            document.add(page_sizes.page("c6"), inked(8, 8, 300, (20 + n, 20), n))
     with pikepdf.open(path) as found:
         assert found.check_pdf_syntax() == [] and len(found.pages) == 12
 
 
 def test_nothing_is_left_of_a_file_that_was_not_finished(tmp_path):
     with pytest.raises(KeyboardInterrupt), pdf.document(tmp_path / "a.pdf") as document:
-        document.add(PAGES["c6"], inked(8, 8, 300, (20, 20)))
+        document.add(page_sizes.page("c6"), inked(8, 8, 300, (20, 20)))
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(InputError, match="Cannot write"), pdf.document(tmp_path / "none" / "a.pdf"):

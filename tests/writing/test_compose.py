@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
+from handout.page_sizes import page
 from handout.writing.choice import Chooser, joined
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.text import Letter
 
 JOINED, QUICK, PRINT = (load(f"house-{name}") for name in ("joined", "quick", "print"))

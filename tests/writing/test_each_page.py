@@ -7,8 +7,9 @@ import pytest
 
 from handout.errors import MissingCharacters
 from handout.hand.library import load
+from handout.page_sizes import page
 from handout.writing.compose import compose, each_page
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.words import Writer
 
 HAND = load("house-print")

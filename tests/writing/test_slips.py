@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.hand.library import load
 from handout.motion.trace import trace
+from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.drawn import DrawnScribe
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.pieces import paragraphs_of
 from handout.writing.slips import Struck, slip
 from handout.writing.striking import Striking

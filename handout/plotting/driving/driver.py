@@ -81,7 +81,7 @@ def run(
     """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
     log = log or (lambda _: None)
     controller = meet(port, profile, log)
-    bed.check(plan.course.points[:, :2], controller.profile)
+    bed.check(plan.toolpath.points[:, :2], controller.profile)
     try:
         if profile.homing:
             controller.home()
@@ -153,7 +153,7 @@ def draw(
         As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
     log = log or (lambda _: None)
-    bed.check(plan.course.points[:, :2], controller.profile)
+    bed.check(plan.toolpath.points[:, :2], controller.profile)
     own = msgspec.structs.replace(controller.profile, bed=profile.bed)
     if _moves_differently(own, plan.profile):
         log("The plot is planned anew for the plotter's own limits.")
@@ -286,8 +286,8 @@ class _Stream:
 
 def _strokes(plan: Plan) -> Array:
     """(blocks + 1,) the stroke that is being drawn when so many blocks are done, −1 for none."""
-    drawn = np.where(plan.course.draws, plan.course.stroke, -1).tolist()
-    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.course.told)])
+    drawn = np.where(plan.toolpath.draws, plan.toolpath.stroke, -1).tolist()
+    return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
 def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
@@ -300,7 +300,7 @@ def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
     else:
         executed_s = time.monotonic() - before
         stretched = stretched if observed.unknown else observed.stretched
-    segments = int(np.count_nonzero(plan.course.kind == DRAW))
+    segments = int(np.count_nonzero(plan.toolpath.kind == DRAW))
     lines = len(stream.commands)
     return Report(
         executed_s,

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from handout.plotting.dialect import Command
 from handout.plotting.driving import fidelity
 from handout.plotting.planning.plan import Plan
-from handout.plotting.planning.toolpath import Course
+from handout.plotting.planning.toolpath import Toolpath
 from handout.values import Array, Drawing
 
 REST = 0.02  # s; a pen that stands for less leaves no more ink than in a sharp corner
@@ -108,7 +108,7 @@ class Observer:
         if unknown:
             return Observed(unknown)
         time = np.array(self._times)
-        if not (len(time) and self.plan.course.draws.any()):
+        if not (len(time) and self.plan.toolpath.draws.any()):
             return Observed("The strokes are too short for the plotter's answers.")
         stroke, reached = self._reached()
         drawn = stroke >= 0
@@ -139,7 +139,7 @@ class Observer:
     def _rests(self, number: int, where: Array, delay: Array, least: float) -> list[Rest]:
         """Times lost between two answers of a stroke; neighbouring ones are the same rest."""
         lost = np.diff(delay)
-        begin = float(self.plan.starts[self.plan.course.first[number]])
+        begin = float(self.plan.starts[self.plan.toolpath.first[number]])
         word = self.plan.drawing.strokes[number].word
         words = self.plan.drawing.about.get("words") or []
         text = str(words[word]) if 0 <= word < len(words) else ""
@@ -155,16 +155,16 @@ class Observer:
 
     def _reached(self) -> tuple[NDArray[np.intp], Array]:
         """Of every answer: the stroke that was being drawn, −1 for none; and the plan's time that was reached, s."""
-        plan, way = self.plan, self.plan.course
-        rows = np.array([row if block is None else -1 for block, row in way.told])
+        plan, toolpath = self.plan, self.plan.toolpath
+        rows = np.array([row if block is None else -1 for block, row in toolpath.instructions])
         block = self._done[np.array(self._executed, dtype=np.intp)]
         inside = block < len(rows)
         block = np.minimum(block, len(rows) - 1)
         row = np.where(inside, rows[block], -1)
-        stroke = np.where((row >= 0) & way.draws[row], way.stroke[row], -1)
+        stroke = np.where((row >= 0) & toolpath.draws[row], toolpath.stroke[row], -1)
         reached = np.where(inside, plan.begins[block], plan.duration)
         reached[row >= 0] = plan.starts[row[row >= 0]]
-        behind, ahead = _along(way)
+        behind, ahead = _along(toolpath)
         for at in np.flatnonzero(stroke >= 0).tolist():
             if not np.isnan(self._places[at][0]):
                 same = at > 0 and stroke[at - 1] == stroke[at]
@@ -183,8 +183,8 @@ class Observer:
 
         behind : (n + 1,) mm: how long the way is up to the beginning of each move; row, gone : the place.
         """
-        way = self.plan.course
-        same = np.flatnonzero(way.stroke == way.stroke[row])
+        toolpath = self.plan.toolpath
+        same = np.flatnonzero(toolpath.stroke == toolpath.stroke[row])
         first, last = behind[same[0]], behind[same[-1] + 1]
         near = np.clip(behind[row] + gone + np.array([-_NEAR, _NEAR]), first, last)
         rows = np.clip(np.searchsorted(behind, near, side="right") - 1, same[0], same[-1])
@@ -205,10 +205,10 @@ class Observer:
         tuple
             The move, how far it has come, mm, and the time, s.
         """
-        plan, way = self.plan, self.plan.course
-        many = int(np.argmax(np.append(way.stroke[row:] != way.stroke[row], True)))
+        plan, toolpath = self.plan, self.plan.toolpath
+        many = int(np.argmax(np.append(toolpath.stroke[row:] != toolpath.stroke[row], True)))
         rows = np.arange(row, row + max(int(np.searchsorted(plan.starts[row : row + many], most)), 1))
-        begin, end = way.points[rows, :2], way.points[rows + 1, :2]
+        begin, end = toolpath.points[rows, :2], toolpath.points[rows + 1, :2]
         length = np.maximum(np.hypot(*(end - begin).T), 1e-9)
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
@@ -234,12 +234,12 @@ class Observer:
         return replace(predicted, strokes=tuple(strokes))
 
 
-def _along(way: Course) -> tuple[Array, Array]:
+def _along(toolpath: Toolpath) -> tuple[Array, Array]:
     """(n + 1,) mm: the way up to the beginning of each move, and all of it; (n,) mm: from there to the stroke's end."""
-    length = np.hypot(*np.diff(way.points[:, :2], axis=0).T)
+    length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
     behind = np.append(0.0, np.cumsum(length))
-    last = np.append(np.flatnonzero(np.diff(way.stroke) != 0), len(way.kind) - 1)
-    return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(way.kind)))] - behind[:-1])
+    last = np.append(np.flatnonzero(np.diff(toolpath.stroke) != 0), len(toolpath.kind) - 1)
+    return behind, np.asarray(behind[last + 1][np.searchsorted(last, np.arange(len(toolpath.kind)))] - behind[:-1])
 
 
 def _next(stroke: NDArray[np.intp], last: int) -> int:

@@ -180,8 +180,8 @@ class Securing:
 
 def ink(plan: Plan) -> Array:
     """(blocks,) float, mm: what each block of a plan draws."""
-    length = np.linalg.norm(np.diff(plan.course.points, axis=0), axis=1) * plan.course.draws
-    return np.array([length[row] if block is None else 0.0 for block, row in plan.course.told])
+    length = np.linalg.norm(np.diff(plan.toolpath.points, axis=0), axis=1) * plan.toolpath.draws
+    return np.array([length[row] if block is None else 0.0 for block, row in plan.toolpath.instructions])
 
 
 def _lowering(plan: Plan, done: Array) -> Flags:

@@ -54,10 +54,10 @@ def row(
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
     meant, done = plan.intended(), plan.predicted() if executed is None else executed
-    segments = int(np.count_nonzero(plan.course.draws))
-    took = float(plan.motion.duration[plan.course.draws].sum())
+    segments = int(np.count_nonzero(plan.toolpath.draws))
+    took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
-        min_queue = feed_segments.least_queue(plan.course, plan.motion, plan.profile)
+        min_queue = feed_segments.least_queue(plan)
     intended_s, executed_s = fidelity.times(meant, done)
     return {
         "page": page,

@@ -46,18 +46,18 @@ class Milestones:
     ink: Array
 
     def __init__(self, plan: Plan) -> None:
-        told, course = plan.course.told, plan.course
-        at = np.arange(len(told))
-        rows = np.array([row if block is None else -1 for block, row in told], dtype=np.intp)
-        drawn = (rows >= 0) & course.draws[rows]
-        pens = [(index, block.down) for index, (block, _) in enumerate(told) if isinstance(block, Pen)]
+        instructions, toolpath = plan.toolpath.instructions, plan.toolpath
+        at = np.arange(len(instructions))
+        rows = np.array([row if block is None else -1 for block, row in instructions], dtype=np.intp)
+        drawn = (rows >= 0) & toolpath.draws[rows]
+        pens = [(index, block.down) for index, (block, _) in enumerate(instructions) if isinstance(block, Pen)]
         # a stroke is done with what comes last before the pen is lifted from it: a move, or the rest of a dot
         complete = np.array([lift - 1 for (_, down), (lift, _) in itertools.pairwise(pens) if down], dtype=int)
         stroke = np.searchsorted(complete, at, side="right")
         last = np.maximum.accumulate(np.where(drawn, at, -1))
-        under_way = (last >= 0) & (course.stroke[rows[last]] == stroke)
+        under_way = (last >= 0) & (toolpath.stroke[rows[last]] == stroke)
         time = np.where(under_way, _reached(plan)[rows[last]], -np.inf)
-        length = np.where(drawn, np.hypot(*np.diff(course.points[:, :2], axis=0).T)[rows], 0.0)
+        length = np.where(drawn, np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)[rows], 0.0)
         self.stroke, self.time = np.append(0, stroke), np.append(-np.inf, time)
         self.ink = np.append(0.0, np.cumsum(length))
 
@@ -72,9 +72,9 @@ def place(plan: Plan, done: int) -> Place:
 
 
 def _reached(plan: Plan) -> Array:
-    """(n,) float, s: for every drawn move of the course, the time in the drawing at which it ends."""
-    draws, stroke = plan.course.draws, plan.course.stroke
-    meant = np.where(draws, np.maximum(plan.meant, 0.0), 0.0)
+    """(n,) float, s: for every drawn move of the toolpath, the time in the drawing at which it ends."""
+    draws, stroke = plan.toolpath.draws, plan.toolpath.stroke
+    meant = np.where(draws, np.maximum(plan.target_time, 0.0), 0.0)
     so_far = np.cumsum(meant)
     many = len(plan.drawing.strokes)
     whole = np.bincount(stroke[draws], meant[draws], many)

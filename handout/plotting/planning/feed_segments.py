@@ -1,13 +1,13 @@
-"""Controllers that plan: the segments and feeds they are told, and the motion they make of them.
+"""Plans for controllers that plan (GRBL, Marlin): segments and feeds, fitted to what the controller makes of them.
 
-Such a controller (GRBL, Marlin) is given feeds from which it makes its own speeds, within its acceleration; here its
-planner is run in advance, and the feeds are chosen for what it will make of them.
+Such a controller is given feeds from which it makes its own speeds, within its acceleration; here its planner is run in
+advance, and the feeds are chosen for what it will make of them (`feeds`).  The segments are equal steps in time, since
+the hand's speed falls where its path turns.
 
-
-How lines reach a controller that plans: how many a second, and how many moves it has in hand at any moment.
-
-Lines are read one after the other, each in `line_time`, as long as the queue has room.  After a rest the queue is
-empty, and the machine waits for it to fill (`toolpath.starts`); from then on a move is read while others are executed.
+Lines reach the controller one after the other, each in `line_time`, as long as its queue has room.  After a rest the
+queue is empty, and the machine waits for it to fill (`toolpath.start_times`); from then on a move is read while others
+are executed.  So segments are no shorter than lines can follow on each other (`capacity`), and where the queue runs
+short of moves all the same (`depth`) the plan says what the controller makes of that.
 """
 
 from __future__ import annotations
@@ -15,45 +15,56 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
-from handout.plotting.planning import feed_segments, feeds, lookahead, segments, toolpath
-from handout.plotting.planning.lookahead import Blocks, Flags, Motion
-from handout.plotting.planning.segments import Track
-from handout.plotting.planning.toolpath import Course
+from handout.plotting.planning import feeds, lookahead, pace, segments
+from handout.plotting.planning.blocks import Block, Move
+from handout.plotting.planning.lookahead import Motion
+from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.toolpath import (
+    Toolpath,
+    lay_out,
+    machine_of,
+    pen_up_speeds,
+    queue_filling_times,
+    start_times,
+)
 from handout.profiles import Plotter
 from handout.values import Array
 
-DEVIATION = 0.02  # mm between path and segments; corners cut off and whole steps add to it, 0.05 is allowed in all
 _BURST = 8  # segments; half a queue
 _SLOWED = 0.8  # a corner that allows less than this share of the wanted speed² is taken in shorter segments
 _CHANGED = 1e-4  # s; a queue that runs shorter than it was taken for matters from here
+_BUSY = 0.8  # share of what the controller can read that is asked of it
+_LINE = 22.0  # bytes of a line at most
 
 
-def least_queue(way: Course, motion: Motion, profile: Plotter) -> int | None:
-    """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
-    if dialect(profile.dialect).motion != "planned":
-        return None
-    return feed_segments.least(way, feed_segments.depth(way, motion, profile), profile.port.queue)
+def plan(request: Request) -> Plan:
+    """A plan of moves with feeds; see `planner.plan`."""
+    profile, asked = request.profile, pace.pace(request)
+    cuts = cut(asked.path, profile)
+    clock = np.interp(cuts.t, asked.path.t, asked.drawn) * request.factor  # of the drawing, which has the pressure
+    toolpath = lay_out(cuts, asked.dots, profile, pen_lift.along(request.drawing, clock, profile.pen))
+    feed, motion = run(toolpath, profile)
+    starts = start_times(toolpath, motion, profile)
+    target = toolpath.drawn_times(cuts, np.interp(cuts.t, asked.path.t, asked.target))
+    return Plan.of(request, toolpath, motion, starts, _blocks(toolpath, feed), target)
 
 
-def lines(cuts: Track, profile: Plotter) -> tuple[Blocks, Flags]:
-    """The lines between all cuts, and which of them are drawn (the others lead from stroke to stroke)."""
-    within = cuts.stroke[1:] == cuts.stroke[:-1]
-    stands = ~(within & np.append(False, within[:-1]))
-    points = np.column_stack([cuts.xy, np.zeros(len(cuts.t))])
-    return lookahead.blocks(points, stands, toolpath.machine(profile)), within
+def _blocks(toolpath: Toolpath, feed: Array) -> tuple[Block, ...]:
+    xyz, feeds_ = toolpath.points[1:].tolist(), feed.tolist()
+    height = (toolpath.draws & toolpath.follows_pressure).tolist()
+    return toolpath.blocks(
+        lambda row: Move(xyz[row][0], xyz[row][1], feeds_[row], xyz[row][2] if height[row] else None)
+    )
 
 
-def shortest(profile: Plotter) -> float:
-    """How long a segment is at least, mm."""
-    return float(dialect(profile.dialect).shortest_segment / profile.limits.steps_per_mm)
-
-
-def cut(path: Track, profile: Plotter) -> Track:
+def cut(path: Trajectory, profile: Plotter) -> Trajectory:
     """Cut the path into segments; shorter ones where corners of the usual length would have to be taken too slowly."""
-    least, capacity = shortest(profile), feed_segments.capacity(profile)
-    cuts = segments.cut(path, min(profile.segment_rate, capacity), least, DEVIATION)
-    straight, within = lines(cuts, profile)
+    least, most = pace.shortest(profile), capacity(profile)
+    cuts = segments.cut(path, min(profile.segment_rate, most), least, pace.DEVIATION)
+    straight, within = pace.lines(cuts, profile)
     if len(within) > 1:
         took = np.where(within, np.diff(cuts.t), np.inf)
         wanted = np.append(0.0, np.minimum(straight.length[1:] / took[1:], straight.length[:-1] / took[:-1])) ** 2
@@ -63,42 +74,38 @@ def cut(path: Track, profile: Plotter) -> Track:
         middle = 0.5 * (cuts.t[:-1] + cuts.t[1:])
         off = path.at(middle)  # a pen that rested may not have left an end by then
         room = np.minimum(np.hypot(*(off - cuts.xy[:-1]).T), np.hypot(*(off - cuts.xy[1:]).T))
-        halve &= (room >= least) & (took > 2.0 / capacity)
+        halve &= (room >= least) & (took > 2.0 / most)
         t = np.sort(np.append(cuts.t, middle[halve]))
-        cuts = Track(t, path.at(t), path.stroke_at(t))
-    return Track(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
+        cuts = Trajectory(t, path.at(t), path.stroke_at(t))
+    return Trajectory(cuts.t, np.round(cuts.xy, 3), cuts.stroke)
 
 
-def run(way: Course, profile: Plotter) -> tuple[Array, Motion]:
+def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     """The feed of every move, mm/min, as it is written, fitted to the planner; and what the planner makes of them."""
     limits, queue = profile.limits, profile.port.queue
-    blocks = lookahead.blocks(way.points, way.stands, toolpath.machine(profile))
-    given = toolpath.pen_up_speeds(way, profile)
+    blocks = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
+    pen_up = pen_up_speeds(toolpath, profile)
     most = feeds.greatest(blocks, limits.acceleration, float(limits.draw_speed))
-    crowding = _crowding(way, 1.0 / feed_segments.capacity(profile))
-    wanted = way.intended * crowding
+    crowding = _crowding(toolpath, 1.0 / capacity(profile))
+    wanted = toolpath.requested_time * crowding
     crowded = crowding > 1.0  # no time is to be made up where lines could not follow
     most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
-    feed = feeds.round_feed(feeds.fit(blocks, wanted, given, way.draws, most, queue))
+    feed = feeds.round_feed(feeds.fit(blocks, wanted, pen_up, toolpath.draws, most, queue))
     motion = lookahead.run(blocks, feed / 60.0, queue)
-    seen = feed_segments.depth(way, motion, profile)
+    seen = depth(toolpath, motion, profile)
     short = lookahead.run(blocks, feed / 60.0, seen)
     return feed, short if abs(float((short.duration - motion.duration).sum())) > _CHANGED else motion
 
 
-def _crowding(way: Course, line_time: float) -> Array:
+def _crowding(toolpath: Toolpath, line_time: float) -> Array:
     """How much slower segments have to be run where too many follow on each other, or the queue would run empty.
 
     The queue makes up for a few short ones; what counts is the mean over `_BURST` of them.
     """
-    if not way.draws.any():
-        return np.ones(len(way.kind))
-    time = np.convolve(np.where(way.draws, way.intended, 1.0), np.ones(_BURST), "same")
-    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(way.intended)], 1e-9), 1.0))
-
-
-_BUSY = 0.8  # share of what the controller can read that is asked of it
-_LINE = 22.0  # bytes of a line at most
+    if not toolpath.draws.any():
+        return np.ones(len(toolpath.kind))
+    time = np.convolve(np.where(toolpath.draws, toolpath.requested_time, 1.0), np.ones(_BURST), "same")
+    return np.asarray(np.maximum(_BURST * line_time / np.maximum(time[: len(toolpath.kind)], 1e-9), 1.0))
 
 
 def capacity(profile: Plotter) -> float:
@@ -111,34 +118,41 @@ def line_time(profile: Plotter) -> float:
     return max(float(profile.port.line_time), _LINE * 10 / profile.port.baud)
 
 
-def depth(way: Course, motion: Motion, profile: Plotter) -> NDArray[np.intp]:
+def depth(toolpath: Toolpath, motion: Motion, profile: Plotter) -> NDArray[np.intp]:
     """Moves in the machine's queue when each begins, that one included.  (n,) at least 1.
 
     A place in the queue counts as free when the move that held it begins; a GRBL frees it up to six moves earlier.
     """
-    if len(way.kind) == 0:
+    if len(toolpath.kind) == 0:
         return np.zeros(0, dtype=np.intp)
     queue, each = profile.port.queue, line_time(profile)
-    number = np.arange(len(way.kind))
-    begins = toolpath.starts(way, motion, profile)[:-1]
-    first = _first(way)
+    number = np.arange(len(toolpath.kind))
+    begins = start_times(toolpath, motion, profile)[:-1]
+    first = _first(toolpath)
     room = np.where(number - queue >= first, begins[np.maximum(number - queue, 0)], -np.inf)
-    room[way.stands] = begins[way.stands] - toolpath.filling(way, profile)
+    room[toolpath.stands] = begins[toolpath.stands] - queue_filling_times(toolpath, profile)
     read = each * (number + 1) + np.maximum.accumulate(room - each * number)
     have = np.searchsorted(read, begins + 1e-9, side="right") - number
     return np.asarray(np.clip(have, 1, queue), dtype=np.intp)
 
 
-def least(way: Course, have: NDArray[np.intp], queue: int) -> int | None:
+def least_queue(plan: Plan) -> int | None:
+    """The fewest moves a controller that plans will have in hand in the middle of a stroke; None for other machines."""
+    if dialect(plan.profile.dialect).motion != "planned":
+        return None
+    return least(plan.toolpath, depth(plan.toolpath, plan.motion, plan.profile), plan.profile.port.queue)
+
+
+def least(toolpath: Toolpath, have: NDArray[np.intp], queue: int) -> int | None:
     """The fewest moves in the queue in the middle of a stroke, where there were more to come; None if there is none."""
-    first = _first(way)
-    ends = np.append(np.flatnonzero(way.stands)[1:], len(way.kind))
-    after = ends[np.searchsorted(ends, np.arange(len(way.kind)), side="right")]
-    middle = way.draws & (np.arange(len(way.kind)) > first) & (np.arange(len(way.kind)) + queue <= after)
+    first = _first(toolpath)
+    ends = np.append(np.flatnonzero(toolpath.stands)[1:], len(toolpath.kind))
+    after = ends[np.searchsorted(ends, np.arange(len(toolpath.kind)), side="right")]
+    middle = toolpath.draws & (np.arange(len(toolpath.kind)) > first) & (np.arange(len(toolpath.kind)) + queue <= after)
     return int(have[middle].min()) if middle.any() else None
 
 
-def _first(way: Course) -> NDArray[np.intp]:
+def _first(toolpath: Toolpath) -> NDArray[np.intp]:
     """Of every move, the first after the rest before it."""
-    stand = np.flatnonzero(way.stands)
-    return np.repeat(stand, np.diff(np.append(stand, len(way.kind))))
+    stand = np.flatnonzero(toolpath.stands)
+    return np.repeat(stand, np.diff(np.append(stand, len(toolpath.kind))))

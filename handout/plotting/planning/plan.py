@@ -1,4 +1,4 @@
-"""A drawing turned into motion within a machine's limits."""
+"""What is asked of planning, a `Request`, and what comes of it: a `Plan`, motion within a machine's limits."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ import numpy as np
 from handout.plotting.bed import Placement
 from handout.plotting.planning.blocks import Block
 from handout.plotting.planning.lookahead import Motion
-from handout.plotting.planning.toolpath import TRAVEL, Course
+from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.toolpath import TRAVEL, Toolpath
 from handout.profiles import Plotter
 from handout.summary import one_line
-from handout.values import Array, Drawing, Stroke
+from handout.values import Array, Drawing, Stroke, readonly
 
 Speed = float | Literal["fast"]
 Order = Literal["writing", "travel"]
@@ -23,13 +24,11 @@ _EVERY = 0.0025  # s between the samples of a predicted stroke
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
-    """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
+class Request:
+    """A drawing that is to be planned.
 
-    drawing : as it will be drawn, strokes in their order; profile : the machine; speed, order : as asked for.
-    blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
-    starts : (n + 1,) float, s, when each move of the course begins, and when all is done.
-    meant : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
+    drawing : its strokes in the order in which they are drawn; profile : the machine; speed, order : as asked for.
+    placement : of the page on the bed; path : the strokes in machine coordinates, on the clock of the drawing.
     """
 
     drawing: Drawing
@@ -37,14 +36,52 @@ class Plan:
     speed: Speed
     order: Order
     placement: Placement
-    course: Course
+    path: Trajectory
+
+    @property
+    def factor(self) -> float:
+        """By how much faster than the drawing; 1 where that is for the machine to say."""
+        return 1.0 if self.speed == "fast" else float(self.speed)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What a machine will do to draw a drawing; previews, time estimates and drivers read the same object.
+
+    drawing, profile, speed, order, placement : as in the `Request`.
+    blocks : what the machine is told; begins : (blocks,) float, s, when it begins each.
+    starts : (n + 1,) float, s, when each move of the toolpath begins, and when all is done.
+    target_time : (n,) float, s, what drawn moves take in the drawing (at the best, if it has no time); else 0.
+    """
+
+    drawing: Drawing
+    profile: Plotter
+    speed: Speed
+    order: Order
+    placement: Placement
+    toolpath: Toolpath
     motion: Motion
     starts: Array
     blocks: tuple[Block, ...]
     begins: Array
-    meant: Array
+    target_time: Array
 
     __repr__ = one_line
+
+    @classmethod
+    def of(
+        cls,
+        request: Request,
+        toolpath: Toolpath,
+        motion: Motion,
+        starts: Array,
+        blocks: tuple[Block, ...],
+        target_time: Array,
+    ) -> Plan:
+        """The plan of a request; the other fields as above."""
+        asked = request.drawing, request.profile, request.speed, request.order, request.placement
+        begins = toolpath.block_starts(starts, motion)
+        return cls(*asked, toolpath, motion, starts, blocks, begins, readonly(target_time, None))
 
     @property
     def duration(self) -> float:
@@ -54,18 +91,18 @@ class Plan:
     @cached_property
     def stretched(self) -> float:
         """Time the strokes take over the time they were meant to take."""
-        whole = float(self.meant.sum())
-        return float(self.motion.duration[self.course.draws].sum()) / whole if whole > 0 else 1.0
+        whole = float(self.target_time.sum())
+        return float(self.motion.duration[self.toolpath.draws].sum()) / whole if whole > 0 else 1.0
 
     @cached_property
     def pen_down(self) -> float:
         """Length drawn, mm."""
-        return float(self._lengths[self.course.draws].sum())
+        return float(self._lengths[self.toolpath.draws].sum())
 
     @cached_property
     def pen_up(self) -> float:
         """Length travelled with the pen lifted, from zero and back to zero, mm."""
-        return float(self._lengths[self.course.kind == TRAVEL].sum())
+        return float(self._lengths[self.toolpath.kind == TRAVEL].sum())
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -76,19 +113,19 @@ class Plan:
 
     @cached_property
     def _lengths(self) -> Array:
-        return np.asarray(np.linalg.norm(np.diff(self.course.points, axis=0), axis=1))
+        return np.asarray(np.linalg.norm(np.diff(self.toolpath.points, axis=0), axis=1))
 
     def at(self, t: float) -> tuple[float, float, bool]:
         """Where the pen is `t` seconds after the start: x, y in mm on the page, and whether it draws."""
         row = int(np.searchsorted(self.starts, t, side="right")) - 1
-        moves = len(self.course.kind)
+        moves = len(self.toolpath.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
             gone = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
             share = float(gone[0]) / max(float(self.motion.length[row]), 1e-9)
-            a, b = self.course.points[row], self.course.points[row + 1]
+            a, b = self.toolpath.points[row], self.toolpath.points[row + 1]
             x, y = self._on_page((a + share * (b - a))[None])[0].tolist()
-            return x, y, bool(self.course.draws[row])
-        x, y = self._on_page(self.course.points[min(row + 1, moves)][None])[0].tolist()
+            return x, y, bool(self.toolpath.draws[row])
+        x, y = self._on_page(self.toolpath.points[min(row + 1, moves)][None])[0].tolist()
         return x, y, False
 
     def _on_page(self, points: Array) -> Array:
@@ -96,8 +133,8 @@ class Plan:
 
     def predicted(self) -> Drawing:
         """The strokes as the machine will draw them, on its clock, with the speeds within its moves."""
-        way = self.course
-        rows = np.flatnonzero(way.draws & (self.motion.duration > 0))
+        toolpath = self.toolpath
+        rows = np.flatnonzero(toolpath.draws & (self.motion.duration > 0))
         many = np.maximum(np.ceil(self.motion.duration[rows] / _EVERY), 1).astype(int)
         row = np.repeat(rows, many)
         last = np.cumsum(many)
@@ -105,13 +142,13 @@ class Plan:
         t = self.motion.duration[row] * piece / np.repeat(many, many)
         share = self.motion.travelled(row, t) / np.maximum(self.motion.length[row], 1e-9)
         share[last - 1] = 1.0
-        xy = self._on_page(way.points[row] + share[:, None] * (way.points[row + 1] - way.points[row]))
-        begin = self._on_page(way.points[way.first])
-        ends = np.cumsum(np.bincount(way.stroke[row], minlength=len(way.first)))
+        xy = self._on_page(toolpath.points[row] + share[:, None] * (toolpath.points[row + 1] - toolpath.points[row]))
+        begin = self._on_page(toolpath.points[toolpath.first])
+        ends = np.cumsum(np.bincount(toolpath.stroke[row], minlength=len(toolpath.first)))
         strokes = []
         for index, stroke in enumerate(self.drawing.strokes):
             own = slice(ends[index - 1] if index else 0, ends[index])
-            clock = np.append(self.starts[way.first[index]], self.starts[row[own]] + t[own])
+            clock = np.append(self.starts[toolpath.first[index]], self.starts[row[own]] + t[own])
             strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[own]]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about)
 
@@ -124,10 +161,10 @@ class Plan:
         return dataclasses.replace(self.drawing, strokes=tuple(strokes))
 
     def _at_best(self) -> Drawing:
-        way = self.course
-        count = np.bincount(way.stroke[way.draws], minlength=len(way.first))
+        toolpath = self.toolpath
+        count = np.bincount(toolpath.stroke[toolpath.draws], minlength=len(toolpath.first))
         strokes = []
-        for row, many, stroke in zip(way.first, count, self.drawing.strokes, strict=True):
-            t = np.append(0.0, np.cumsum(self.meant[row : row + many]))
-            strokes.append(Stroke(t, self._on_page(way.points[row : row + many + 1]), word=stroke.word))
+        for row, many, stroke in zip(toolpath.first, count, self.drawing.strokes, strict=True):
+            t = np.append(0.0, np.cumsum(self.target_time[row : row + many]))
+            strokes.append(Stroke(t, self._on_page(toolpath.points[row : row + many + 1]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about, timed=False)

@@ -21,7 +21,7 @@ _PASSES = 12  # each pass at least halves what is left of a curve
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Trajectory:
     """Timed strokes one after the other.
 
     t : (n,) float, s, increasing; xy : (n, 2) float, mm; stroke : (n,) index of the stroke of each sample.
@@ -40,17 +40,17 @@ class Track:
         return self.stroke[np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 1)]
 
 
-def track(times: list[Array], paths: list[Array]) -> Track:
+def on_one_clock(times: list[Array], paths: list[Array]) -> Trajectory:
     """Strokes, each with its own clock, on one clock."""
     clock, shifted = 0.0, []
     for t in times:
         shifted.append(t - t[0] + clock)
         clock += t[-1] - t[0] + _PAUSE
     stroke = np.repeat(np.arange(len(times)), [len(t) for t in times])
-    return Track(np.concatenate(shifted), np.concatenate(paths), stroke)
+    return Trajectory(np.concatenate(shifted), np.concatenate(paths), stroke)
 
 
-def cut(path: Track, rate: float, shortest: float, deviation: float) -> Track:
+def cut(path: Trajectory, rate: float, shortest: float, deviation: float) -> Trajectory:
     """Cut a path into segments.
 
     Parameters
@@ -61,18 +61,18 @@ def cut(path: Track, rate: float, shortest: float, deviation: float) -> Track:
 
     Returns
     -------
-    Track
-        The knots.  Every stroke keeps its first and last sample; the last is left out where the stroke ends within
-        `shortest` of its beginning and no knot fits in between, so that one that stays within `shortest` has one knot.
+    Trajectory
+        The breakpoints.  Every stroke keeps its first and last sample; the last is left out where the stroke ends
+        within `shortest` of its beginning and no breakpoint fits in between: one that stays within `shortest` has one.
         Segments and path are within `deviation` + `shortest` of each other.
     """
     turning = _turning_points(path, 1.0 / rate)
-    knots = _evenly(turning, path.stroke_at(turning), rate)
-    knots = _merge(path, _follow(path, knots, deviation), turning, shortest)
-    return Track(knots, path.at(knots), path.stroke_at(knots))
+    breakpoints = _evenly(turning, path.stroke_at(turning), rate)
+    breakpoints = _merge(path, _follow(path, breakpoints, deviation), turning, shortest)
+    return Trajectory(breakpoints, path.at(breakpoints), path.stroke_at(breakpoints))
 
 
-def _turning_points(path: Track, interval: float) -> Array:
+def _turning_points(path: Trajectory, interval: float) -> Array:
     """Times of the ends of strokes and of the least speeds in between, at least 2 intervals apart.
 
     A hand slows down where its path turns; a segment that began before a turn and ended behind it would cut it off.
@@ -103,30 +103,30 @@ def _apart(fixed: Array, wanted: Array, gap: float) -> Array:
     return np.array(taken)
 
 
-def _evenly(knots: Array, stroke_of: Index, rate: float) -> Array:
-    """The knots, and between those of one stroke as many more, evenly in time, as the rate asks for."""
-    gaps = np.diff(knots)
+def _evenly(breakpoints: Array, stroke_of: Index, rate: float) -> Array:
+    """The breakpoints, and between those of one stroke as many more, evenly in time, as the rate asks for."""
+    gaps = np.diff(breakpoints)
     pieces = np.where(stroke_of[1:] == stroke_of[:-1], np.ceil(gaps * rate - 1e-6), 1).astype(int)
     pieces = np.maximum(pieces, 1)
     start = np.repeat(np.arange(len(gaps)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    return np.append(knots[start] + gaps[start] * count / pieces[start], knots[-1])
+    return np.append(breakpoints[start] + gaps[start] * count / pieces[start], breakpoints[-1])
 
 
-def _follow(path: Track, knots: Array, deviation: float) -> Array:
+def _follow(path: Trajectory, breakpoints: Array, deviation: float) -> Array:
     """Add the sample farthest from its chord to every segment that departs from the path, until none does."""
     for _ in range(_PASSES):
-        ends = path.at(knots)
-        piece = np.clip(np.searchsorted(knots, path.t, side="right") - 1, 0, len(knots) - 2)
+        ends = path.at(breakpoints)
+        piece = np.clip(np.searchsorted(breakpoints, path.t, side="right") - 1, 0, len(breakpoints) - 2)
         away = _from_chord(path.xy, ends[piece], ends[piece + 1])
-        away[path.stroke_at(knots[piece]) != path.stroke_at(knots[piece + 1])] = 0.0
+        away[path.stroke_at(breakpoints[piece]) != path.stroke_at(breakpoints[piece + 1])] = 0.0
         order = np.lexsort((away, piece))
         farthest = order[np.flatnonzero(np.diff(piece[order], append=-1))]
         more = farthest[away[farthest] > deviation]
         if len(more) == 0:
             break
-        knots = np.union1d(knots, path.t[more])
-    return knots
+        breakpoints = np.union1d(breakpoints, path.t[more])
+    return breakpoints
 
 
 def _from_chord(points: Array, start: Array, end: Array) -> Array:
@@ -138,17 +138,17 @@ def _from_chord(points: Array, start: Array, end: Array) -> Array:
     return np.asarray(np.sqrt((off * off).sum(axis=1)))
 
 
-def _merge(path: Track, knots: Array, wanted: Array, shortest: float) -> Array:
-    """Leave out knots nearer than `shortest` to the one before; turning points stay rather than others.
+def _merge(path: Trajectory, breakpoints: Array, wanted: Array, shortest: float) -> Array:
+    """Leave out breakpoints nearer than `shortest` to the one before; turning points stay rather than others.
 
-    What is left out is always nearer than that to a knot that stays.
+    What is left out is always nearer than that to a breakpoint that stays.
     """
-    stroke, xy = path.stroke_at(knots), path.at(knots)
-    kept = _filled(xy, stroke, _sifted(xy, stroke, np.isin(knots, wanted), shortest), shortest)
+    stroke, xy = path.stroke_at(breakpoints), path.at(breakpoints)
+    kept = _filled(xy, stroke, _sifted(xy, stroke, np.isin(breakpoints, wanted), shortest), shortest)
     length = np.hypot(*np.diff(xy[kept], axis=0).T)
-    # no knot fits between the ends of a stroke that comes back: it goes as far as it went
+    # no breakpoint fits between the ends of a stroke that comes back: it goes as far as it went
     back = np.append(False, (stroke[kept][1:] == stroke[kept][:-1]) & (length < shortest))
-    return knots[_filled(xy, stroke, kept[~back], shortest)]
+    return breakpoints[_filled(xy, stroke, kept[~back], shortest)]
 
 
 def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:

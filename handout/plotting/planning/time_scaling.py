@@ -15,7 +15,7 @@ import numpy as np
 
 from handout.plotting.planning import lookahead
 from handout.plotting.planning.lookahead import Flags
-from handout.plotting.planning.segments import Index, Track
+from handout.plotting.planning.segments import Index, Trajectory
 from handout.values import Array
 
 _SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
@@ -30,7 +30,7 @@ _TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class MotionLimits:
     """What a machine can do.
 
     speed : mm/s along the path; acceleration : mm/s²; deviation : mm, by which a corner may be rounded off.
@@ -45,23 +45,23 @@ class Reach:
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class TimedCurve:
     """A track as a curve in time: smooth where its samples are those of a motion, straight lines elsewhere.
 
     smooth : (n,) bool, whether the velocity does not jump at the sample.
     """
 
-    track: Track
+    trajectory: Trajectory
     smooth: Flags
 
     @cached_property
     def velocities(self) -> tuple[Array, Array]:
         """(n, 2) mm/s each, on arriving at the samples and on leaving them; of a parabola where it is smooth."""
-        if len(self.track.t) < 2:
-            return np.zeros_like(self.track.xy), np.zeros_like(self.track.xy)
-        gap, chord = _chords(self.track)
+        if len(self.trajectory.t) < 2:
+            return np.zeros_like(self.trajectory.xy), np.zeros_like(self.trajectory.xy)
+        gap, chord = _chords(self.trajectory)
         before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
-        first, last = _ends(self.track)
+        first, last = _ends(self.trajectory)
         before[first], after[last] = after[first], before[last]
         early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
         share = (late / (early + late))[:, None]
@@ -71,14 +71,14 @@ class Path:
 
     def at(self, t: Array) -> Array:
         """(m, 2) mm: where the pen should be at times t on the track's clock."""
-        track = self.track
-        if len(track.t) < 2:
-            return np.repeat(track.xy, len(t), axis=0)
+        trajectory = self.trajectory
+        if len(trajectory.t) < 2:
+            return np.repeat(trajectory.xy, len(t), axis=0)
         arriving, leaving = self.velocities
-        piece = np.clip(np.searchsorted(track.t, t, side="right") - 1, 0, len(track.t) - 2)
-        gap = np.maximum(track.t[piece + 1] - track.t[piece], _TINY)[:, None]
-        u = np.clip((t - track.t[piece])[:, None] / gap, 0.0, 1.0)
-        a, b = track.xy[piece], track.xy[piece + 1]
+        piece = np.clip(np.searchsorted(trajectory.t, t, side="right") - 1, 0, len(trajectory.t) - 2)
+        gap = np.maximum(trajectory.t[piece + 1] - trajectory.t[piece], _TINY)[:, None]
+        u = np.clip((t - trajectory.t[piece])[:, None] / gap, 0.0, 1.0)
+        a, b = trajectory.xy[piece], trajectory.xy[piece + 1]
         va, vb = _tamed(leaving[piece] * gap, b - a), _tamed(arriving[piece + 1] * gap, b - a)
         return np.asarray(a + u * (va + u * (3 * (b - a) - 2 * va - vb + u * (2 * (a - b) + va + vb))))
 
@@ -89,40 +89,44 @@ def _tamed(slope: Array, way: Array) -> Array:
     return np.asarray(slope * np.minimum(most, 1.0)[:, None])
 
 
-def path_of(track: Track) -> Path:
+def smoothed(trajectory: Trajectory) -> TimedCurve:
     """A track as a curve; long straight lines are cut into pieces."""
-    track = _cut_lines(track)
-    gap, chord = _chords(track)
+    trajectory = _cut_lines(trajectory)
+    gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
     turn = _turn(chord)
-    smooth = np.zeros(len(track.t), dtype=bool)
+    smooth = np.zeros(len(trajectory.t), dtype=bool)
     both = np.maximum(length[1:], length[:-1])
     sampled = np.maximum(gap[1:], gap[:-1]) <= _SAMPLED
     speed = np.hypot(*chord.T)
     even = np.minimum(speed[1:], speed[:-1]) > _EVEN * np.maximum(speed[1:], speed[:-1])
     smooth[1:-1] = (sampled & (turn * both <= _BENT) & (even | (both <= _SPECK))) | (even & (turn <= _STRAIGHT))
-    smooth[1:-1] &= (track.stroke[2:] == track.stroke[1:-1]) & (track.stroke[:-2] == track.stroke[1:-1])
-    return Path(track, smooth)
+    smooth[1:-1] &= (trajectory.stroke[2:] == trajectory.stroke[1:-1]) & (
+        trajectory.stroke[:-2] == trajectory.stroke[1:-1]
+    )
+    return TimedCurve(trajectory, smooth)
 
 
-def within(path: Path, reach: Reach) -> Path:
+def scaled(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
     """The path with as much more time as the machine needs; every stroke begins and ends at rest."""
-    track = path.track
-    if len(track.t) < 2:
+    trajectory = path.trajectory
+    if len(trajectory.t) < 2:
         return path
-    gap, chord = _chords(track)
+    gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
-    drawn = track.stroke[1:] == track.stroke[:-1]
+    drawn = trajectory.stroke[1:] == trajectory.stroke[:-1]
     arriving, leaving = path.velocities
     hand = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
-    most = np.minimum(hand, _greatest(path, gap, chord, hand, reach))
-    most[np.concatenate(_ends(track))] = 0.0
-    speed = np.sqrt(lookahead.reachable(most**2, 2.0 * reach.acceleration * length))
-    took = np.where(drawn & (length > 0), _longer(path, gap, length, hand, speed, reach), gap)
-    return Path(Track(np.append(0.0, np.cumsum(took)) + track.t[0], track.xy, track.stroke), path.smooth)
+    most = np.minimum(hand, _greatest(path, gap, chord, hand, limits))
+    most[np.concatenate(_ends(trajectory))] = 0.0
+    speed = np.sqrt(lookahead.reachable(most**2, 2.0 * limits.acceleration * length))
+    took = np.where(drawn & (length > 0), _longer(path, gap, length, hand, speed, limits), gap)
+    return TimedCurve(
+        Trajectory(np.append(0.0, np.cumsum(took)) + trajectory.t[0], trajectory.xy, trajectory.stroke), path.smooth
+    )
 
 
-def _longer(path: Path, gap: Array, length: Array, hand: Array, speed: Array, reach: Reach) -> Array:
+def _longer(path: TimedCurve, gap: Array, length: Array, hand: Array, speed: Array, limits: MotionLimits) -> Array:
     """(n − 1,) s: what the pieces take.
 
     Between samples of a motion the hand's own time grows as the speeds at both ends fell; a piece that leads to a
@@ -130,59 +134,59 @@ def _longer(path: Path, gap: Array, length: Array, hand: Array, speed: Array, re
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         slower = np.where(speed[1:] + speed[:-1] > 0, (hand[1:] + hand[:-1]) / (speed[1:] + speed[:-1]), np.inf)
-    a = np.full(len(gap), reach.acceleration)
-    most = np.minimum(length / gap, reach.speed)
+    a = np.full(len(gap), limits.acceleration)
+    most = np.minimum(length / gap, limits.speed)
     alone = lookahead.trapezoid_time(length, a, speed[:-1], speed[1:], most)
-    from_rest = 2.0 * np.sqrt(length / reach.acceleration) + length / reach.speed
+    from_rest = 2.0 * np.sqrt(length / limits.acceleration) + length / limits.speed
     between = path.smooth[1:] & path.smooth[:-1]
     took = np.where(between, np.minimum(gap * np.maximum(slower, 1.0), np.maximum(gap, from_rest)), alone)
     return np.asarray(np.maximum(took, gap))
 
 
-def _greatest(path: Path, gap: Array, chord: Array, hand: Array, reach: Reach) -> Array:
+def _greatest(path: TimedCurve, gap: Array, chord: Array, hand: Array, limits: MotionLimits) -> Array:
     """(n,) mm/s: the greatest speeds at the samples that turning and the motors allow."""
-    most = np.full(len(hand), reach.speed)
+    most = np.full(len(hand), limits.speed)
     early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
     turning = np.zeros(len(hand))
     turning[1:-1] = _across(chord)
     turning /= 0.5 * (early + late)
-    smooth = path.smooth & (turning > reach.acceleration)
-    most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(reach.acceleration / turning[smooth]))
+    smooth = path.smooth & (turning > limits.acceleration)
+    most[smooth] = np.minimum(most[smooth], hand[smooth] * np.sqrt(limits.acceleration / turning[smooth]))
     unit = chord / np.maximum(np.hypot(*chord.T), _TINY)[:, None]
-    machine = lookahead.Machine(np.full(3, reach.acceleration), np.full(3, np.inf), np.ones(3), reach.deviation, 2)
+    machine = lookahead.Machine(np.full(3, limits.acceleration), np.full(3, np.inf), np.ones(3), limits.deviation, 2)
     flat = np.column_stack([unit, np.zeros(len(unit))])
     corner = np.full(len(hand), np.inf)
     corner[1:-1] = lookahead.corner_speed2(flat[:-1], flat[1:], machine)
     most = np.where(path.smooth, most, np.minimum(most, np.sqrt(corner)))
-    busiest = np.abs(unit @ reach.mix.T).max(axis=1)
-    motor = reach.motor / np.maximum(busiest, _TINY)
+    busiest = np.abs(unit @ limits.mix.T).max(axis=1)
+    motor = limits.motor / np.maximum(busiest, _TINY)
     return np.asarray(np.minimum(most, np.minimum(np.append(motor, np.inf), np.append(np.inf, motor))))
 
 
-def _cut_lines(track: Track) -> Track:
+def _cut_lines(trajectory: Trajectory) -> Trajectory:
     """Straight lines in pieces, at equal steps of time."""
-    gap, chord = _chords(track)
+    gap, chord = _chords(trajectory)
     length = gap * np.hypot(*chord.T)
-    line = (track.stroke[1:] == track.stroke[:-1]) & ((gap > _SAMPLED) | (length > 8 * _PIECE))
+    line = (trajectory.stroke[1:] == trajectory.stroke[:-1]) & ((gap > _SAMPLED) | (length > 8 * _PIECE))
     pieces = np.where(line, np.clip(np.ceil(length / _PIECE), 1, _PIECES), 1).astype(int)
     start = np.repeat(np.arange(len(gap)), pieces)
     count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    t = np.append(track.t[start] + gap[start] * count / pieces[start], track.t[-1:])
-    return Track(t, track.at(t), np.append(track.stroke[start], track.stroke[-1:]))
+    t = np.append(trajectory.t[start] + gap[start] * count / pieces[start], trajectory.t[-1:])
+    return Trajectory(t, trajectory.at(t), np.append(trajectory.stroke[start], trajectory.stroke[-1:]))
 
 
-def _chords(track: Track) -> tuple[Array, Array]:
+def _chords(trajectory: Trajectory) -> tuple[Array, Array]:
     """Time and mean velocity from each sample to the next, (n − 1,) s and (n − 1, 2) mm/s; 0 between strokes."""
-    gap = np.maximum(np.diff(track.t), _TINY)
-    chord = np.diff(track.xy, axis=0) / gap[:, None]
-    chord[track.stroke[1:] != track.stroke[:-1]] = 0.0
+    gap = np.maximum(np.diff(trajectory.t), _TINY)
+    chord = np.diff(trajectory.xy, axis=0) / gap[:, None]
+    chord[trajectory.stroke[1:] != trajectory.stroke[:-1]] = 0.0
     return gap, chord
 
 
-def _ends(track: Track) -> tuple[Index, Index]:
+def _ends(trajectory: Trajectory) -> tuple[Index, Index]:
     """Indices of the first and of the last sample of every stroke."""
-    first = np.flatnonzero(np.diff(track.stroke, prepend=-1))
-    return first, np.append(first[1:], len(track.stroke)) - 1
+    first = np.flatnonzero(np.diff(trajectory.stroke, prepend=-1))
+    return first, np.append(first[1:], len(trajectory.stroke)) - 1
 
 
 def _across(chord: Array) -> Array:

@@ -1,8 +1,8 @@
 """Plans for machines that keep time: strokes cut into short slices of time, each with its place at its end.
 
-Such a machine does as it is told, so the plan itself sees to it that no more is asked than it can do (`limits`), and
-nothing has to be guessed about a planner.  Slices are cut where a motor turns round, so that within a slice each goes
-one way; all durations are whole milliseconds, which every such machine can count.
+Such a machine does as it is told, so the plan itself sees to it that no more is asked than it can do (`time_scaling`),
+and nothing has to be guessed about a planner.  Slices are cut where a motor turns round, so that within a slice each
+goes one way; all durations are whole milliseconds, which every such machine can count.
 
 Source: specification of the plotters, EBB: motion in slices of 10 ms, 25 000 steps/s of a motor at most.
 """
@@ -15,16 +15,16 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from handout.plotting.bed import Placement
-from handout.plotting.planning import time_scaling, toolpath
-from handout.plotting.planning.blocks import Block, Pause, Pen, Timed
+from handout.plotting.planning import time_scaling
+from handout.plotting.planning.blocks import Pause, Pen, Timed
 from handout.plotting.planning.lookahead import Motion
-from handout.plotting.planning.plan import Order, Plan, Speed
-from handout.plotting.planning.segments import Track
-from handout.plotting.planning.time_scaling import Path, Reach
-from handout.plotting.planning.toolpath import TRAVEL, Course
+from handout.plotting.planning.pace import pace
+from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
+from handout.plotting.planning.toolpath import TRAVEL, Toolpath, lay_out, start_times
 from handout.profiles import Plotter, Time
-from handout.values import Array, Drawing, readonly
+from handout.values import Array, readonly
 
 _STEP_RATE = 24_900.0  # steps/s of a motor at most; the boards count 25 000 ticks a second
 _SHORTEST = 0.006  # s; boards of any age read the next move within that time
@@ -33,40 +33,26 @@ _MS = 1000.0
 _CORNER = np.radians(30.0)  # a turn by more is the end of a slice
 
 
-@dataclass(frozen=True)
-class Timing:
-    """What the strokes are to be: their path on the hand's clock, and what that clock was in the drawing.
-
-    path : t in s; meant : (n,) float, s, the times of its samples in the drawing; dots : (strokes,) float, s.
-    """
-
-    path: Track
-    meant: Array
-    dots: Array
-
-
-def plan(drawing: Drawing, profile: Plotter, timing: Timing, placement: Placement, speed: Speed, order: Order) -> Plan:
-    """A plan of timed moves; see `planning.plan`."""
-    path = time_scaling.path_of(timing.path)
-    meant = np.interp(path.track.t, timing.path.t, timing.meant)
-    slow = time_scaling.within(path, reach(profile))
+def plan(request: Request) -> Plan:
+    """A plan of timed moves; see `planner.plan`."""
+    profile, asked = request.profile, pace(request)
+    path = time_scaling.smoothed(asked.path)
+    target = np.interp(path.trajectory.t, asked.path.t, asked.target)
+    slow = time_scaling.scaled(path, motion_limits(profile))
     cuts, when = slices(slow, profile)
-    way = toolpath.lay_out(cuts, timing.dots, _attentive(profile))
-    way, motion = _motion(way, profile)
-    starts = toolpath.starts(way, motion, _attentive(profile))
-    intended = way.intended.copy()
-    intended[way.draws] = np.diff(np.interp(when, slow.track.t, meant))[cuts.stroke[1:] == cuts.stroke[:-1]]
-    blocks, begins = _blocks(way, motion, starts)
-    return Plan(
-        drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, readonly(intended, None)
-    )
+    toolpath, motion = _motion(lay_out(cuts, asked.dots, _attentive(profile)), profile)
+    starts = start_times(toolpath, motion, _attentive(profile))
+    ends, took = toolpath.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
+    blocks = toolpath.blocks(lambda row: Timed(ends[row][0], ends[row][1], took[row]))
+    times = toolpath.drawn_times(cuts, np.interp(when, slow.trajectory.t, target))
+    return Plan.of(request, toolpath, motion, starts, blocks, times)
 
 
-def reach(profile: Plotter) -> Reach:
+def motion_limits(profile: Plotter) -> MotionLimits:
     """What a machine that keeps time can do."""
     said = profile.limits
     mix = np.array([[1.0, 1.0], [1.0, -1.0]]) if profile.bed.gantry == "corexy" else np.eye(2)
-    return Reach(
+    return MotionLimits(
         float(said.draw_speed),
         float(said.acceleration),
         float(said.junction_deviation),
@@ -80,7 +66,7 @@ def _attentive(profile: Plotter) -> Plotter:
     return msgspec.structs.replace(profile, port=msgspec.structs.replace(profile.port, line_time=Time(0.0)))
 
 
-def slices(path: Path, profile: Plotter) -> tuple[Track, Array]:
+def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     """Cut the strokes into slices of about the length the profile asks for, in whole milliseconds.
 
     Returns
@@ -89,32 +75,32 @@ def slices(path: Path, profile: Plotter) -> tuple[Track, Array]:
         The ends of the slices; a stroke that goes nowhere has one.
     when : (n,) float, s, the same on the clock of the path, which differs by less than a millisecond a stroke.
     """
-    track = path.track
-    first = np.flatnonzero(np.diff(track.stroke, prepend=-1))
-    last = np.append(first[1:], len(track.stroke)) - 1
-    mix = reach(profile).mix
+    trajectory = path.trajectory
+    first = np.flatnonzero(np.diff(trajectory.stroke, prepend=-1))
+    last = np.append(first[1:], len(trajectory.stroke)) - 1
+    mix = motion_limits(profile).mix
     corner = _corners(path)
     length = min(max(1.0 / profile.segment_rate, _SHORTEST), 4 * _TRAVEL)
     least = 1.0 / profile.limits.steps_per_mm
     clocks, times = [], []
     for a, b in zip(first.tolist(), last.tolist(), strict=True):
-        begin, whole = float(track.t[a]), float(track.t[b] - track.t[a])
-        moves = b > a and bool((np.ptp(track.xy[a : b + 1], axis=0) >= least).any())
+        begin, whole = float(trajectory.t[a]), float(trajectory.t[b] - trajectory.t[a])
+        moves = b > a and bool((np.ptp(trajectory.xy[a : b + 1], axis=0) >= least).any())
         if not moves:
             clocks.append(np.array([begin]))
             times.append(np.array([begin]))
             continue
         ms = max(round(whole * _MS), 2 * round(_SHORTEST * _MS))
-        corners = np.rint((track.t[a : b + 1][corner[a : b + 1]] - begin) / whole * ms).astype(int)
+        corners = np.rint((trajectory.t[a : b + 1][corner[a : b + 1]] - begin) / whole * ms).astype(int)
         ends = _ends_of_slices(path, begin, whole / ms, ms, corners, mix, round(length * _MS))
         clocks.append(begin + ends / _MS)
         times.append(begin + ends * (whole / ms))
     stroke = np.repeat(np.arange(len(clocks)), [len(clock) for clock in clocks])
     when = np.concatenate(times)
-    return Track(np.concatenate(clocks), path.at(when), track.stroke[first][stroke]), when
+    return Trajectory(np.concatenate(clocks), path.at(when), trajectory.stroke[first][stroke]), when
 
 
-def _corners(path: Path) -> Array:
+def _corners(path: TimedCurve) -> Array:
     """(n,) bool: samples at which a straight line ends and another begins in another direction."""
     arriving, leaving = path.velocities
     cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
@@ -122,7 +108,9 @@ def _corners(path: Path) -> Array:
     return np.asarray(~path.smooth & (turn > _CORNER))
 
 
-def _ends_of_slices(path: Path, begin: float, unit: float, ms: int, corners: Array, mix: Array, length: int) -> Array:
+def _ends_of_slices(
+    path: TimedCurve, begin: float, unit: float, ms: int, corners: Array, mix: Array, length: int
+) -> Array:
     """Where the slices of one stroke end, ms: at its corners, where a motor turns round, and evenly in between."""
     at = np.arange(ms + 1)
     motors = path.at(np.asarray(begin + at * unit)) @ mix.T
@@ -161,7 +149,7 @@ def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
     length = float(np.hypot(*(end - begin)))
     if length == 0.0:
         return _Run(np.zeros((0, 2)), np.zeros(0), np.zeros(1))
-    machine, unit = reach(profile), (end - begin) / length
+    machine, unit = motion_limits(profile), (end - begin) / length
     motor = machine.motor / float(np.abs(machine.mix @ unit).max())
     most = min(float(profile.limits.travel_speed), motor, (machine.acceleration * length) ** 0.5)
     up = max(int(np.ceil(most / machine.acceleration * _MS - 1e-6)), round(_SHORTEST * _MS))
@@ -181,13 +169,13 @@ def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
     return _Run(points, np.array(took) / _MS, np.array(speed) * _MS)
 
 
-def _motion(way: Course, profile: Plotter) -> tuple[Course, Motion]:
-    """The course with its travels in slices, and how it runs: drawn slices at their mean speeds."""
-    rows = np.flatnonzero(way.kind == TRAVEL).tolist()
-    runs = {row: _travel(way.points[row, :2], way.points[row + 1, :2], profile) for row in rows}
-    way = _sliced(way, runs)
-    length = np.hypot(*np.diff(way.points[:, :2], axis=0).T)
-    took, travels = way.intended.copy(), way.kind == TRAVEL
+def _motion(toolpath: Toolpath, profile: Plotter) -> tuple[Toolpath, Motion]:
+    """The toolpath with its travels in slices, and how it runs: drawn slices at their mean speeds."""
+    rows = np.flatnonzero(toolpath.kind == TRAVEL).tolist()
+    runs = {row: _travel(toolpath.points[row, :2], toolpath.points[row + 1, :2], profile) for row in rows}
+    toolpath = _sliced(toolpath, runs)
+    length = np.hypot(*np.diff(toolpath.points[:, :2], axis=0).T)
+    took, travels = toolpath.requested_time.copy(), toolpath.kind == TRAVEL
     if runs:
         took[travels] = np.concatenate([run.took for run in runs.values()])
     mean = length / np.maximum(took, 1e-9)
@@ -196,42 +184,33 @@ def _motion(way: Course, profile: Plotter) -> tuple[Course, Motion]:
         entry[travels] = np.concatenate([run.speed[:-1] for run in runs.values()])
         leave[travels] = np.concatenate([run.speed[1:] for run in runs.values()])
     acceleration = np.maximum(np.abs(leave - entry) / np.maximum(took, 1e-9), 1.0)
-    return way, Motion(entry, leave, np.maximum(entry, leave), acceleration, length, took)
+    return toolpath, Motion(entry, leave, np.maximum(entry, leave), acceleration, length, took)
 
 
-def _sliced(way: Course, runs: dict[int, _Run]) -> Course:
-    """The course with every travel in as many moves as its run has."""
-    many = np.ones(len(way.kind), dtype=int)
+def _sliced(toolpath: Toolpath, runs: dict[int, _Run]) -> Toolpath:
+    """The toolpath with every travel in as many moves as its run has."""
+    many = np.ones(len(toolpath.kind), dtype=int)
     for row, run in runs.items():
         many[row] = len(run.took)
     begin = np.append(0, np.cumsum(many))
     points = np.empty((begin[-1] + 1, 3))
-    points[begin] = way.points
+    points[begin] = toolpath.points
     for row, run in runs.items():
         inside = slice(begin[row] + 1, begin[row + 1])
-        points[inside, :2], points[inside, 2] = run.points[:-1], way.points[row + 1, 2]
+        points[inside, :2], points[inside, 2] = run.points[:-1], toolpath.points[row + 1, 2]
     stands, pause = np.zeros(begin[-1], dtype=bool), np.zeros(begin[-1] + 1)
-    stands[begin[:-1]], pause[begin] = way.stands, way.pause
-    told: list[tuple[Pen | Pause | None, int]] = []
-    for block, row in way.told:
+    stands[begin[:-1]], pause[begin] = toolpath.stands, toolpath.pause
+    instructions: list[tuple[Pen | Pause | None, int]] = []
+    for block, row in toolpath.instructions:
         first = int(begin[row])
-        told += [(block, first)] if block is not None else [(None, first + part) for part in range(many[row])]
-    return Course(
+        instructions += [(block, first)] if block is not None else [(None, first + part) for part in range(many[row])]
+    return Toolpath(
         points=readonly(points, None, 3),
-        kind=np.repeat(way.kind, many),
-        stroke=np.repeat(way.stroke, many),
-        intended=np.repeat(way.intended, many),
+        kind=np.repeat(toolpath.kind, many),
+        stroke=np.repeat(toolpath.stroke, many),
+        requested_time=np.repeat(toolpath.requested_time, many),
         stands=stands,
         pause=pause,
-        first=begin[way.first],
-        told=tuple(told),
+        first=begin[toolpath.first],
+        instructions=tuple(instructions),
     )
-
-
-def _blocks(way: Course, motion: Motion, starts: Array) -> tuple[tuple[Block, ...], Array]:
-    """What the machine is told, and when it begins each."""
-    rests = np.append(0.0, starts[:-1] + motion.duration)
-    ends, took = way.points[1:, :2].tolist(), np.round(motion.duration, 6).tolist()
-    blocks = tuple(Timed(ends[row][0], ends[row][1], took[row]) if block is None else block for block, row in way.told)
-    begins = [starts[row] if block is None else rests[row] for block, row in way.told]
-    return blocks, np.array(begins)

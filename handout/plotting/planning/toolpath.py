@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 
 from handout.plotting import pen_lift
 from handout.plotting.dialects import dialect
-from handout.plotting.planning.blocks import Pause, Pen
+from handout.plotting.planning.blocks import Block, Pause, Pen
 from handout.plotting.planning.lookahead import Flags, Machine, Motion, to_steps
-from handout.plotting.planning.segments import Track
+from handout.plotting.planning.segments import Trajectory
 from handout.profiles import Plotter
 from handout.summary import one_line
 from handout.values import Array, readonly
@@ -21,26 +22,27 @@ TRAVEL, LIFT, LOWER, DRAW = range(4)
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class Toolpath:
     """Moves in order; the pen starts and ends at the machine's zero, lifted.
 
     points : (n + 1, 3) float, mm, machine coordinates; move i leads from point i to point i + 1.
     kind : (n,) TRAVEL, LIFT, LOWER (of a pen on the Z axis) or DRAW; stroke : (n,) index of the stroke, −1 for none.
-    intended : (n,) float, s, what a drawn segment takes in the drawing; 0 for all else.
+    requested_time : (n,) float, s, what a drawn segment is to take; 0 for all else.
     stands : (n,) bool: the machine comes to rest before the move and the controller's queue runs empty.
     pause : (n + 1,) float, s, rest before each move, and after the last.
     first : (strokes,) the move before which the pen is down.
-    told : what the machine is told, in order: a pen command or a pause and the move it comes before, or just the move.
+    instructions : what the machine is told, in order: a pen command or a pause and the row of the move it comes before,
+        or None and the row of a move.
     """
 
     points: Array
     kind: NDArray[np.int8]
     stroke: NDArray[np.intp]
-    intended: Array
+    requested_time: Array
     stands: Flags
     pause: Array
     first: NDArray[np.intp]
-    told: tuple[tuple[Pen | Pause | None, int], ...]
+    instructions: tuple[tuple[Pen | Pause | None, int], ...]
 
     __repr__ = one_line
 
@@ -55,8 +57,25 @@ class Course:
         """(n,) bool: moves with the pen on the paper."""
         return np.asarray(self.kind == DRAW)
 
+    def drawn_times(self, cuts: Trajectory, clock: Array) -> Array:
+        """(n,) s that drawn moves take by a clock, (cuts,) s; 0 for all else."""
+        times = np.zeros(len(self.kind))
+        times[self.draws] = np.diff(clock)[cuts.stroke[1:] == cuts.stroke[:-1]]
+        return times
 
-def machine(profile: Plotter) -> Machine:
+    def blocks(self, move: Callable[[int], Block]) -> tuple[Block, ...]:
+        """What the machine is told; `move` makes the block of a row."""
+        return tuple(move(row) if block is None else block for block, row in self.instructions)
+
+    def block_starts(self, starts: Array, motion: Motion) -> Array:
+        """(blocks,) s when the machine begins each; pens and pauses begin when the move before them has ended."""
+        rests = np.append(0.0, starts[:-1] + motion.duration)
+        rows = np.array([row for _, row in self.instructions])
+        moves = np.array([block is None for block, _ in self.instructions])
+        return np.asarray(np.where(moves, starts[rows], rests[rows]))
+
+
+def machine_of(profile: Plotter) -> Machine:
     """The limits of the machine, axis by axis."""
     limits, pen = profile.limits, profile.pen
     fastest = max(limits.draw_speed, limits.travel_speed)
@@ -84,10 +103,10 @@ class _Builder:
         self.at = np.array([0.0, 0.0, self.pen.up if self.on_z else 0.0])
         self.points: list[Array] = [self.at[None]]
         self.kinds: list[tuple[int, int, int]] = []  # kind, stroke, how many
-        self.intended: list[Array] = []
+        self.requested_time: list[Array] = []
         self.stands: list[int] = [0]
         self.pauses: list[tuple[int, float]] = []
-        self.told: list[tuple[Pen | Pause | None, int]] = []
+        self.instructions: list[tuple[Pen | Pause | None, int]] = []
         self.count = 0
 
     def rest(self, seconds: float) -> None:
@@ -95,14 +114,14 @@ class _Builder:
         self.stands.append(self.count)
         self.pauses.append((self.count, seconds))
 
-    def go(self, kind: int, points: Array, stroke: int = -1, intended: Array | None = None) -> None:
+    def go(self, kind: int, points: Array, stroke: int = -1, requested_time: Array | None = None) -> None:
         """Append moves to the points, (m, 3) mm."""
         self.points.append(points)
         self.kinds.append((kind, stroke, len(points)))
-        self.intended.append(np.zeros(len(points)) if intended is None else intended)
+        self.requested_time.append(np.zeros(len(points)) if requested_time is None else requested_time)
         self.at = points[-1]
         if kind in (TRAVEL, DRAW):  # a pen on the Z axis is told to move as any other pen
-            self.told.extend((None, self.count + i) for i in range(len(points)))
+            self.instructions.extend((None, self.count + i) for i in range(len(points)))
         self.count += len(points)
 
     def travel(self, x: float, y: float) -> None:
@@ -117,7 +136,7 @@ class _Builder:
         wait = pen_lift.wait(self.pen, down, float(self.profile.port.line_time))
         if down:
             wait += dialect(self.profile.dialect).lowering_bytes * 10.0 / self.profile.port.baud
-        self.told.append((Pen(down), self.count))
+        self.instructions.append((Pen(down), self.count))
         if self.on_z:
             height = self.pen.down if down else self.pen.up
             self.go(LOWER if down else LIFT, np.array([[self.at[0], self.at[1], height]]))
@@ -125,76 +144,76 @@ class _Builder:
             self.rest(wait)
 
 
-def lay_out(knots: Track, dots: Array, profile: Plotter, heights: Array | None = None) -> Course:
-    """The course that draws the strokes one after the other.
+def lay_out(cuts: Trajectory, dots: Array, profile: Plotter, heights: Array | None = None) -> Toolpath:
+    """The toolpath that draws the strokes one after the other.
 
     Parameters
     ----------
-    knots : in machine coordinates.
+    cuts : in machine coordinates.
     dots : (strokes,) float, s: how long the pen rests on the paper in a stroke that goes nowhere.
-    heights : (n,) float, mm: of the pen at the knots, where it follows the pressure.
+    heights : (n,) float, mm: of the pen at the cuts, where it follows the pressure.
     """
     build = _Builder(profile)
-    build.told.append((Pen(down=False), 0))
+    build.instructions.append((Pen(down=False), 0))
     build.rest((0.0 if build.on_z else profile.pen.up_time) + profile.port.line_time)
-    starts = np.append(np.flatnonzero(np.diff(knots.stroke, prepend=-1)), len(knots.t))
+    starts = np.append(np.flatnonzero(np.diff(cuts.stroke, prepend=-1)), len(cuts.t))
     first = []
     for stroke, (a, b) in enumerate(itertools.pairwise(starts)):
-        build.travel(*knots.xy[a])
+        build.travel(*cuts.xy[a])
         build.move_pen(down=True)
         first.append(build.count)
         if b - a > 1:
             z = np.full(b - a - 1, build.at[2]) if heights is None else heights[a + 1 : b]
-            points = np.column_stack([knots.xy[a + 1 : b], z])
-            build.go(DRAW, points, stroke, np.diff(knots.t[a:b]))
+            points = np.column_stack([cuts.xy[a + 1 : b], z])
+            build.go(DRAW, points, stroke, np.diff(cuts.t[a:b]))
         elif dots[stroke] > 0:
-            build.told.append((Pause(float(dots[stroke])), build.count))
+            build.instructions.append((Pause(float(dots[stroke])), build.count))
             build.rest(float(dots[stroke]))
         build.move_pen(down=False)
     build.travel(0.0, 0.0)
-    return _course(build, np.array(first, dtype=np.intp))
+    return _toolpath(build, np.array(first, dtype=np.intp))
 
 
-def pen_up_speeds(course: Course, profile: Plotter) -> Array:
+def pen_up_speeds(toolpath: Toolpath, profile: Plotter) -> Array:
     """(n,) float, mm/s: of the moves that do not draw; of those that do, any."""
     pen = profile.pen
     speeds = {TRAVEL: float(profile.limits.travel_speed), LIFT: float(pen.z_speed), DRAW: float(pen.z_speed)}
     speeds[LOWER] = pen_lift.lowering_speed(pen)
-    return np.array([speeds[kind] for kind in range(4)])[course.kind]
+    return np.array([speeds[kind] for kind in range(4)])[toolpath.kind]
 
 
-def _course(build: _Builder, first: NDArray[np.intp]) -> Course:
+def _toolpath(build: _Builder, first: NDArray[np.intp]) -> Toolpath:
     pause = np.zeros(build.count + 1)
     for row, seconds in build.pauses:
         pause[row] += seconds
     stands = np.zeros(build.count + 1, dtype=bool)
     stands[build.stands] = True
     kind, stroke, many = np.array(build.kinds, dtype=np.intp).reshape(-1, 3).T
-    return Course(
+    return Toolpath(
         points=readonly(np.concatenate(build.points), None, 3),
         kind=np.repeat(kind, many).astype(np.int8),
         stroke=np.repeat(stroke, many),
-        intended=np.concatenate([*build.intended, np.zeros(0)]),
+        requested_time=np.concatenate([*build.requested_time, np.zeros(0)]),
         stands=stands[:-1],
         pause=pause,
         first=first,
-        told=tuple(build.told),
+        instructions=tuple(build.instructions),
     )
 
 
-def starts(course: Course, motion: Motion, profile: Plotter) -> Array:
+def start_times(toolpath: Toolpath, motion: Motion, profile: Plotter) -> Array:
     """(n + 1,) float, s: when each move begins, and when all is done."""
-    wait = course.pause.copy()
-    wait[:-1][course.stands] += filling(course, profile)
+    wait = toolpath.pause.copy()
+    wait[:-1][toolpath.stands] += queue_filling_times(toolpath, profile)
     done = np.concatenate([[0.0], np.cumsum(motion.duration + wait[:-1])])
     return np.append(done[:-1] + wait[:-1], done[-1] + wait[-1])
 
 
-def filling(course: Course, profile: Plotter) -> Array:
+def queue_filling_times(toolpath: Toolpath, profile: Plotter) -> Array:
     """(rests,) float, s: how long the machine stands after each rest until its queue is full and it begins to move.
 
     It first reads as many lines as the queue holds, or as come before the next rest.
     """
-    stand = np.flatnonzero(course.stands)
-    lines = np.minimum(np.diff(np.append(stand, len(course.kind))), profile.port.queue) + 1
+    stand = np.flatnonzero(toolpath.stands)
+    lines = np.minimum(np.diff(np.append(stand, len(toolpath.kind))), profile.port.queue) + 1
     return np.asarray(lines * profile.port.line_time)

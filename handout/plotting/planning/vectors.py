@@ -16,15 +16,14 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.plotting import bed
-from handout.plotting.planning import lookahead, segments, toolpath
+from handout.plotting.planning import lookahead, segments
 from handout.plotting.planning.blocks import Block, Move
 from handout.plotting.planning.lookahead import Blocks
-from handout.plotting.planning.plan import Order, Plan, Speed
-from handout.plotting.planning.segments import Track
-from handout.plotting.planning.toolpath import Course
+from handout.plotting.planning.plan import Plan, Request
+from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.toolpath import Toolpath, lay_out, machine_of, start_times
 from handout.profiles import Plotter
-from handout.values import Array, Drawing, readonly
+from handout.values import Array
 
 Index = NDArray[np.intp]
 
@@ -40,32 +39,26 @@ _AHEAD = 256.0  # bytes that are counted on to have come before they are drawn
 _STROKE = 40.0  # bytes of a stroke besides: pen up, the way to it, pen down, a velocity
 
 
-def plan(drawing: Drawing, profile: Plotter, speed: Speed, order: Order) -> Plan:
-    """Turn a drawing, its strokes in order, into vectors; see `planning.plan`."""
-    placement = bed.place(drawing.page, profile)
-    paths = [placement.to_machine(stroke.xy) for stroke in drawing.strokes]
-    bed.check(np.concatenate(paths), profile)
-    path = segments.track([stroke.t for stroke in drawing.strokes], paths)
-    per_mm = profile.limits.steps_per_mm
-    cuts = segments.cut(path, _RATE, _SHORTEST / per_mm, _DEVIATION)
-    cuts = _shorter(cuts)
+def plan(request: Request) -> Plan:
+    """A plan of vectors; see `planner.plan`."""
+    profile, per_mm = request.profile, request.profile.limits.steps_per_mm
+    cuts = _shorter(segments.cut(request.path, _RATE, _SHORTEST / per_mm, _DEVIATION))
     cuts = dataclasses.replace(cuts, xy=np.round(cuts.xy * per_mm) / per_mm)
-    way = toolpath.lay_out(cuts, np.zeros(len(paths)), profile)
-    lines = _lines(way, profile)
-    wanted = np.zeros(len(way.kind)) if speed == "fast" else way.intended / float(speed)
-    feed = _feeds(way, lines, wanted, profile)
+    toolpath = lay_out(cuts, np.zeros(len(request.drawing.strokes)), profile)
+    lines = _lines(toolpath, profile)
+    target = toolpath.requested_time / request.factor
+    feed = _feeds(toolpath, lines, np.zeros_like(target) if request.speed == "fast" else target, profile)
     motion = lookahead.run(lines, feed * lines.rate / _fastest(profile), profile.port.queue)
-    intended = way.intended / (1.0 if speed == "fast" else float(speed)) if drawing.timed else motion.duration
-    blocks, rows, moves = _blocks(way, feed)
-    starts = toolpath.starts(way, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
-    starts = starts + _starved(blocks, rows, starts, profile)
+    xy, feeds = toolpath.points[1:, :2].tolist(), (feed * 60.0).tolist()
+    blocks = toolpath.blocks(lambda row: Move(xy[row][0], xy[row][1], feeds[row]))
+    starts = start_times(toolpath, motion, profile) + _fetching(profile) - profile.pen.up_time  # it is up already
+    starts = starts + _starved(blocks, toolpath, starts, profile)
     starts[-1] += _fetching(profile) if profile.hpgl.pens > 1 else 0.0
-    begins = np.where(moves, starts[rows], np.append(0.0, starts[:-1] + motion.duration)[rows])
-    meant = readonly(np.where(way.draws, intended, 0.0), None)
-    return Plan(drawing, profile, speed, order, placement, way, motion, starts, blocks, begins, meant)
+    target = target if request.drawing.timed else motion.duration
+    return Plan.of(request, toolpath, motion, starts, blocks, np.where(toolpath.draws, target, 0.0))
 
 
-def _shorter(cuts: Track) -> Track:
+def _shorter(cuts: Trajectory) -> Trajectory:
     """Long vectors in equal parts: what is drawn of one when a plot breaks off may have to be drawn again."""
     within = cuts.stroke[1:] == cuts.stroke[:-1]
     length = np.hypot(*np.diff(cuts.xy, axis=0).T)
@@ -74,7 +67,7 @@ def _shorter(cuts: Track) -> Track:
     share = (np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
     ahead = np.minimum(row + 1, len(parts) - 1)
     t = cuts.t[row] + share * (cuts.t[ahead] - cuts.t[row])
-    return Track(t, cuts.xy[row] + share[:, None] * (cuts.xy[ahead] - cuts.xy[row]), cuts.stroke[row])
+    return Trajectory(t, cuts.xy[row] + share[:, None] * (cuts.xy[ahead] - cuts.xy[row]), cuts.stroke[row])
 
 
 def _fastest(profile: Plotter) -> float:
@@ -85,39 +78,39 @@ def _fetching(profile: Plotter) -> float:
     return float(profile.hpgl.pen_time)
 
 
-def _lines(way: Course, profile: Plotter) -> Blocks:
-    """The vectors of the course; without a junction deviation, the pen stands at every end of one."""
-    lines = lookahead.blocks(way.points, way.stands, toolpath.machine(profile))
+def _lines(toolpath: Toolpath, profile: Plotter) -> Blocks:
+    """The vectors of the toolpath; without a junction deviation, the pen stands at every end of one."""
+    lines = lookahead.blocks(toolpath.points, toolpath.stands, machine_of(profile))
     if profile.limits.junction_deviation > 0:
         return lines
     return dataclasses.replace(lines, corner=np.zeros(len(lines.corner)))
 
 
-def _feeds(way: Course, lines: Blocks, wanted: Array, profile: Plotter) -> Array:
+def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -> Array:
     """The velocity of every move, mm/s: of each stroke the one that makes it last as long as it is meant to.
 
     A stroke whose vectors come over the wire more slowly than they could be drawn is drawn as slowly as they come: a
     pen that waits leaves a blot.
     """
-    limits, draws = profile.limits, way.draws
-    feed = np.full(len(way.kind), float(limits.travel_speed))
+    limits, draws = profile.limits, toolpath.draws
+    feed = np.full(len(toolpath.kind), float(limits.travel_speed))
     if not draws.any():
         return feed
-    stroke, many = way.stroke[draws], len(way.first)
+    stroke, many = toolpath.stroke[draws], len(toolpath.first)
     meant = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
-    meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(way, lines, feed, profile), profile)
+    meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(toolpath, lines, feed, profile), profile)
     speeds = _speeds(profile)
-    took = np.array([_times(way, lines, feed, v, profile) for v in speeds])
+    took = np.array([_times(toolpath, lines, feed, v, profile) for v in speeds])
     chosen = _settled(np.abs(took - meant) / np.maximum(meant, 1e-9))
     feed[draws] = speeds[chosen][stroke]
     return feed
 
 
-def _gaps(way: Course, lines: Blocks, feed: Array, profile: Plotter) -> Array:
+def _gaps(toolpath: Toolpath, lines: Blocks, feed: Array, profile: Plotter) -> Array:
     """(strokes,) s between the end of the stroke before and the beginning of each."""
     nominal = feed * lines.rate / _fastest(profile)
-    took = np.where(way.draws, 0.0, lookahead.run(lines, nominal, profile.port.queue).duration)
-    done = np.concatenate([[0.0], np.cumsum(took + way.pause[:-1])])[way.first]
+    took = np.where(toolpath.draws, 0.0, lookahead.run(lines, nominal, profile.port.queue).duration)
+    done = np.concatenate([[0.0], np.cumsum(took + toolpath.pause[:-1])])[toolpath.first]
     return np.diff(done, prepend=0.0)
 
 
@@ -136,11 +129,13 @@ def _as_they_come(meant: Array, vectors: Index, gaps: Array, profile: Plotter) -
     return np.array(took)
 
 
-def _times(way: Course, lines: Blocks, feed: Array, speed: float, profile: Plotter) -> Array:
+def _times(toolpath: Toolpath, lines: Blocks, feed: Array, speed: float, profile: Plotter) -> Array:
     """(strokes,) s that the strokes take at a velocity, mm/s."""
-    nominal = np.where(way.draws, speed, feed) * lines.rate / _fastest(profile)
+    nominal = np.where(toolpath.draws, speed, feed) * lines.rate / _fastest(profile)
     took = lookahead.run(lines, nominal, profile.port.queue).duration
-    return np.asarray(np.bincount(way.stroke[way.draws], took[way.draws], len(way.first)), dtype=float)
+    return np.asarray(
+        np.bincount(toolpath.stroke[toolpath.draws], took[toolpath.draws], len(toolpath.first)), dtype=float
+    )
 
 
 def _speeds(profile: Plotter) -> Array:
@@ -164,14 +159,7 @@ def _settled(off: Array) -> Index:
     return chosen
 
 
-def _blocks(way: Course, feed: Array) -> tuple[tuple[Block, ...], Index, NDArray[np.bool_]]:
-    """What the plotter is told, the move of the course that each block comes before or is, and which are moves."""
-    xy, feeds_ = way.points[1:, :2].tolist(), (feed * 60.0).tolist()
-    blocks = tuple(Move(xy[row][0], xy[row][1], feeds_[row]) if block is None else block for block, row in way.told)
-    return blocks, np.array([row for _, row in way.told]), np.array([block is None for block, _ in way.told])
-
-
-def _starved(blocks: tuple[Block, ...], rows: Index, starts: Array, profile: Plotter) -> Array:
+def _starved(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profile: Plotter) -> Array:
     """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
     from handout.plotting.dialects.hpgl import protocol
 
@@ -182,5 +170,6 @@ def _starved(blocks: tuple[Block, ...], rows: Index, starts: Array, profile: Plo
         done = command.done
     arrived *= 10.0 / (profile.port.baud * _WIRE)
     late = np.zeros(len(starts))
+    rows = np.array([row for _, row in toolpath.instructions])
     np.maximum.at(late, rows, arrived - starts[rows])
     return np.asarray(np.maximum(np.maximum.accumulate(late), 0.0))

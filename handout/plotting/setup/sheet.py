@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from handout import __version__
+from handout import __version__, page_sizes
 from handout.errors import DoesNotFit
 from handout.hand.library import find
 from handout.motion.trace import trace
@@ -22,7 +22,7 @@ from handout.plotting.setup.panels import Caption, Panel
 from handout.profiles import Plotter
 from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
-from handout.writing.layout import PAGES, Layout
+from handout.writing.layout import Layout
 
 _SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
@@ -37,7 +37,7 @@ Spot = tuple[float, float, Panel]
 
 def usual_page(profile: Plotter) -> Page:
     """A5 where the machine reaches all of it, else its bed."""
-    a5, size = PAGES["a5"], profile.bed
+    a5, size = page_sizes.page("a5"), profile.bed
     short, long = sorted((float(size.width), float(size.height)))
     return a5 if short >= a5.width and long >= a5.height else Page(float(size.width), float(size.height))
 

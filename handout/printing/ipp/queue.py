@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from handout.errors import InputError, PrinterError
-from handout.printing.formats import MIME
+from handout.printing.documents import MIME
 from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, JobStatus
 from handout.printing.ipp.fates import asked, judged, stopped

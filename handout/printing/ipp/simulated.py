@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import Any
 
 from handout import atomic
-from handout.printing.formats import MIME
+from handout.printing.documents import MIME
 from handout.printing.ipp.client import Operation
 from handout.printing.ipp.faults import FAILURES, Faults
 from handout.printing.ipp.message import Attribute, Group, Message, Range, Resolution, Tag, Value, attribute

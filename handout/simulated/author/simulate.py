@@ -13,6 +13,7 @@ from handout.inking.papers import Paper, sheet, under
 from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
 from handout.motion.trace import trace, written
+from handout.page_sizes import page
 from handout.simulated.author import owning
 from handout.simulated.author.truth import Simulated, Truth
 from handout.simulated.scanner import bed as beds
@@ -21,7 +22,7 @@ from handout.simulated.scanner.optics import FULL, look, tone
 from handout.simulated.scanner.scanner import Scanner
 from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 LEAST_DPI, MOST_DPI = 72.0, 1200.0
 _MOST = 250e6  # pixels: the truth takes 30 bytes of each

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from handout.hand.library import load
 from handout.inking.pen import usual
+from handout.page_sizes import page
 from handout.simulated.author import judge
 from handout.simulated.author.simulate import simulate
 from handout.simulated.scanner.scanner import Scanner
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 
 @pytest.fixture(scope="module")

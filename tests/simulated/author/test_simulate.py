@@ -12,11 +12,12 @@ from handout.hand.library import load
 from handout.inking.papers import Paper
 from handout.inking.pen import usual
 from handout.motion.trace import STEPS, trace, written
+from handout.page_sizes import page
 from handout.simulated.author.simulate import scan, simulate, simulate_pages
 from handout.simulated.scanner.bed import lay
 from handout.simulated.scanner.scanner import Scanner
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 
 TEXT = "Minimum jumps, été of it."
 SMALL = Layout(page("70x40mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)

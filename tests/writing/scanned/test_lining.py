@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from handout.hand.scanned import ScannedGlyph, ScannedHand
+from handout.page_sizes import page
 from handout.values import LineGraph
 from handout.writing.compose import compose
-from handout.writing.layout import Layout, page
+from handout.writing.layout import Layout
 from handout.writing.lining import HOUSE, Lining, lies
 from handout.writing.scanned.lining import lining
 

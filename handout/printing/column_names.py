@@ -1,14 +1,15 @@
-"""What the headers of address tables mean, as people and programs write them, in six languages.
+"""The names that columns of address tables have, as people and programs write them, in six languages.
 
-Headers are compared without case, accents, spaces and punctuation (`key`).
+A new name of a column is one more word here, beside those of its role; a word that says whose address a column holds
+("home", "Liefer") goes to the kinds of address.  Names are compared without case, accents, spaces and punctuation.
 """
 
 from __future__ import annotations
 
 import unicodedata
 
-# Role → headers that mean it.  English, German, French, Spanish, Italian, Dutch.
-_HEADERS: dict[str, str] = {
+# Role → names of columns of that role.  English, German, French, Spanish, Italian, Dutch.
+_ROLES: dict[str, str] = {
     "name": """name, full name, fullname, recipient, addressee, contact, contact name, to, display name
         Name, Vollständiger Name, Empfänger, Kontakt, Vor- und Nachname, Vor- und Zuname, Vor-/Nachname, Name Vorname
         nom complet, nom et prénom, nom prénom, prénom et nom, prénom nom, destinataire, nom
@@ -108,31 +109,43 @@ _KINDS: dict[str, str] = {
     "billing": "billing, invoice, bill to, Rechnungs, Rechnung, facturation, facturación, fatturazione, factuur",
 }
 # words that say nothing about what a column holds
-_IDLE = """mailing, postal, post, mail, primary, main, contact, recipient, recipients, guest, guests, customer, client
-    invitee, current, address, Adresse, adresse, Empfänger, Gast, Gäste, Kunden, Kontakt, Post, destinataire, invité
-    dirección, destinatario, indirizzo, ospite, adres, ontvanger, your, our, their, the, partner, spouse, Ehepartner
-    conjoint, pareja"""
+_FILLERS = """mailing, postal, post, mail, primary, main, contact, recipient, recipients, guest, guests, customer
+    client, invitee, current, address, Adresse, adresse, Empfänger, Gast, Gäste, Kunden, Kontakt, Post, destinataire
+    invité, dirección, destinatario, indirizzo, ospite, adres, ontvanger, your, our, their, the, partner, spouse
+    Ehepartner, conjoint, pareja"""
+
+# names of a column that says which address its neighbours hold ("Address 1 - Label")
+LABELS = frozenset({"label", "type"})
+# as often a running number as a house number
+AMBIGUOUS_NUMBERS = frozenset({"number", "no", "nr", "nummer", "numero", "num", "n"})
+# the whole name, or the half of it that no other column holds
+AMBIGUOUS_NAMES = frozenset({"name", "nom", "nombre", "nome", "naam"})
+# ends of names of an address as a whole, also beside columns for its parts; other words for "address" are the street
+_WHOLE_ADDRESS = """full address, address block, formatted, formatted address, Adressblock, adresse complète
+    dirección completa, indirizzo completo, volledig adres"""
 
 
-def key(header: str) -> str:
+def normalised(header: str) -> str:
     """A header without case, accents, spaces and punctuation: ``" Straße / Nr. "`` → ``"strassenr"``."""
     plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", header).casefold())
     return "".join(c for c in plain if c.isalnum())
 
 
 def _listed(text: str) -> list[str]:
-    return [header for header in text.replace("\n", ",").split(",") if key(header)]
+    return [header for header in text.replace("\n", ",").split(",") if normalised(header)]
 
 
 def _inverted(table: dict[str, str]) -> dict[str, str]:
-    found: dict[str, str] = {}
+    """Normalised header → what it means; of two meanings the first."""
+    meanings: dict[str, str] = {}
     for meaning, headers in table.items():
         for header in _listed(headers):
-            found.setdefault(key(header), meaning)
-    return found
+            meanings.setdefault(normalised(header), meaning)
+    return meanings
 
 
-ROLES = _inverted(_HEADERS)
-NAMES = tuple(_HEADERS)
+ROLES = _inverted(_ROLES)
+ROLE_NAMES = tuple(_ROLES)
 KINDS = _inverted(_KINDS)
-IDLE = frozenset(map(key, _listed(_IDLE)))
+FILLERS = frozenset(map(normalised, _listed(_FILLERS)))
+WHOLE_ADDRESS = tuple(map(normalised, _listed(_WHOLE_ADDRESS)))

@@ -13,12 +13,11 @@ from handout import profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import media
 from handout.printing.cups import NO_LP, WAY_OUT, CupsQueue, default, queues
-from handout.printing.feeding import Feeding
-from handout.printing.folders import FolderQueue
 from handout.printing.ipp import link
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.queue import Queue, Say, Ticket
+from handout.printing.media import Feeding
+from handout.printing.queue import FolderQueue, Queue, Say, Ticket
 from handout.profiles import Length, Margins, Printer
 from handout.values import Page
 

@@ -1,14 +1,32 @@
-"""Choosing rows of a table: ``3-7,9``, ``7-``."""
+"""The rows of an address table: what one is, and the choice of some of them by number (``3-7,9``, ``7-``)."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from handout.errors import InputError
-from handout.printing.address import Row
 
 _PART = re.compile(r"(\d{1,9})?\s*(-)?\s*(\d{1,9})?\Z")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of an address table.
+
+    number : as a spreadsheet counts, the header being row 1.
+    lines : what is written, from the name to the country; empty if there is nothing to address.
+    warnings : what the user should look at, each a phrase to stand after "row 5:".
+    problem : why the row cannot be addressed; empty if it can.
+    cells : every cell by its header, as found in the file.
+    """
+
+    number: int
+    lines: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    problem: str = ""
+    cells: Mapping[str, str] = field(default_factory=dict)
 
 
 def select(rows: Sequence[Row], text: str) -> list[Row]:
@@ -62,3 +80,11 @@ def ranges(numbers: Collection[int], among: Sequence[int]) -> str:
             parts.append(f"{run[0]}-" if to_end else f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}")
             run = []
     return ",".join(parts)
+
+
+def named(numbers: Sequence[int], among: Sequence[int] | None = None) -> str:
+    """Rows in a few words: runs of the table's rows, or of `among`, as ranges."""
+    if len(numbers) == 1:
+        return f"row {numbers[0]}"
+    text = ranges(numbers, range(1, numbers[-1] + 2) if among is None else among)
+    return f"rows {text}{numbers[-1] if text.endswith('-') else ''}"

@@ -1,25 +1,33 @@
-"""A page as raster for printers that read no PDF: PWG Raster, and URF, which is its relative.
+"""A page as the bytes of one document, in the formats that printers take: PDF, PWG Raster, URF, PNG.
 
-Both hold the same compressed lines: how often a line repeats, then runs of equal and of different pixels.
+A new format is one more function in `WRITERS`.  PWG Raster and URF, its relative, are for printers that read no PDF:
+both hold compressed lines, of which each says how often it repeats, then runs of equal and of different pixels.
+
 Source: PWG 5102.4 §4 (PWG Raster); URF as CUPS reads it.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from io import BytesIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.sinks.picture_pdf import cropped
+from handout.printing import media
+from handout.sinks.picture_pdf import PdfWriter, cropped
 from handout.values import Page, Raster
+
+About = Mapping[str, object]
+# the sheet as it is fed, its ink, what is stored with it → the document
+Writer = Callable[[Page, Raster, About], bytes]
 
 Pixels = NDArray[np.uint8]
 _SYNC, _HEADER = b"RaS2", 1796  # big-endian; bytes of a page's header
 _URF_SYNC, _URF_HEADER = b"UNIRAST\0", 32
-_SRGB, _CHUNKED, _WHITE = 19, 0, 255
-_MOST_LINES, _MOST_PIXELS = 256, 128
+_SRGB, _CHUNKED, _WHITE = 19, 0, 255  # codes of colour space and order of PWG 5102.4 table 2; device RGB of paper
+_MOST_LINES, _MOST_PIXELS = 256, 128  # repeated lines and pixels of a run that one byte can count
 # where the fields of a page's header stand, PWG 5102.4 table 2: offset → what is kept there
 _RESOLUTION, _COPIES, _PAGE_SIZE, _WIDTH, _HEIGHT = 276, 340, 352, 372, 376
 _BITS, _BITS_OF_PIXEL, _BYTES_OF_LINE, _ORDER, _SPACE, _COLOURS = 384, 388, 392, 396, 400, 420
@@ -31,10 +39,10 @@ def page_pixels(page: Page, raster: Raster) -> Pixels:
     """The whole sheet as (height, width, 3) 8-bit device RGB, white where there is no ink."""
     scale = raster.dpi / 25.4
     pixels = np.full((round(page.height * scale), round(page.width * scale), 3), _WHITE, np.uint8)
-    found = cropped(raster)
-    if found is None:
+    inked = cropped(raster)
+    if inked is None:
         return pixels
-    ink, x, y = found
+    ink, x, y = inked
     # ink beyond the edge of the sheet is cut off, as by a printer
     left, top = max(-x, 0), max(-y, 0)
     ink = ink[top : max(pixels.shape[0] - y, 0), left : max(pixels.shape[1] - x, 0)]
@@ -114,3 +122,33 @@ def _literal(data: bytes, start: int, end: int) -> Iterator[bytes]:
         last = min(first + _MOST_PIXELS, end)
         # a single pixel is a run of one: a count of 257 − 1 has no byte
         yield bytes([257 - (last - first) if last - first > 1 else 0]) + data[3 * first : 3 * last]
+
+
+def _pdf(page: Page, raster: Raster, about: About) -> bytes:
+    stream = BytesIO()
+    writer = PdfWriter(stream, about)
+    writer.add(page, raster)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _pwg(page: Page, raster: Raster, about: About) -> bytes:
+    name = media.name(page)
+    return pwg(page_pixels(page, raster), round(raster.dpi), page, "" if name.startswith("Custom") else name)
+
+
+def _urf(page: Page, raster: Raster, about: About) -> bytes:
+    return urf(page_pixels(page, raster), round(raster.dpi))
+
+
+def _png(page: Page, raster: Raster, about: About) -> bytes:
+    from PIL import Image
+
+    stream = BytesIO()
+    Image.fromarray(page_pixels(page, raster)).save(stream, "PNG", dpi=(raster.dpi, raster.dpi))
+    return stream.getvalue()
+
+
+WRITERS: Mapping[str, Writer] = {"pdf": _pdf, "pwg": _pwg, "urf": _urf, "png": _png}
+# what IPP calls them
+MIME = {"pdf": "application/pdf", "pwg": "image/pwg-raster", "urf": "image/urf", "png": "image/png"}

@@ -1,0 +1,134 @@
+"""What a caller wants written: a text as words, in a file or on standard input, or a file that holds a drawing."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from handout import encodings
+from handout.errors import InputError
+from handout.pipeline.results import SILENT, Listener
+
+if TYPE_CHECKING:
+    from handout.values import Drawing
+
+_MOST_TEXT = 2_000_000  # bytes; a longer file is surely not meant to be written by hand
+_LONGEST_NAME = 255  # bytes, of a file on the usual file systems
+# of the files of drawings that `sources` reads, which is imported only where there is one
+_DRAWINGS = (".svg", ".json", ".inkml", ".svc", ".gml")
+
+
+@dataclass(frozen=True)
+class Source:
+    """What is to be written: a text, or the drawing that it named.
+
+    text : the text; of a drawing the name of its file.
+    """
+
+    text: str
+    drawing: Drawing | None = None
+
+
+def read_source(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> Source:
+    """The text or the drawing that some words, or --file, mean; the listener hears what was left out of a drawing.
+
+    Raises
+    ------
+    InputError
+        Nothing to write, or a file that is missing or cannot be read.
+    """
+    drawing = _drawing(words, file, listener)
+    if drawing is not None:
+        return Source(Path(file or words[0]).name, drawing)
+    return Source(text_of(*_named_file(words, file, listener), listener))
+
+
+def text_of(words: Sequence[str], file: str | None, listener: Listener = SILENT) -> str:
+    """The text to write: the words, a file, or standard input for ``-``; a single word may be the name of a file.
+
+    Raises
+    ------
+    InputError
+        Neither or both were given; a file that is missing, too long, or not text.
+    """
+    if file is not None and words:
+        raise InputError("Both a text and --file are given; give one of them.")
+    if file is None and not words:
+        raise InputError('Nothing to write: give a text, --file letter.txt, or "-" to read standard input.')
+    if file is None and len(words) == 1 and _is_file(words[0]):
+        file = words[0]
+    if file is None and list(words) != ["-"]:
+        return " ".join(words)
+    name = "standard input" if file in (None, "-") else str(file)
+    try:
+        data = sys.stdin.buffer.read(_MOST_TEXT + 1) if file in (None, "-") else Path(str(file)).read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {name}: {error.strerror or error}.") from error
+    return decoded(data, name, listener)
+
+
+def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
+    """The text in some bytes, whatever its encoding (see `handout.encodings`), without empty lines at its end.
+
+    The listener hears of a guess at the encoding.
+
+    Raises
+    ------
+    InputError
+        They are too many, or no text; `name` says where they come from.
+    """
+    if len(data) > _MOST_TEXT:
+        raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
+    try:
+        found = encodings.decode(data)
+    except encodings.NoText as error:
+        at = f" (line {error.line})" if error.line else ""
+        raise InputError(f"{name} is not text{at}: {error}; save it as UTF-8.") from error
+    if found.guessed:
+        listener.note(f"{name} is not UTF-8 and was read as {found.encoding}: check {found.example!r}.")
+    return found.text.rstrip("\n")
+
+
+def _is_file(word: str) -> bool:
+    """Whether a text is the name of a file; most texts could not even be one."""
+    try:
+        return Path(word).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _drawing(words: Sequence[str], file: str | None, listener: Listener) -> Drawing | None:
+    """The drawing that a single word (or --file) names, by a suffix of drawings; None where it is a text."""
+    name = words[0] if len(words) == 1 and file is None else file if not words else None
+    if name is None or len(name) > _LONGEST_NAME or Path(name).suffix.lower() not in _DRAWINGS:
+        return None
+    if file is None and not Path(name).is_file():
+        return None
+    from handout.sources import read_drawing
+
+    drawing = read_drawing(name)
+    if drawing.about.get("left_out"):
+        listener.say(f"Left out of {name}: {', '.join(drawing.about['left_out'])}.")
+    return drawing
+
+
+def _named_file(words: Sequence[str], file: str | None, listener: Listener) -> tuple[Sequence[str], str | None]:
+    """A single word that names a file is that file.
+
+    Raises
+    ------
+    InputError
+        It looks like the name of a drawing or a text, and there is no such file: it would be written out.
+    """
+    if file is not None or len(words) != 1:
+        return words, file
+    word = words[0]
+    if word != "-" and len(word) <= _LONGEST_NAME and Path(word).is_file():
+        listener.say(f"Reading the file {word}.")
+        return (), word
+    if Path(word).suffix.lower() in (*_DRAWINGS, ".txt") and " " not in word:
+        raise InputError(f"There is no file {word}; to write these very words, give them through --file -.")
+    return words, file

@@ -1,0 +1,291 @@
+"""Lined paper that is written on: which lines carry text, how far apart, how large, and what the user is told of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from handout.inking.papers import Paper
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.pictures import paper as named_paper
+from handout.pipeline.results import Fact
+from handout.values import Hand
+from handout.writing.ruling import ABOVE, Ruling
+from handout.writing.sheets import ASCENT, DESCENT
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand
+    from handout.scanning.printed_lines import PrintedLine, PrintedSheet
+    from handout.writing.layout import Layout
+
+
+@dataclass(frozen=True)
+class LinedPaperSettings:
+    """When lines of paper are followed and what is told of them; set by eye where nothing else is said."""
+
+    # height of small letters as a share of the distance of lines, where it is not given.  People's median is 2.7 mm
+    # (20 pages of CVL and CSAFE), a third of the usual 8 mm; on every second line of 5 mm squares .265 to .29 of 10 mm
+    # (Peraire)
+    x_height_on_rules: float = 1 / 3
+    x_height_on_squares: float = 0.28
+    # a scanned hand keeps its own size between these shares
+    scanned_x_height: tuple[float, float] = (0.25, 0.4)
+    largest_x_height: float = 0.6  # share of the distance: larger letters take every second rule, or third
+    least_pitch: float = 5.5  # mm: of rules closer together some are left out
+    same_pitch: float = 0.02  # share by which two distances may differ and are still the same
+    head: float = 12.0  # mm: a first rule further down has the printed head of the sheet over it, which is left free
+    beside_margin: float = 2.0  # mm from a margin line to the text
+    # tangent of the rules, unevenness of their distances (share), bend (mm), and stretch of the picture (share) over
+    # which the user is told
+    level: float = 0.005
+    uneven: float = 0.08
+    bent: float = 0.5
+    stretched: float = 0.03
+    sheet_sides: tuple[float, float] = (50.0, 610.0)  # mm: what a picture's own resolution may give a sheet
+    squares: float = 5.0  # mm, of squared paper: the usual school paper
+    pitches: tuple[float, float] = (2.0, 100.0)  # mm: rules outside these are drawn, and not written on
+
+
+SETTINGS = LinedPaperSettings()
+
+
+@dataclass(frozen=True)
+class LinedPaper:
+    """A layout with its baselines on the lines of its paper.
+
+    paper : as pictures show it, where its lines depend on the layout; None: as it was asked for.
+    notes : sentences for the user.
+    facts : what `--json` says of the lines; None where the paper has none.
+    """
+
+    layout: Layout
+    paper: Paper | None = None
+    notes: tuple[str, ...] = ()
+    facts: Mapping[str, Fact] | None = None
+
+
+def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
+    """The page to write on: that of --page, or else a scanned sheet's own size, or else the usual one."""
+    path = Path(picture.paper)
+    if sheet.page is not None or not path.is_file():
+        return sheet.page_name
+    from handout.scanning.page import LEAST_DPI, MOST_DPI
+    from handout.scanning.picture import read_picture
+
+    scan = read_picture(path)
+    if scan.own is None or not LEAST_DPI - 1 <= scan.own <= MOST_DPI or scan.photographed:
+        return sheet.page_name
+    height, width = (side / scan.own * 25.4 for side in scan.rgb.shape[:2])
+    least, most = SETTINGS.sheet_sides
+    fits = least <= min(width, height) and max(width, height) <= most
+    return f"{width:.2f}x{height:.2f}mm" if fits else sheet.page_name
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What lines are looked for: the layout and the hand, and the options that may overrule the paper."""
+
+    layout: Layout
+    hand: Hand | ScannedHand
+    writing: WritingOptions
+    sheet: SheetOptions
+
+
+def lined_paper(
+    layout: Layout, hand: Hand | ScannedHand, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
+) -> LinedPaper:
+    """A layout with its lines on those of the paper that is asked for; as it is where that has none.
+
+    Raises
+    ------
+    InputError
+        No such paper, a distance of lines that cannot be, or lines that leave no room.
+    """
+    if picture.paper == "none":
+        return LinedPaper(layout)
+    paper = named_paper(picture.paper)
+    request = _Request(layout, hand, writing, sheet)
+    if paper.name in ("ruled", "squared"):
+        return _printed(request, paper)
+    return LinedPaper(layout) if paper.name in ("plain", "laid") else _scanned(request, Path(paper.name))
+
+
+def _printed(request: _Request, paper: Paper) -> LinedPaper:
+    """On rules or squares that are drawn under the writing, or that the sheet in a plotter has."""
+    layout, squares = request.layout, paper.name == "squared"
+    usual = SETTINGS.squares if squares else layout.line_spacing or request.hand.pitch * layout.x_height
+    pitch = paper.pitch or usual
+    if not SETTINGS.pitches[0] <= pitch <= SETTINGS.pitches[1]:
+        return LinedPaper(layout)
+    every, notes = _every(request, pitch, squares=squares)
+    if every == 0:
+        return LinedPaper(layout, None, notes)
+    if paper.pitch or squares:
+        layout = _sized(request, every * pitch, squares=squares)
+    first = paper.first
+    if first is None:
+        first = layout.margin[0] + ASCENT * layout.x_height + ABOVE
+        if squares:
+            first = pitch * math.ceil(first / pitch - 1e-6)
+    count = max(1, math.floor((layout.page.height - first) / (every * pitch)) + 1)
+    rules = tuple((first + k * every * pitch, 0.0) for k in range(count))
+    layout = replace(layout, ruling=Ruling(rules))
+    upper = next(iter(_used_rules(layout)), first)
+    sentence = (
+        f"Lines {_mm(every * pitch)} apart{_of(every, pitch)}, the upper one {_mm(upper)} below the edge of the sheet; "
+        f"small letters {_mm(layout.x_height)} tall."
+    )
+    facts = {"line_spacing_mm": every * pitch, "pitch_mm": pitch, "first_mm": round(upper, 2)}
+    drawn = replace(paper, pitch=pitch, first=first, head=paper.first)
+    return LinedPaper(layout, drawn, (*notes, sentence), facts)
+
+
+def _scanned(request: _Request, path: Path) -> LinedPaper:
+    """On the lines that are found in the picture of a sheet."""
+    from handout.scanning.picture import read_picture
+    from handout.scanning.printed_lines import find_printed_lines
+
+    rgb, page = read_picture(path).rgb, request.layout.page
+    notes = _stretched(path, rgb.shape[1] / rgb.shape[0], page.width / page.height)
+    lines = find_printed_lines(rgb, page.width, page.height)
+    if lines is None:
+        sentence = f"{path.name}: no rules were found on it; lines lie as on plain paper."
+        return LinedPaper(request.layout, None, (*notes, sentence), {"rules": 0})
+    squares = lines.columns is not None and lines.fine == lines.pitch
+    every, more = _every(request, lines.pitch, squares=squares)
+    notes += more
+    facts: dict[str, Fact] = {
+        "rules": len(lines.rules),
+        "pitch_mm": round(lines.pitch, 2),
+        "margin_mm": None if lines.left is None else round(lines.left, 2),
+        "right_margin_mm": None if lines.right is None else round(lines.right, 2),
+        "slope": round(_slope(lines.rules), 4),
+    }
+    sentence = f"{path.name}: lines {_mm(lines.pitch)} apart" + (", squares" if squares else "")
+    sentence += "" if lines.left is None else f", margin at {_mm(lines.left)}"
+    sentence += "" if lines.right is None else f", right margin at {_mm(lines.right)}"
+    if every == 0:
+        return LinedPaper(request.layout, None, (*notes, f"{sentence}."), facts)
+    layout = _sized(request, every * lines.pitch, squares=squares)
+    layout, crossed = _inside(layout, lines, request.sheet)
+    rules = tuple((rule.at, rule.slope) for rule in lines.rules)
+    start = next((k for k, rule in enumerate(rules) if rule[0] >= _first_room(layout)), 0)
+    layout = replace(layout, ruling=Ruling(rules[start::every]))
+    sentence += f"; written {_mm(every * lines.pitch)} apart" if every > 1 else ""
+    sentence += f"; small letters {_mm(layout.x_height)} tall."
+    facts["line_spacing_mm"] = round(every * lines.pitch, 2)
+    return LinedPaper(layout, None, (*notes, sentence, *crossed, *_flaws(path, lines)), facts)
+
+
+def _every(request: _Request, pitch: float, *, squares: bool) -> tuple[int, tuple[str, ...]]:
+    """Every how many of some rules there is a line of writing; 0 where the line distance asked for fits none."""
+    layout, asked = request.layout, request.layout.line_spacing
+    if asked is not None:
+        every = max(1, round(asked / pitch))
+        if abs(asked - every * pitch) <= SETTINGS.same_pitch * asked:
+            return every, ()
+        return 0, (
+            f"--line-spacing {request.writing.line_spacing} is followed, and lines leave the paper's rules, which are "
+            f"{_mm(pitch)} apart: leave it out to write on them.",
+        )
+    if squares or pitch < SETTINGS.least_pitch:
+        return max(1, round(request.hand.pitch * layout.x_height / pitch)), ()
+    if not request.writing.x_height:
+        return 1, ()
+    return max(1, math.ceil(layout.x_height / (SETTINGS.largest_x_height * pitch))), ()
+
+
+def _sized(request: _Request, spacing: float, *, squares: bool) -> Layout:
+    """The layout with lines that far apart, mm, and letters as tall as people make them there."""
+    if request.writing.x_height:
+        return replace(request.layout, line_spacing=spacing)
+    if isinstance(request.hand, Hand):
+        size = (SETTINGS.x_height_on_squares if squares else SETTINGS.x_height_on_rules) * spacing
+    else:
+        least, most = SETTINGS.scanned_x_height
+        size = min(max(request.hand.x_height, least * spacing), most * spacing)
+    return replace(request.layout, x_height=max(size, 0.3), line_spacing=spacing)
+
+
+def _inside(layout: Layout, lines: PrintedSheet, sheet: SheetOptions) -> tuple[Layout, tuple[str, ...]]:
+    """The layout inside the margin lines of its sheet, where its margins are not given; and a note."""
+    top, right, bottom, left = layout.margin
+    page, first, last = layout.page, lines.rules[0], lines.rules[-1]
+    if sheet.margin:
+        crossed = lines.left is not None and left < lines.left
+        return layout, ("The text begins left of the sheet's margin line, as --margin says.",) if crossed else ()
+    beside = SETTINGS.beside_margin
+    start, end = max(rule.start for rule in lines.rules), min(rule.end for rule in lines.rules)
+    left = max(left, start + beside if start > beside else 0) if lines.left is None else lines.left + beside
+    edge = page.width - right if lines.right is None else lines.right - beside
+    edge = min(edge, end - beside) if end < page.width - beside else edge
+    reach = max(page.width / 2 - left, edge - page.width / 2)
+    room_above = first.at - abs(first.slope) * reach - ASCENT * layout.x_height - 0.2
+    room_below = page.height - last.at - abs(last.slope) * reach - DESCENT * layout.x_height - 0.2
+    if first.at > SETTINGS.head:
+        top = min(top, max(0.0, room_above))
+    if page.height - last.at > SETTINGS.head:
+        bottom = min(bottom, max(0.0, room_below))
+    return replace(layout, margin=(top, page.width - edge, bottom, left)), ()
+
+
+def _first_room(layout: Layout) -> float:
+    """The height of the first rule over which there is room, mm."""
+    return layout.margin[0] + ASCENT * layout.x_height
+
+
+def _used_rules(layout: Layout) -> list[float]:
+    """The heights of the rules that are written on, mm."""
+    assert layout.ruling is not None
+    lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
+    return [height for height, _ in layout.ruling.within(_first_room(layout) + ABOVE, lower + ABOVE, 0.0)]
+
+
+def _flaws(path: Path, lines: PrintedSheet) -> list[str]:
+    """Notes on rules that are not level, not even or not straight."""
+    notes, slope = [], _slope(lines.rules)
+    gaps = [b.at - a.at for a, b in pairwise(lines.rules)]
+    parts = max(1, len(gaps) // 4)
+    above, below = sum(gaps[:parts]) / parts, sum(gaps[-parts:]) / parts
+    if max(abs(rule.slope) for rule in lines.rules) > SETTINGS.level:
+        way = "fall" if slope > 0 else "rise"
+        notes.append(
+            f"{path.name}: its rules {way} to the right by {math.degrees(abs(slope)):.1f}°; lines follow them."
+        )
+    if abs(above - below) > SETTINGS.uneven * lines.pitch:
+        notes.append(
+            f"{path.name}: its rules are {_mm(above)} apart above and {_mm(below)} below, as seen at an angle; lines "
+            "follow them, letters are of one size."
+        )
+    bend = sorted(rule.bend for rule in lines.rules)[len(lines.rules) // 2]
+    if bend > SETTINGS.bent:
+        notes.append(f"{path.name}: its rules are bent, by up to {_mm(bend)}; lines are written straight.")
+    return notes
+
+
+def _slope(rules: Sequence[PrintedLine]) -> float:
+    """The median tangent of some rules."""
+    return sorted(rule.slope for rule in rules)[len(rules) // 2]
+
+
+def _stretched(path: Path, ratio: float, wanted: float) -> tuple[str, ...]:
+    """A note where the sides of a picture and of its page differ; both ratios are width by height."""
+    if abs(ratio / wanted - 1) <= SETTINGS.stretched:
+        return ()
+    return (
+        f"{path.name} is stretched to fill the page: its sides are as 1 to {1 / ratio:.2f}, the page's as 1 to "
+        f"{1 / wanted:.2f}; give its size with --page.",
+    )
+
+
+def _of(every: int, pitch: float) -> str:
+    ordinal = {2: "nd", 3: "rd"}.get(every, "th")
+    return "" if every == 1 else f" (every {every}{ordinal} rule of {_mm(pitch)})"
+
+
+def _mm(length: float) -> str:
+    return f"{round(length, 1):g} mm"

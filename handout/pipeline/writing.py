@@ -1,0 +1,344 @@
+"""A text in a hand, on pages, in files: the options are checked, the hand is completed, the text is set and drawn."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from handout import __version__, units
+from handout.errors import InputError
+from handout.hand import file, library
+from handout.hand.haste import hasten
+from handout.hand.ink_colours import ink_colours
+from handout.motion.trace import trace
+from handout.page_sizes import page
+from handout.pipeline import pictures, programs
+from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
+from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.progress import Tell, silent, within
+from handout.sinks import OF_INK, check_outputs
+from handout.values import Drawing, Hand, Manuscript
+from handout.writing import text as texts
+from handout.writing.compose import each_page
+from handout.writing.drawn import repertoire
+from handout.writing.layout import Layout
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand
+    from handout.writing.sheets import Sheet
+
+_WRITTEN = 0.35  # of the work on a page, when its strokes are known and it is yet to be drawn; measured, for PNG
+_SET = 0.5  # of the work on a text before it is drawn, when its letters are on their pages; measured
+_HURRIED = 2.5  # pace of --speed fast in a file, set by eye; a plotter goes as fast as it can instead
+# what a page in a scanned hand may be wanted as; a drawn hand has strokes only
+INK, STROKES = frozenset({"ink"}), frozenset({"strokes"})
+
+
+@dataclass(frozen=True)
+class WritingTask:
+    """The options of a piece of writing, checked, with the hand and the layout that they mean.
+
+    fast : whether a plotter goes as fast as it can; `speed` is a factor then.
+    slips : words in 100 that are begun wrongly.
+    pen_hand : the scanned hand whose pen a scanned hand is written with, if not its own.
+    coloured : whether a colour of the ink was given, which the strokes of a scanned hand then have.
+    paper : the lined paper that is written on.
+    """
+
+    hand: Hand | ScannedHand
+    layout: Layout
+    seed: int
+    kinematics: str
+    speed: float
+    fast: bool
+    pages: int | None
+    fallback: bool
+    slips: float = 0.0
+    pen_hand: ScannedHand | None = None
+    coloured: bool = False
+    paper: LinedPaper | None = None
+
+    @property
+    def paper_notes(self) -> tuple[str, ...]:
+        """What the user is told of the lined paper."""
+        return () if self.paper is None else self.paper.notes
+
+    def on_paper(self, look: pictures.Look) -> pictures.Look:
+        """How pictures look, with the paper's lines where they are written on."""
+        return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What `write` made: see `Tally` for the figures.
+
+    files : in the order of the outputs, pages in order.
+    paper : what is known of the lined paper that was written on.
+    """
+
+    tally: Tally
+    seed: int
+    hand: str
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    paper: Facts | None = None
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {
+            **self.tally.facts(self.seed, self.hand, self.files),
+            **({"notes": list(self.notes)} if self.notes else {}),
+            **({"paper": self.paper} if self.paper else {}),
+        }
+
+
+def write(
+    text: str,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(),
+    picture: PictureOptions = PictureOptions(),
+    *,
+    device: str | None = None,
+    listener: Listener = SILENT,
+) -> Written:
+    """Write a text to files.
+
+    Parameters
+    ----------
+    outputs : names of files, whose suffixes say the format: .svg .png .pdf .inkml .json .gcode .hpgl …
+    device : the plotter that .gcode, .hpgl and .ebb files are for; None: a common one that reads such files.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        An option is wrong, the hand lacks letters, or the text is larger than its pages; nothing is written then.
+    """
+    paths = [Path(name) for name in outputs]
+    extra = programs.Programs(device, paths).sinks
+    check_outputs(paths, extra)
+    look = pictures.look(picture)
+    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
+    pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
+    files = task.on_paper(look).write(drawings, paths, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
+    return written(Tally.of(pages, drawings), task, files, notes)
+
+
+def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:
+    """The result of a task."""
+    paper = dict(task.paper.facts) if task.paper is not None and task.paper.facts else None
+    return Written(tally, task.seed, task.hand.name, tuple(files), notes, paper)
+
+
+def prepare(
+    writing: WritingOptions, sheet: SheetOptions = SheetOptions(), picture: PictureOptions = PictureOptions()
+) -> WritingTask:
+    """Check the options, and load the hand that they name."""
+    hand = _hand(writing)
+    paper = page(page_name(sheet, picture))
+    layout = Layout(
+        page=paper,
+        margin=margins(sheet.margin, paper.width, paper.height),
+        x_height=hand.x_height if writing.x_height is None else millimetres(writing.x_height, "x-height"),
+        line_spacing=millimetres(writing.line_spacing, "line spacing") if writing.line_spacing else None,
+        align=writing.align,
+        fit=writing.fit,
+        jitter=writing.jitter,
+    )
+    fast, factor = _speed(writing.speed)
+    return WritingTask(
+        hand,
+        layout,
+        seed_of(writing.seed),
+        writing.kinematics,
+        factor,
+        fast,
+        sheet.pages,
+        writing.fallback,
+        writing.slips,
+        _pen_hand(picture.pen, hand),
+        picture.ink is not None,
+    )
+
+
+def on_lined_paper(
+    task: WritingTask, writing: WritingOptions, sheet: SheetOptions, picture: PictureOptions
+) -> WritingTask:
+    """The task with its lines on those of the paper."""
+    paper = lined_paper(task.layout, task.hand, writing, sheet, picture)
+    return replace(task, layout=paper.layout, paper=paper)
+
+
+def margins(text: str | None, width: float, height: float) -> tuple[float, float, float, float]:
+    """(top, right, bottom, left) in mm from one, two or four lengths; default: a tenth of the short side."""
+    if text is None:
+        margin = min(20.0, 0.1 * min(width, height))
+        return (margin,) * 4
+    parts = [units.length(part, "margin") for part in text.split(",")]
+    if len(parts) not in (1, 2, 4):
+        raise InputError(f"margin: {text!r} holds {len(parts)} lengths; give one, two or four.")
+    top, right, bottom, left = (parts * 4)[:4]
+    return (top, right, bottom, left)
+
+
+def seed_of(number: int | None) -> int:
+    """The seed that was asked for, or one by chance."""
+    seed = secrets.randbelow(10**6) if number is None else number
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; use 0 or more.")
+    return seed
+
+
+def _hand(writing: WritingOptions) -> Hand | ScannedHand:
+    """The hand, with the haste that is asked for."""
+    hand = library.find(writing.hand) if isinstance(writing.hand, str) else writing.hand
+    if isinstance(hand, Hand):
+        return hasten(hand, writing.haste)
+    if writing.haste:
+        name = writing.hand if isinstance(writing.hand, str) else hand.name
+        raise InputError(f"haste: {name} is a scanned hand, which is as hurried as it was written; leave --haste out.")
+    return hand
+
+
+def _pen_hand(pen: str | None, hand: Hand | ScannedHand) -> ScannedHand | None:
+    """The scanned hand whose pen is asked for."""
+    if pen is None:
+        return None
+    scanned = pictures.is_scanned(pen)
+    if isinstance(hand, Hand):
+        if scanned:
+            raise InputError(f"pen: {pen} holds scanned ink, which only scanned hands can be written with.")
+        return None
+    if not scanned:
+        raise InputError(
+            f"pen: {hand.name} is a scanned hand, written with its own pen or that of another scanned hand."
+        )
+    return file.load(library.scanned_file(pen))
+
+
+def _speed(speed: str | float) -> tuple[bool, float]:
+    """Whether the writing is as fast as it goes, and the factor of its pace."""
+    if speed in ("human", "fast"):
+        return speed == "fast", 1.0
+    try:
+        return False, float(speed)
+    except ValueError:
+        raise InputError(f"speed: {speed!r} is neither human, fast, nor a factor such as 1.5.") from None
+
+
+def draw_pages(
+    text: str,
+    task: WritingTask,
+    layout: Layout | None = None,
+    row: int | None = None,
+    wanted: frozenset[str] = INK,
+    tell: Tell = silent,
+) -> tuple[list[Manuscript], list[Drawing]]:
+    """The pages of a text as manuscripts and as drawings.
+
+    Parameters
+    ----------
+    layout : that of the task, if None.
+    row : of a batch, each of which varies in its own way.
+    wanted : of a scanned hand, its `INK` or its `STROKES` or both.
+    """
+    tell(0.0, "setting the text")
+    task, sheets = set_pages(text, task, layout, row)
+    pages = list(sheets)
+    about = {"title": title(text), "pages": len(pages)} | ({} if row is None else {"row": row})
+    drawings = []
+    for number, sheet in enumerate(pages, 1):
+        tell(_SET + (1 - _SET) * (number - 1) / len(pages), f"writing {number}/{len(pages)}")
+        drawings.append(draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, wanted))
+    return [sheet.manuscript for sheet in pages], drawings
+
+
+def set_pages(
+    text: str, task: WritingTask, layout: Layout | None = None, row: int | None = None
+) -> tuple[WritingTask, Iterator[Sheet]]:
+    """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
+    rng = np.random.default_rng([task.seed] if row is None else [task.seed, row])
+    task, borrowed = complete(text, task)
+    sheets = each_page(
+        text, task.hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
+    )
+    borrowed = borrowed if row is None else [{"row": row, **letter} for letter in borrowed]
+    return task, (_with_borrowed(sheet, borrowed) for sheet in sheets) if borrowed else sheets
+
+
+def complete(text: str, task: WritingTask) -> tuple[WritingTask, list[Facts]]:
+    """The task with a hand that has every letter of a text, as far as it may be lent some; and those that were."""
+    if isinstance(task.hand, Hand):
+        needed = texts.borrowed(texts.normalise(text), repertoire(task.hand)) if task.fallback else []
+        return task, [letter_facts(letter) for letter in needed]
+    from handout.inking.lending import lend
+
+    hand, lent = lend(task.hand, text, fallback=task.fallback, seed=task.seed)
+    return replace(task, hand=hand), [letter_facts(letter) for letter in lent]
+
+
+def letter_facts(letter: texts.Borrowed) -> Facts:
+    """What `--json` prints of a letter that the hand lacked."""
+    count = len(letter.at)
+    return {"letter": letter.letter, "from": letter.source, "own": letter.own, "count": count, "at": list(letter.at)}
+
+
+def _with_borrowed(sheet: Sheet, borrowed: Sequence[Facts]) -> Sheet:
+    about = {**sheet.manuscript.about, "borrowed": borrowed}
+    return sheet._replace(manuscript=replace(sheet.manuscript, about=about))
+
+
+def title(text: str) -> str:
+    """The beginning of a text, by which its pages are known."""
+    return " ".join(text.split())[:60]
+
+
+def draw(
+    page: Manuscript,
+    task: WritingTask,
+    rng: np.random.Generator,
+    about: Mapping[str, Any],
+    wanted: frozenset[str] = INK,
+) -> Drawing:
+    """A page as timed strokes, or as scanned ink, with what is stored in every output; `wanted` as in `draw_pages`."""
+    drawing = Drawing((), page.page, {})
+    if isinstance(task.hand, Hand) or wanted & STROKES:
+        speed = task.speed * (_HURRIED if task.fast else 1.0)
+        drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
+        drawing = _in_colour(drawing, task)
+    if not isinstance(task.hand, Hand) and wanted & INK:
+        from handout.inking.scanned import drawn
+
+        drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
+    return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})
+
+
+def _in_colour(drawing: Drawing, task: WritingTask) -> Drawing:
+    """A drawing in the colour of ink that is asked for, where that is not the hand's own."""
+    if not (task.coloured or task.pen_hand):
+        return drawing
+    # without a colour of their own, strokes have that of the pen that pictures are drawn with
+    colour = ink_colours(task.pen_hand).colours[0] if task.pen_hand and not task.coloured else ""
+    return replace(drawing, strokes=tuple(replace(stroke, colour=colour) for stroke in drawing.strokes))
+
+
+def not_followed(task: WritingTask, picture: PictureOptions, ink_shown: bool) -> list[str]:
+    """Notes on options that a scanned hand does not follow; `ink_shown`: whether its scanned ink itself is shown."""
+    if isinstance(task.hand, Hand):
+        return []
+    name = task.hand.name
+    notes = [f"--pen-width: lines are as wide as on the pages of {name}."] if picture.pen_width is not None else []
+    if picture.ink is not None and ink_shown:
+        notes.append(
+            f"--ink: the ink of {name} stays as it was scanned in PNG and PDF files; strokes, as in SVG, have that "
+            "colour. --pen FILE.hand lends another pen."
+        )
+    return notes

@@ -1,0 +1,238 @@
+"""Address tables as people have them: CSV of any delimiter and encoding, workbooks, address books, with any header."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import overload
+
+from handout.errors import TableError
+from handout.printing import address_rows, rows
+from handout.printing.address_rows import Account
+from handout.printing.column_names import KINDS, normalised
+from handout.printing.columns import (
+    LABEL,
+    Assignment,
+    Column,
+    addressable,
+    assign,
+    columns,
+    names_any,
+    read_assignments,
+    understood,
+)
+from handout.printing.rows import Row
+from handout.printing.table_files import Record, Sheet, header_candidates, read_sheet
+
+Facts = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Addresses(Sequence[Row]):
+    """The rows of a table, and how it was read.
+
+    used : header of a column → its role; unused : headers of the columns of which nothing is written; notes : what
+    has to be said of the table as a whole, each a phrase.
+    """
+
+    rows: tuple[Row, ...]
+    used: tuple[tuple[str, str], ...] = ()
+    unused: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    @overload
+    def __getitem__(self, at: int) -> Row: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Row, ...]: ...
+
+    def __getitem__(self, at: int | slice) -> Row | tuple[Row, ...]:
+        return self.rows[at]
+
+    def facts(self) -> Facts:
+        """What `--json` prints of it."""
+        return {
+            "used": [{"column": header, "as": role} for header, role in self.used],
+            "unused": list(self.unused),
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A sheet whose columns are known; `header` is the row of their names, 0 if there is none."""
+
+    path: Path
+    sheet: Sheet
+    header: int
+    columns: Sequence[Column]
+    notes: tuple[str, ...] = ()
+
+
+def read_addresses(path: Path, columns: Sequence[str] = (), address: str = "", nameless: bool = False) -> Addresses:
+    """Read a table of addresses: delimited text (CSV), or an Excel workbook where openpyxl is installed.
+
+    The delimiter (comma, semicolon, tab, stroke), the encoding (a guess is told in the rows' warnings), the header
+    and the meaning of the columns are found out; what is not used is told in the notes.  Blank rows are skipped but
+    counted; a row that cannot be addressed is returned with its `problem`.
+
+    Parameters
+    ----------
+    path : Path
+    columns : sequence of str
+        What columns hold, where the headers do not say it: ``"name=Guest(s)"``, ``"1=name,2=street"``.
+    address : str
+        Which of several addresses of a row is written: ``"home"``, ``"business"``, ``"2"`` …
+    nameless : bool
+        Whether a table without any name may be.
+
+    Raises
+    ------
+    TableError
+        No table, empty, no column that could hold an address, no rows, no names, a quotation mark never closed, two
+        columns for one thing that differ.
+    InputError
+        `columns` names what the table does not have.
+    """
+    assignments = read_assignments(columns)
+    table = _with_header(path, read_sheet(path), assignments)
+    table = replace(table, columns=assign(assignments, table.columns))
+    if not addressable(table.columns):
+        raise TableError(_not_addressable(table))
+    records, notes = _records_below(table)
+    kind = _wanted_kind(address, table.columns)
+    return _addresses(replace(table, notes=(*table.notes, *notes)), records, kind, nameless)
+
+
+def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) -> _Table:
+    """The table with its header found: the row that the user names columns of, the first, or the likeliest."""
+    candidates = header_candidates(sheet.records)
+    if not candidates:
+        raise TableError(f"{path} is empty.")
+    headers = {n: [_one_line(cell) for cell in sheet.records[n - 1].cells] for n in candidates}
+    found = {n: columns(cells) for n, cells in headers.items()}
+    likely = [
+        n for n in candidates if addressable(found[n]) and sum(column.role is not None for column in found[n]) > 1
+    ]
+    named = [n for n in candidates if names_any(assignments, headers[n])]
+    by_place = bool(assignments) and all(assignment.place for assignment in assignments)
+    if by_place and not named and likely[:1] != candidates[:1]:
+        width = max(len(record.cells) for record in sheet.records)
+        note = f"there is no header: row {candidates[0]} is the first address"
+        return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
+    if not named and addressable(found[candidates[0]]):
+        likely = candidates
+    header = (named or likely or candidates)[0]
+    above = [n for n in candidates if n < header]
+    note = f"{rows.named(above)} above the header {'is' if len(above) == 1 else 'are'} not read" if above else ""
+    return _Table(path, sheet, header, found[header], (note,) if note else ())
+
+
+def _one_line(cell: str) -> str:
+    return " ".join(cell.split())
+
+
+def _records_below(table: _Table) -> tuple[list[tuple[int, Record]], list[str]]:
+    """The rows below the header with their numbers, and what has to be said of those that are skipped."""
+    header = [column.header for column in table.columns if column.header]
+    records, repeated = [], []
+    for n, record in enumerate(table.sheet.records, 1):
+        if n <= table.header:
+            continue
+        if table.header and [text for cell in record.cells if (text := _one_line(cell))] == header:
+            repeated.append(n)
+        elif record.filled:
+            records.append((n, record))
+    if not records:
+        where = f"below the header in row {table.header}" if table.header else "in it"
+        raise TableError(f"{table.path}: there are no addresses {where}.")
+    verb = "is" if len(repeated) == 1 else "are"
+    return records, [f"the header comes again in {rows.named(repeated)}, which {verb} skipped"] if repeated else []
+
+
+def _addresses(table: _Table, records: Sequence[tuple[int, Record]], kind: str, nameless: bool) -> Addresses:
+    account = Account()
+    addressed = []
+    for n, record in records:
+        try:
+            row = address_rows.row(n, record.cells, table.columns, kind, account)
+        except TableError as error:
+            raise TableError(f"{table.path}: {error}") from None
+        addressed.append(_with_encoding_warning(row, table.sheet, record))
+    addressed, doubts = address_rows.questioned(addressed, account)
+    if not account.has_names and not nameless and any(row.lines for row in addressed):
+        raise TableError(_nameless(table))
+    cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
+    notes = address_rows.notes(table.columns, cells, account, numbers)
+    filled = {column.number for column in table.columns if address_rows.holds(column, cells)}
+    used = [
+        column
+        for column in table.columns
+        if column.role == LABEL or column.number in account.written or (column.role and column.number not in filled)
+    ]
+    unused = [column for column in table.columns if column not in used and (column.header or column.number in filled)]
+    return Addresses(
+        tuple(addressed),
+        tuple((column.header or f"column {column.number}", str(column.role)) for column in used),
+        tuple(column.header or f"column {column.number}" for column in unused),
+        (*table.sheet.notes, *table.notes, *notes, *doubts),
+    )
+
+
+def _with_encoding_warning(row: Row, sheet: Sheet, record: Record) -> Row:
+    accented = next((word for cell in record.cells for word in cell.split() if not word.isascii()), "")
+    if not (sheet.encoding and accented and sheet.odd & set(record.lines)):
+        return row
+    warning = f"read as {sheet.encoding} because it is not UTF-8: check the accents in {accented!r}"
+    return replace(row, warnings=(*row.warnings, warning))
+
+
+def _wanted_kind(address: str, columns: Sequence[Column]) -> str:
+    """The kind of address that is asked for, as the columns have it.
+
+    Raises
+    ------
+    TableError
+        The table has one address a row, or none of that kind.
+    """
+    if not address:
+        return ""
+    kinds = list(dict.fromkeys(column.kind for column in columns if column.kind))
+    wanted = KINDS.get(normalised(address), normalised(address))
+    if wanted in kinds or any(column.role == LABEL for column in columns):
+        return wanted
+    has = f"has {', '.join(kinds)}" if kinds else "has one address a row"
+    raise TableError(f"address: the table {has}, and no {address!r}.")
+
+
+def _not_addressable(table: _Table) -> str:
+    """Why no address can be read, and the way out."""
+    if not table.header:
+        return f"{table.path}: none of the columns that --columns names holds a street, a place or an address."
+    headers = [column.header for column in table.columns if column.header]
+    named = ", ".join(map(repr, headers)) or "none"
+    where = f"{table.path}: row {table.header} names no column for an address"
+    if any(char.isdigit() for header in headers for char in header):
+        guesses = ("name", "street", "place")[: len(table.columns)]
+        places = ",".join(f"{n}={guess}" for n, guess in enumerate(guesses, 1))
+        return (
+            f"{where}; it looks like an address itself, as if the table had no header: write one above it, or say what "
+            f'the columns hold by their places, such as --columns "{places}".'
+        )
+    return f"{where}; found: {named}; understood: {understood()}; or {address_rows.WAY_OUT}."
+
+
+def _nameless(table: _Table) -> str:
+    unknown = [column for column in table.columns if column.role is None and column.header]
+    told = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+    return (
+        f"{table.path}: no row has a name{told}: say which column holds it, such as --columns "
+        f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
+    )
