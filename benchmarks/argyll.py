@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from handout.colour import cgats, chart_tables
+from handout.colour import cgats, chart_files, conversions
 from handout.colour.patches import Patches
 from handout.values import Array
 
 INVERSES = {"B2A table": "b", "A2B inverted": "if"}  # of a profile, as xicclu calls them
-_LIGHT = chart_tables.srgb_to_xyz(np.eye(3))  # XYZ of red, green and blue at full
+_LIGHT = conversions.xyz_d50(np.eye(3))  # XYZ of red, green and blue at full
 _WHITE = _LIGHT.sum(axis=0)
 _EPSILON, _KAPPA = 216 / 24389, 24389 / 27
 
@@ -34,7 +34,7 @@ def profiled(patches: Patches) -> Iterator[Path]:
     """The profile of a chart, in a folder that goes again."""
     with tempfile.TemporaryDirectory() as folder:
         chart = Path(folder) / "chart"
-        cgats.write(chart.with_suffix(".ti3"), chart_tables.ti3(patches))
+        cgats.write(chart.with_suffix(".ti3"), chart_files.ti3(patches))
         subprocess.run(["colprof", "-qm", chart], check=True, capture_output=True, stdin=subprocess.DEVNULL)
         yield chart.with_suffix(".icc")
 
@@ -47,7 +47,7 @@ def seen(profile: Path, device: Array) -> Array:
 
 def sent(profile: Path, scanned: Array, inverse: str) -> Array:
     """(n, 3) device RGB that gives (n, 3) scanned RGB by one of `INVERSES`."""
-    return _looked_up(profile, [f"-f{INVERSES[inverse]}", "-pl"], _lab(chart_tables.srgb_to_xyz(scanned)))
+    return _looked_up(profile, [f"-f{INVERSES[inverse]}", "-pl"], _lab(conversions.xyz_d50(scanned)))
 
 
 def _lab(xyz: Array) -> Array:

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import argyll
-from handout.colour import applying, convert
+from handout.colour import conversions
 from handout.colour.chart import chart as calibration_chart
-from handout.colour.drawing import render
-from handout.colour.models import METHODS, fit, preparing, splines
+from handout.colour.chart_files import render
+from handout.colour.models import METHODS, fit, splines
 from handout.colour.patches import Patches
 from handout.colour.reading import read
-from handout.colour.reading.opening import Scan
+from handout.colour.reading.scan_files import Scan
 from handout.colour.table import ColourTable, build
 from handout.simulated.printer import Flatbed, Inkjet, Measured
 from handout.values import Array, Raster
@@ -68,7 +68,7 @@ def scanned(printer: Printer, noise: str, rng: np.random.Generator) -> Patches:
 
 def off(one: Array, other: Array) -> str:
     """Mean / 95th percentile / greatest ΔE00 between scanned colours."""
-    away = convert.delta_e(convert.lab(one), convert.lab(other))
+    away = conversions.delta_e(conversions.lab(one), conversions.lab(other))
     return f"{away.mean():6.2f} /{np.percentile(away, 95):6.2f} /{away.max():6.2f}"
 
 
@@ -144,13 +144,13 @@ def cross_validation(folder: Path) -> None:
     scan = scan / 255
     print("real chart, patches kept out: ΔE00 mean / p95")
     for name, x, y, looks in (
-        ("device → scanned", device, scan, convert.lab),
+        ("device → scanned", device, scan, conversions.lab),
         ("scanned → L*a*b*", scan, lab, lambda given: given),
     ):
-        noise = OWN**2 * (1.0 if looks is convert.lab else 100.0**2)
+        noise = OWN**2 * (1.0 if looks is conversions.lab else 100.0**2)
         for method in ("smoothed", "exact thin plates"):
             found = kept_out(x, y, noise, exact=method != "smoothed")
-            away = convert.delta_e(looks(found), looks(y))
+            away = conversions.delta_e(looks(found), looks(y))
             print(f"  {name}, {method:<18} {away.mean():.3f} / {np.percentile(away, 95):.3f}")
     inverted(device, scan)
     if argyll.found():
@@ -177,7 +177,7 @@ def apart(one: Array, other: Array) -> str:
 
 def printer_of(device: Array, scan: Array) -> Printer:
     """A real chart as a printer: an exact spline through all its patches, repeats averaged."""
-    ready = preparing.merged(device, scan, np.ones(len(device)))
+    ready = splines.merged(device, scan, np.ones(len(device)))
     return splines.exact(ready.x, ready.y)
 
 
@@ -212,7 +212,7 @@ def kept_out(x: Array, y: Array, variance: float, exact: bool) -> Array:
     out = np.empty_like(y)
     for number in range(FOLDS):
         known = fold != number
-        ready = preparing.merged(x[known], y[known], np.full(int(known.sum()), variance))
+        ready = splines.merged(x[known], y[known], np.full(int(known.sum()), variance))
         if exact:
             made = splines.exact(ready.x, ready.y)
         else:
@@ -235,9 +235,9 @@ def speed(printer: Printer) -> None:
     page = np.rint(255 * (1 - cover * (1 - raster.rgba[..., :3]))).astype(np.uint8)
     print("milliseconds of the processor for a megapixel of handwriting")
     took = {
-        "apply, 6 % inked": best(lambda: applying.apply(raster, table)),
-        "apply_page, 6 % inked": best(lambda: applying.apply_page(page, table)),
-        "apply_page, all inked": best(lambda: applying.apply_page(np.minimum(page, 254), table)),
+        "apply, 6 % inked": best(lambda: table.apply(raster, table)),
+        "apply_page, 6 % inked": best(lambda: table.apply_page(page, table)),
+        "apply_page, all inked": best(lambda: table.apply_page(np.minimum(page, 254), table)),
         "LittleCMS, the same workload": best(little_cms(page)),
     }
     least = took["LittleCMS, the same workload"]

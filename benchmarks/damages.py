@@ -19,8 +19,8 @@ import numpy as np
 from benchmarks import faults
 from benchmarks.faults import MACHINES, Desk, Endless, Extent, Machine, Run, profile_of
 from handout.errors import HandoutError
-from handout.plotting.driving.driver import meet
-from handout.simulated.plotter.inked import SLACK
+from handout.plotting.driving.driver import connect
+from handout.simulated.plotter.ink_comparison import SLACK
 from handout.simulated.plotter.options import Options as Simulated
 from handout.values import Drawing
 
@@ -75,7 +75,7 @@ def one(machine: Machine, kind: str, seed: int) -> Run:
 def answers(machine: Machine) -> int:
     """Bytes that a machine says while it is met."""
     desk = Desk(profile_of(machine), Simulated(**dict(machine.options)))
-    meet(desk, desk.profile, lambda _: None)
+    connect(desk, desk.profile, lambda _: None)
     return desk.faults.said
 
 
@@ -85,7 +85,7 @@ def met(machine: Machine, kind: str, at: int, value: int) -> str:
     desk = Desk(profile_of(machine), options)
     desk.until = HELD
     try:
-        meet(desk, desk.profile, lambda _: None)
+        connect(desk, desk.profile, lambda _: None)
     except HandoutError as error:  # settings that came over wrong can be such that no page fits
         return str(error)
     except Endless:

@@ -31,9 +31,8 @@ from handout.errors import DeviceError
 from handout.plotting.jobs import runner, store
 from handout.profiles import Plotter
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.faults import Faults
-from handout.simulated.plotter.inked import SLACK, Inked, compare
-from handout.simulated.plotter.options import BYTE_FAULTS
+from handout.simulated.plotter.ink_comparison import SLACK, InkComparison, compare
+from handout.simulated.plotter.options import BYTE_FAULTS, Faults
 from handout.simulated.plotter.options import Options as Simulated
 from handout.simulated.plotter.port import Clock
 from handout.values import Drawing
@@ -154,7 +153,7 @@ class Run:
     where: str = ""
     stops: list[str] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
-    inked: Inked | None = None
+    inked: InkComparison | None = None
     finished: bool = False
     endless: bool = False
 

@@ -22,16 +22,15 @@ from numpy.typing import NDArray
 
 from benchmarks.parts import DPI, LUMA
 from handout.hand import file, library
-from handout.hand.pictures import on_paper
 from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
-from handout.scanning.belonging import owners
-from handout.scanning.page import Scan
-from handout.scanning.reading import WrittenPage, read_page
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import line_owners
+from handout.scanning.written_page import WrittenPage, read_page
 from handout.score.measured import MeasuredLine, measure_lines
 from handout.score.pages import read_page as read_grey
 from handout.score.repetition import repetition
-from handout.tagging.align import frames
-from handout.tagging.making import make_page, read_hand, with_lines
+from handout.tagging.line_space import frames
+from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
 
 AROUND = 0.5  # mm of paper that go with the ink of a line
 
@@ -98,7 +97,7 @@ def hand_without(author: Author, fold: int) -> ScannedHand:
         return only(author.whole, kept)
     scan, text = without(author, fold)
     rng = np.random.default_rng((7, fold))
-    return read_hand(f"{author.path.stem}-{fold}", [make_page(read_page(scan), text, rng=rng)])
+    return hand_of_pages(f"{author.path.stem}-{fold}", [tag_page(read_page(scan), text, rng=rng)])
 
 
 def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
@@ -116,9 +115,11 @@ def only(hand: ScannedHand, kept: Sequence[int]) -> ScannedHand:
 def without(author: Author, fold: int) -> tuple[Scan, str]:
     """The scan and the text of the page without its kept-out lines."""
     text = "\n".join(author.text)
-    written = with_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
-    if len(written.rules.lines) != len(author.text):
-        raise ValueError(f"{author.name}: the scan has {len(written.rules.lines)} lines, its text {len(author.text)}")
+    written = with_transcript_lines(read_page(author.path, dpi=DPI), text, np.random.default_rng(7))
+    if len(written.text_lines.lines) != len(author.text):
+        raise ValueError(
+            f"{author.name}: the scan has {len(written.text_lines.lines)} lines, its text {len(author.text)}"
+        )
     given = author.given(fold)
     return Scan(closed_up(written, given), DPI, f"{author.name}, half"), "\n".join(author.text[i] for i in given)
 
@@ -126,7 +127,7 @@ def without(author: Author, fold: int) -> tuple[Scan, str]:
 def closed_up(written: WrittenPage, given: list[int]) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: the given lines on the page's own paper, the k-th of them in the place of the page's k-th."""
     lines = frames(written)
-    owner = _around(owners(written.mask.ink, lines), written.scan.pixels(AROUND))
+    owner = _around(line_owners(written.mask.ink, lines), written.scan.pixels(AROUND))
     picture = written.matte.paper.copy()
     height = picture.shape[0]
     for place, number in enumerate(given):
@@ -141,7 +142,7 @@ def closed_up(written: WrittenPage, given: list[int]) -> NDArray[np.uint8]:
 def _on_white(page: ScannedPage) -> NDArray[np.uint8]:
     """(h, w) uint8: luma of a page's ink on white."""
     white = replace(page, paper=np.full((1, 1, 3), 255, dtype=np.uint8))
-    return np.asarray(np.rint(on_paper(white) @ LUMA), dtype=np.uint8)
+    return np.asarray(np.rint(white.on_paper() @ LUMA), dtype=np.uint8)
 
 
 def _around(owner: NDArray[np.int16], reach: float) -> NDArray[np.int16]:

@@ -15,11 +15,12 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks.haines_2016 import by_chain
 from benchmarks.reading import HANDS, PENS, written
-from handout.scanning.reading import WrittenPage
+from handout.scanning.written_page import WrittenPage
 from handout.simulated.author import reread
 from handout.simulated.author.truth import Simulated
-from handout.tagging.making import make_page
+from handout.tagging.page_tagging import tag_page
 
 RESOLUTIONS = (300, 600)
 LETTERS, SPLITS = 0.97, 0.95  # goals
@@ -34,7 +35,7 @@ def read(simulated: Simulated, method: str = "cut") -> tuple[WrittenPage, float]
 def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str = "segments") -> str:
     """A line of the table; ! marks what misses its goal."""
     begin = time.process_time()
-    made = make_page(page[0], reread.transcript(simulated), rng=np.random.default_rng(1), method=method)
+    made = tag_page(page[0], reread.transcript(simulated), rng=np.random.default_rng(1), method=method)
     seconds = time.process_time() - begin
     score = reread.score(simulated.truth, made)
     split = score.splits
@@ -70,7 +71,7 @@ def steps(pen: str) -> None:
     page, name = read(simulated), f"{RESOLUTIONS[0]} {pen}"
     print(row(f"{name} all steps", simulated, page), flush=True)
     print(row(f"{name} no self-training", simulated, page, "segments-once"), flush=True)
-    print(row(f"{name} chain haines_2016", simulated, page, "haines_2016"), flush=True)
+    print(row(f"{name} chain haines_2016", simulated, page, by_chain), flush=True)
     for change, method, changed in ablations():
         with changed:
             page = read(simulated, method)

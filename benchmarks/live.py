@@ -8,8 +8,8 @@ can be had at best.
 
 Thirty runs with raised priority (GRBL, EBB 2.8.1 and 3.0.2; disk slower by 0, 0.3 and 1 s, with and without a program
 that spins): no rest in any; r .9984 to .9992, as on the virtual clock (.9988, .9992); up to 68 mm not secured with a
-disk that takes 1 s.  Where the disk is waited for within strokes, as with `Securing` without a clock: 69 rests, 7.5 s,
-r .36 (GRBL, 0.3 s), 50 rests, 10.7 s, r .29 (EBB 2.8.1, 0.3 s) and 50, 45.9 s, r .29 (1 s).
+disk that takes 1 s.  Where the disk is waited for within strokes, as with `OverlapGuard` without a clock: 69 rests,
+7.5 s, r .36 (GRBL, 0.3 s), 50 rests, 10.7 s, r .29 (EBB 2.8.1, 0.3 s) and 50, 45.9 s, r .29 (1 s).
 """
 
 from __future__ import annotations

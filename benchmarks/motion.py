@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion import lognormal, optimal_control, sigma_lognormal
-from handout.motion.lognormal import REACH
+from handout.motion import optimal_control, sigma_lognormal
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.sigma_lognormal_model import REACH
 from handout.motion.tracker import mean
 from handout.values import ActionPlan
 

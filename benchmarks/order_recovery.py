@@ -31,24 +31,21 @@ from handout.errors import InputError
 from handout.hand import library
 from handout.hand.letter_classes import X_HEIGHT
 from handout.hand.scanned import ScannedHand
-from handout.motion.recovery import letters, pages, scribe
-from handout.motion.recovery.letters import write
-from handout.motion.recovery.lines import Line as LetterLine
-from handout.motion.recovery.lines import Way, Written
-from handout.motion.recovery.models import HANDS
-from handout.motion.recovery.network import network
-from handout.motion.recovery.prices import Costs
-from handout.motion.recovery.walks import walks
+from handout.motion.recovery import pen_paths, stroke_order
+from handout.motion.recovery.letter_forms import HANDS
+from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes
+from handout.motion.recovery.letter_tracing import trace_letter
+from handout.motion.recovery.network import CostWeights, Ends, build_network, chain_vertices
+from handout.motion.recovery.traversal import beam_search
 from handout.page_sizes import page
-from handout.scanning.reading import read_page
+from handout.scanning.written_page import read_page
 from handout.simulated.author import reread
-from handout.simulated.author.simulate import simulate
-from handout.tagging.making import make_page, read_hand
+from handout.simulated.author.simulate import Desk, simulate
+from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
 from handout.writing.layout import Layout
 from handout.writing.scanned.bending import unbent
-from handout.writing.scanned.manner import manner
-from handout.writing.scanned.setting import set_line
+from handout.writing.scanned.layout_model import layout_model, set_line
 
 TEXT = (
     "Dear Max, the parcel came on Tuesday, quite dry in spite of the rain. Both jars were whole! We have put six of "
@@ -64,28 +61,28 @@ KEPT_OUT = (
     "hot, although the night itself felt quite lovely. Please excuse my haste, I just caught the ferry. Yours, Alfred "
     "Vaughan"
 )
-_STRAIGHT = Costs(against=0.0, jump=0.05)
-Recover = Callable[[LetterLine, str, tuple[str, ...]], Written]
+_STRAIGHT = CostWeights(against=0.0, jump=0.05)
+Recover = Callable[[LetterLine, str, tuple[str, ...]], LetterStrokes]
 
 
-def ours(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+def ours(line: LetterLine, letter: str, hands: tuple[str, ...]) -> LetterStrokes:
     """As the product does it."""
-    return write(line, letter, hands=hands)
+    return trace_letter(line, letter, hands=hands)
 
 
-def without_forms(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+def without_forms(line: LetterLine, letter: str, hands: tuple[str, ...]) -> LetterStrokes:
     """Only what movements cost."""
-    return write(line, letter, hands=())
+    return trace_letter(line, letter, hands=())
 
 
-def left_to_right(line: LetterLine, letter: str, hands: tuple[str, ...]) -> Written:
+def left_to_right(line: LetterLine, letter: str, hands: tuple[str, ...]) -> LetterStrokes:
     """From the leftmost end by the straightest way on; what is left over next, from its leftmost end."""
-    net = network(line.xy, line.radius, line.density, line.edges)
-    tips = [end for end, knot in enumerate(net.knot.tolist()) if len(net.at[knot]) == 1] or list(range(len(net.knot)))
-    first = min(tips, key=lambda end: float(net.place(end)[0]))
-    (walk,) = walks(net, line.small, begin=(first,), costs=_STRAIGHT, most=1, width=1)
-    strokes = tuple(letters.vertices(net, stroke) for stroke in walk.strokes)
-    return Written(strokes, (False,) * len(strokes))
+    net = build_network(line.xy, line.radius, line.density, line.edges)
+    ends = range(len(net.node))
+    first = min([end for end in ends if net.is_loose(end)] or ends, key=lambda end: float(net.position(end)[0]))
+    (only,) = beam_search(net, line.x_height, Ends((first,)), weights=_STRAIGHT, most=1, width=1)
+    strokes = tuple(chain_vertices(net, stroke) for stroke in only.strokes)
+    return LetterStrokes(strokes, (False,) * len(strokes))
 
 
 METHODS: dict[str, Recover] = {"ours": ours, "no forms": without_forms, "left to right": left_to_right}
@@ -93,7 +90,7 @@ METHODS: dict[str, Recover] = {"ours": ours, "no forms": without_forms, "left to
 
 def as_written(hand: ScannedHand) -> Manuscript:
     """The first page of a hand, every glyph where it was written."""
-    known, scan, lines, word = manner(hand), hand.pages[0], dict[int, list[int]](), -1
+    known, scan, lines, word = layout_model(hand), hand.pages[0], dict[int, list[int]](), -1
     for number, glyph in enumerate(hand.glyphs):
         if glyph.page == 0:
             lines.setdefault(glyph.line, []).append(number)
@@ -114,22 +111,24 @@ def as_written(hand: ScannedHand) -> Manuscript:
 
 
 def traced(hand: ScannedHand, recover: Recover, hands: tuple[str, ...] = HANDS, late: str = "") -> list[Array]:
-    """The paths of a hand's own first page; `late` as in `paths`."""
-    scribe.scribe_of.cache_clear()
+    """The paths of a hand's own first page; `late` as in `pen_paths`."""
+    stroke_order.stroke_order_model.cache_clear()
     if recover is ours:
         return _traced(hand, hands, late)
 
-    def only(line: LetterLine, letter: str, hands: tuple[str, ...], **_: float) -> list[Way]:
+    def only(line: LetterLine, letter: str, hands: tuple[str, ...], **_: float) -> list[Candidate]:
         found = recover(line, letter, hands)
-        return [Way(found.strokes, 0.0, lambda: (found.late, found.bars or found.late))]
+        return [Candidate(found.strokes, 0.0, lambda: (found.delayed, found.bars or found.delayed))]
 
-    with patch.object(scribe, "ways", only):
+    with patch.object(stroke_order, "candidates", only):
         return _traced(hand, hands, late)
 
 
 def _traced(hand: ScannedHand, hands: tuple[str, ...], late: str) -> list[Array]:
     return [
-        path.xy for line in as_written(hand).lines for path in pages.paths(line.placed, hand, hands, late_after=late)
+        path.xy
+        for line in as_written(hand).lines
+        for path in pen_paths.pen_paths(line.placed, hand, hands, late_after=late)
     ]
 
 
@@ -137,10 +136,10 @@ def simulated(name: str, *, kept_out: bool = False) -> tuple[ScannedHand, list[A
     """A hand read from a page that `name` wrote, and the true strokes, mm on the scan, with their words."""
     layout = Layout(page("A5"), x_height=2.5)
     text, writing, reading = (KEPT_OUT, 29, 7) if kept_out else (TEXT, 11, 1)
-    made = simulate(text, library.load(name), rng=np.random.default_rng(writing), layout=layout)
-    found = make_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(reading))
+    made = simulate(text, library.load(name), Desk(layout=layout), rng=np.random.default_rng(writing))
+    found = tag_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(reading))
     true = [path.xy * made.truth.pixel for path in made.truth.paths]
-    return read_hand(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
+    return hand_of_pages(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
 
 
 def judged(
@@ -175,14 +174,14 @@ def recorded_words(folder: Path) -> dict[str, Tally]:
     for some in recorded.writers(recorded.words(folder)):
         strokes, of = recorded.sheet(some)
         try:
-            made = make_page(
+            made = tag_page(
                 read_page(recorded.inked(strokes)), "\n".join(r.text for r in some), rng=np.random.default_rng(1)
             )
         except InputError as error:
             print(f"  writer {some[0].source[:3]}: {len(some)} rows were not read: {error}")
             continue
         words = [100 * row + word for row, r in enumerate(some) for word in split(strokes, of, row, r.text)]
-        for name, result in judged(read_hand("recorded", [made]), strokes, words).items():
+        for name, result in judged(hand_of_pages("recorded", [made]), strokes, words).items():
             found[name] += result
     return found
 

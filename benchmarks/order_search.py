@@ -1,15 +1,15 @@
 """A random search for the constants of the recovery of writing order, with a fixed budget.
 
-Those of `walks.Costs` and of `likeness` were found by such a search, on fewer sets; those of forms that few people
-write by one over ways that had been found before; `guide` and `loops` by hand.  The whole budget of this one has not
-been run since.
+Those of `network.CostWeights` and of matching were found by such a search, on fewer sets; those of forms that few
+people write by one over ways that had been found before; those of guides and loops by hand.  The whole budget of this
+one has not been run since.
 
-Every try multiplies a few of the constants below, those of `walks.Costs` and those by which ways over a letter are
-compared with forms, by random factors near 1 and measures again; what is better is kept and changed further.  Measured
-are simulated pages of the three built-in hands and every second one of the recorded letters of HANDOUT_DATA; without
-that, the pages alone.  What is maximised is the mean, over these sets, of the share of strokes found and right and of
-words all right.  The other half of the letters, other texts and recorded words take no part: they are for judging what
-was found, once.
+Every try multiplies a few of the weights, those of `network.CostWeights` and those of `letter_forms.FormWeights` by
+which ways over a letter are compared with forms, by random factors near 1 and measures again; what is better is kept
+and changed further.  Measured are simulated pages of the three built-in hands and every second one of the recorded
+letters of HANDOUT_DATA; without that, the pages alone.  What is maximised is the mean, over these sets, of the share of
+strokes found and right and of words all right.  The other half of the letters, other texts and recorded words take no
+part: they are for judging what was found, once.
 
 Run as `python -m benchmarks.order_search [tries] [seed]`; it prints every gain, and at last all constants.  A try takes
 half a minute; the result is for a person to round and write into the modules, where it helps on what took no part.
@@ -30,63 +30,49 @@ from benchmarks import order_recovery, recorded
 from benchmarks.followed import Tally, tally
 from handout.hand import library
 from handout.hand.scanned import ScannedHand
-from handout.motion.recovery import ductus, guide, letters, likeness, loops, models
-from handout.motion.recovery.letters import write
-from handout.motion.recovery.lines import Line, Written
-from handout.motion.recovery.models import HANDS
-from handout.motion.recovery.prices import USUAL
+from handout.motion.recovery import letter_forms
+from handout.motion.recovery.letter_forms import HANDS
+from handout.motion.recovery.letter_line import LetterLine, LetterStrokes
+from handout.motion.recovery.letter_tracing import trace_letter
+from handout.motion.recovery.network import WEIGHTS
 from handout.values import Array
 
 TRIES, SEED = 60, 1
-_CHANGED = 3  # constants that a try changes, at most
+_CHANGED = 3  # weights that a try changes, at most
 _FACTOR = 0.25  # deviation of the logarithm of a factor
-# module, names: constants beside those of `Costs`
-CONSTANTS = (
-    (letters, ("_LIKENESS", "_LOOP", "_SPARED")),
-    (likeness, ("_NEAR", "_FARTHEST", "_AIMED", "_OPEN", "_LIFTED")),
-    (guide, ("_PASSED", "_LEFT_OUT", "_MOST_LEFT_OUT", "_LIFTED")),
-    (models, ("_ONE_HAND",)),
-    (ductus, ("_OTHER", "_RARE")),
-    (loops, ("_ABOVE", "_HIGH")),
+# of the weights of forms those that were searched: see `letter_forms.FormWeights`
+SEARCHED = (
+    *("unlike", "loop", "spared", "near", "farthest", "aimed", "open", "lifted", "passed", "left_out", "most_left_out"),
+    *("guided_lift", "one_hand", "other", "rare", "loop_above", "loop_high"),
 )
 Values = Mapping[str, float]
 Page = tuple[str, ScannedHand, list[Array], list[int]]
 
 
 def usual() -> dict[str, float]:
-    """The constants as they are."""
-    own = {
-        f"{module.__name__.rpartition('.')[2]}.{name}": getattr(module, name)
-        for module, names in CONSTANTS
-        for name in names
-    }
-    return {**{f"Costs.{name}": value for name, value in asdict(USUAL).items()}, **own}
+    """The weights as they are."""
+    of_forms = {f"forms.{name}": value for name, value in asdict(letter_forms.WEIGHTS).items() if name in SEARCHED}
+    return {**{f"costs.{name}": value for name, value in asdict(WEIGHTS).items()}, **of_forms}
 
 
 def measured(values: Values, pages: Sequence[Page], cells: Sequence[recorded.Cell]) -> float:
-    """How good the recovery is with some constants."""
-    costs = replace(USUAL, **{name[6:]: value for name, value in values.items() if name.startswith("Costs.")})
+    """How good the recovery is with some weights."""
+    parts = {
+        part: {name.removeprefix(part): value for name, value in values.items() if name.startswith(part)}
+        for part in ("costs.", "forms.")
+    }
+    weights = replace(WEIGHTS, **parts["costs."])
 
-    def recover(line: Line, letter: str, hands: tuple[str, ...]) -> Written:
-        return write(line, letter, hands=hands, costs=costs, weight=values["letters._LIKENESS"])
+    def recover(line: LetterLine, letter: str, hands: tuple[str, ...]) -> LetterStrokes:
+        return trace_letter(line, letter, hands=hands, weights=weights)
 
-    held = [
-        patch.object(module, name, values[f"{module.__name__.rpartition('.')[2]}.{name}"])
-        for module, names in CONSTANTS
-        for name in names
-    ]
-    for one in held:
-        one.start()
     # forms keep what they cost
-    models._models.cache_clear()
-    ductus.ways.cache_clear()
-    try:
+    for cached in (letter_forms._forms, letter_forms._form, letter_forms.ductus):
+        cached.cache_clear()
+    with patch.object(letter_forms, "WEIGHTS", replace(letter_forms.WEIGHTS, **parts["forms."])):
         found = [_page(page, recover) for page in pages]
         if cells:
             found.append(_letters(cells, recover))
-    finally:
-        for one in held:
-            one.stop()
     return float(np.mean([(one.right / one.strokes + one.good / one.words) / 2 for one in found]))
 
 

@@ -18,23 +18,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.hand.scanned import ScannedHand
-from handout.inking.layer import Layer
+from handout.inking.layers import Layer
+from handout.inking.pen_replacement import drawn
 from handout.inking.plain import flatten
-from handout.inking.scanned import drawn
 from handout.values import Array, Indices, LineGraph, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout.writing.scanned.bending import Bend, Spread, bend
-from handout.writing.scanned.choosing import Used, choose
+from handout.writing.scanned.candidates import TargetLetter, check_letters, substitute_letter
+from handout.writing.scanned.choice_costs import WEIGHTS, UsageHistory
+from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.forms import Form
-from handout.writing.scanned.manner import Manner
-from handout.writing.scanned.spacing import Spacing
-from handout.writing.scanned.stock import Stock
-from handout.writing.scanned.wanted import Wanted, check, stand_in
+from handout.writing.scanned.glyph_index import GlyphIndex
+from handout.writing.scanned.layout_model import LayoutModel
+from handout.writing.scanned.spacing import SpacingModel
 
 DPI = 300.0
 LUMA = np.array([0.299, 0.587, 0.114])
-_SCRIBE, _SETTING, _MEETING = (f"handout.writing.scanned.{room}" for room in ("scribe", "setting", "meeting"))
+_WRITER, _LAYOUT = (f"handout.writing.scanned.{room}" for room in ("line_writer", "layout_model"))
+_WEIGHTS = "handout.writing.scanned.choice_costs.WEIGHTS"
 _WIDE, _BORDER = 1.6, 15.0  # of the longest line, and mm: no line of the text may be broken
 
 Grey = NDArray[np.uint8]
@@ -80,20 +82,20 @@ def manuscripts(
     ligatures : without them bodies alone are written.
     bending : without it glyphs are as they were on the page; the paper has none.
     """
-    blind = [name for name, seen in (("_FIT", fit), ("_UNLIKE", likeness)) if not seen]
+    blind = [name for name, seen in (("fit", fit), ("unlike", likeness)) if not seen]
     parts = {
         "choose": any_glyphs if choice == "random" else bool(blind) and partial(blindly, blind=blind),
         "gaps": spacing == "constant" and constant_gaps,
-        "settled": spacing == "constant" and constant_still,
+        "resolve_collisions": spacing == "constant" and constant_still,
         "heights": heights == "source" and source_heights,
         "set_line": not ligatures and bodies_alone,
     }
     with ExitStack() as stack:
         for name, instead in parts.items():
             if instead:
-                stack.enter_context(patch(f"{_SCRIBE}.{name}", instead))
+                stack.enter_context(patch(f"{_WRITER}.{name}", instead))
         if not bending:
-            stack.enter_context(patch(f"{_SETTING}.bend", stiff))
+            stack.enter_context(patch(f"{_LAYOUT}.bend", stiff))
         return compose(text, hand, own_size(hand, text, variation), np.random.default_rng(seed))
 
 
@@ -114,39 +116,38 @@ def own_size(hand: ScannedHand, text: str, variation: float = 1.0) -> Layout:
 
 
 def any_glyphs(
-    stock: Stock,
-    wanted: Sequence[Wanted],
+    stock: GlyphIndex,
+    wanted: Sequence[TargetLetter],
     rng: np.random.Generator,
     *,
     variation: float = 1.0,
-    used: Used | None = None,
+    history: UsageHistory | None = None,
 ) -> Indices:
     """(n,) Random selection: of every letter any glyph, as likely as any other.  See `choosing.choose`."""
-    check(stock, wanted)
-    return np.array([rng.choice(stock.of(stand_in(stock, one.letter))) for one in wanted], dtype=np.intp)
+    check_letters(stock, wanted)
+    return np.array([rng.choice(stock.of(substitute_letter(stock, one.letter))) for one in wanted], dtype=np.intp)
 
 
 def blindly(
-    stock: Stock,
-    wanted: Sequence[Wanted],
+    stock: GlyphIndex,
+    wanted: Sequence[TargetLetter],
     rng: np.random.Generator,
     *,
     variation: float = 1.0,
-    used: Used | None = None,
+    history: UsageHistory | None = None,
     blind: Sequence[str],
 ) -> Indices:
-    """(n,) The best glyphs, were some of the costs of `meeting` nothing.  See `choosing.choose`."""
+    """(n,) The best glyphs, were some of the weights of `choice_costs` nothing.  See `choosing.choose`."""
     with ExitStack() as stack:
-        for name in blind:
-            stack.enter_context(patch(f"{_MEETING}.{name}", 0.0))
+        stack.enter_context(patch(_WEIGHTS, replace(WEIGHTS, **dict.fromkeys(blind, 0.0))))
         # a stock keeps the costs that it has worked out: this one is asked only here
-        return choose(replace(stock), wanted, rng, variation=variation, used=used)
+        return choose(replace(stock), wanted, rng, variation=variation, history=history)
 
 
 def constant_gaps(
-    manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+    manner: LayoutModel, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
 ) -> Array:
-    """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `setting.gaps`.
+    """(n − 1,) Distances of centres with which all bodies of a word are equally far apart.  See `layout_model.gaps`.
 
     The two gaps, within words and between them, are the middle ones of the hand's own pages.
     """
@@ -154,21 +155,21 @@ def constant_gaps(
     bounds, x = _bounds(manner), manner.forms.centre[:, 0]
     usual = []
     for between in (False, True):
-        first, second = manner.beside.pairs(between).T
+        first, second = manner.neighbours.pairs(between).T
         found = x[second] + bounds[second, 0] - x[first] - bounds[first, 1]
         usual.append(float(np.median(found)) if len(found) else 0.05 + 0.25 * between)
     return np.asarray(np.take(usual, parted.astype(np.intp)) + bounds[glyphs[:-1], 1] - bounds[glyphs[1:], 0])
 
 
 def constant_still(
-    spacing: Spacing,
+    spacing: SpacingModel,
     numbers: Indices,
     new_word: NDArray[np.bool_],
     apart: Array,
     y: Array,
     bends: Sequence[Bend],
 ) -> Array:
-    """(n − 1,) The same gaps between the bounds of bodies that are bent.  See `settling.settled`."""
+    """(n − 1,) The same gaps between the bounds of bodies that are bent.  See `layout_model.resolve_collisions`."""
     forms = [spacing.forms[int(number)] for number in numbers]
     bent = [_ends(bend(form.xy), form.radius) for form, bend in zip(forms, bends, strict=True)]
     wider = np.array(bent) - [_ends(form.xy, form.radius) for form in forms]
@@ -176,14 +177,14 @@ def constant_still(
 
 
 def source_heights(
-    manner: Manner, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
+    manner: LayoutModel, numbers: ArrayLike, new_word: ArrayLike, rng: np.random.Generator, variation: float = 1.0
 ) -> Array:
     """(n,) Heights of centres as they were in the source.  See `setting.heights`."""
     return np.asarray(manner.forms.centre[np.asarray(numbers, dtype=np.intp), 1])
 
 
 def bodies_alone(
-    manner: Manner,
+    manner: LayoutModel,
     numbers: ArrayLike,
     x: ArrayLike,
     y: ArrayLike,
@@ -211,7 +212,7 @@ def over(a: Layer, b: Layer, *, gradient: float = 0.0) -> tuple[Layer, Layer]:
     return a, b
 
 
-def _bounds(manner: Manner) -> Array:
+def _bounds(manner: LayoutModel) -> Array:
     """(n, 2) How far the body of each glyph reaches left (negative) and right of its centre."""
     forms = (manner.forms[number] for number in range(len(manner.forms)))
     return np.array([_ends(form.xy, form.radius) for form in forms])

@@ -18,7 +18,8 @@ from handout import profiles
 from handout.plotting import Plan, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import OVERLAP, Report
+from handout.plotting.driving.driver import Report
+from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.planning import lookahead
 from handout.plotting.planning.blocks import Move
 from handout.plotting.planning.plan import Order

@@ -21,10 +21,10 @@ import numpy as np
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.scanning.page import Scan
-from handout.scanning.reading import WrittenPage, read_page
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import WrittenPage, read_page
 from handout.simulated.author import judge
-from handout.simulated.author.simulate import simulate
+from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.author.truth import Simulated
 from handout.writing.layout import Layout
 
@@ -38,7 +38,7 @@ PENCIL, PATH, RECOMPOSED = 0.80, 0.97, 1.0
 def written(pen: str, hand: str, dpi: int, seed: int = 5) -> Simulated:
     """A page of A5."""
     layout = Layout(page("A5"), x_height=2.2, fit=True)
-    return simulate(TEXT, load(hand), rng=np.random.default_rng(seed), pen=usual(pen), dpi=dpi, layout=layout)
+    return simulate(TEXT, load(hand), Desk(usual(pen), layout=layout, dpi=dpi), rng=np.random.default_rng(seed))
 
 
 def scores(simulated: Simulated, read: WrittenPage, seconds: float) -> dict[str, float]:
@@ -91,7 +91,8 @@ def ablations() -> Iterator[tuple[str, str, AbstractContextManager[object]]]:
     yield "all steps", "cut", nullcontext()
     yield "no smoothing", "cut", patch("handout.scanning.mask.smooth", lambda ink: ink)
     yield "hysteresis for the cut", "hysteresis", nullcontext()
-    yield "strokes not taken apart", "cut", patch("handout.scanning.linegraph.apart", lambda xy, edges, *_: (xy, edges))
+    whole = patch("handout.scanning.line_graph.separate_strokes", lambda xy, edges, *_: (xy, edges))
+    yield "strokes not taken apart", "cut", whole
 
 
 def main() -> None:

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 
 import handout
+from benchmarks import berio_2017
 from handout.errors import InputError
-from handout.motion.reconstruction import LognormalPlan, berio_2017, from_recording, from_shape, timing
-from handout.motion.reconstruction.pages import sampled
-from handout.motion.reconstruction.trace import extent, resampled, snr
+from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, recording_fit
+from handout.motion.reconstruction.key_points import extent, resampled, snr
+from handout.motion.reconstruction.planned_page import sampled
 from handout.sources import read_drawing
 from handout.values import Array, Stroke
 
@@ -92,12 +93,12 @@ def _timed(strokes: list[Stroke]) -> None:
     each = (time.process_time() - began) / len(strokes)
     speeds, chords = [], []
     for stroke, plan in zip(strokes, plans, strict=True):
-        recording = timing.prepared(stroke.t, stroke.xy)
+        recording = recording_fit.prepared(stroke.t, stroke.xy)
         wanted: Array = np.column_stack([recording.velocity.real, recording.velocity.imag])
         speeds.append(snr(wanted, plan.velocity(recording.t), about_mean=False))
         chords.append(float(np.abs(plan.chords()).max()) / extent(stroke.xy))
     counts = [plan.strokes for plan in plans]
-    enough = np.mean(np.array(speeds) >= timing.ENOUGH)
+    enough = np.mean(np.array(speeds) >= recording_fit.ENOUGH)
     print(
         f"  with its times {_spread(speeds)} dB; {enough:.1%} at 25 dB or more; strokes median {np.median(counts):.0f}"
     )

@@ -15,9 +15,9 @@ import numpy as np
 
 from handout.inking import pens
 from handout.inking.pen import usual
-from handout.scanning.linegraph import find_lines_of_ink
-from handout.scanning.page import Scan
-from handout.scanning.reading import find_ink, prepare
+from handout.scanning.line_graph import find_line_graph
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import find_ink, prepare
 from handout.sources import read_drawing
 from handout.values import Array, Drawing, Indices, LineGraph, Page, Stroke
 
@@ -148,7 +148,7 @@ def cells(recordings: Sequence[Recording]) -> Iterator[Cell]:
         some = recordings[first : first + many]
         placed = [_placed(recording, k) for k, recording in enumerate(some)]
         read = find_ink(prepare(inked([xy for strokes in placed for xy in strokes])))
-        graph = find_lines_of_ink(read.prepared.scan, read.mask, read.density)
+        graph = find_line_graph(read.prepared.scan, read.mask, read.density)
         column, row = (np.rint((graph.xy[:, k] - 22) / _CELL[k]).astype(int) for k in (0, 1))
         for k, (recording, strokes) in enumerate(zip(some, placed, strict=True)):
             own = (column == k % _CELLS[0]) & (row == k // _CELLS[0])

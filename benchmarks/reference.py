@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 
 from handout.calibrating.inks import Inks
 from handout.calibrating.reference import at_dpi
-from handout.colour import convert, gamut
-from handout.colour.applying import apply
+from handout.colour import conversions, gamut
 from handout.colour.chart import chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.colour.ink_match import match
 from handout.colour.models import fit
 from handout.colour.patches import Patches
+from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scan, read
-from handout.colour.strokes import density_of
-from handout.colour.table import build
+from handout.colour.table import apply, build
 from handout.hand.library import find
 from handout.inking import pens
 from handout.inking.pen import rgb, usual
@@ -148,10 +147,10 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     for out in outs:
         sent = apply(out, colours).rgba[0].astype(np.float64)
         printed.append(Inkjet(papers[1]).reflectance(np.rint(255 * (1 - sent[:, 3:] * (1 - sent[:, :3]))) / 255))
-    views = (lambda part: convert.lab(flatbed.see(part)), lambda part: spectra.lab(spectra.xyz(part)))
+    views = (lambda part: conversions.lab(flatbed.see(part)), lambda part: spectra.lab(spectra.xyz(part)))
     if reached.sum() < _LEAST:
         return [[np.nan, np.nan]] * 2
-    return [[float(convert.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
+    return [[float(conversions.delta_e(view(part), view(other))[reached].mean()) for part in printed] for view in views]
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from scipy.signal import find_peaks
 import handout
 from handout.errors import InputError
 from handout.hand import library
-from handout.motion.recovery.pacing import course, curvature, pace
+from handout.motion.timing import curvature, sample_paths, time_paths
 from handout.sources import read_drawing
 from handout.values import Array, Drawing, Stroke
 
@@ -170,7 +170,7 @@ def _speed(movement: Movement) -> tuple[Array, Array]:
 
 
 def _times_of_bends(movement: Movement) -> Array:
-    way = course([np.column_stack([movement.place.real, movement.place.imag])])
+    way = sample_paths([np.column_stack([movement.place.real, movement.place.imag])])
     bends, _ = find_peaks(np.abs(curvature(way)), prominence=_BEND)
     run = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(movement.place)))])
     return np.asarray(np.interp(bends * way.step[0], run, movement.t))
@@ -195,7 +195,7 @@ def _paced_again(drawing: Drawing, characters: int) -> tuple[Profile, float]:
     again, ours, theirs = list[Stroke](), list[Array](), list[Array]()
     for one in movements:
         xy = np.column_stack([one.place.real, one.place.imag])
-        found = pace(course([xy]))
+        found = time_paths(sample_paths([xy]))
         run = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(one.place)))])
         t = np.arange(0.0, found.t[-1], _STEP)
         at = np.interp(t, found.t, found.along)

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from handout.scanning.reading import WrittenPage, read_page
-from handout.tagging.align import METHODS, align
-from handout.tagging.alignment import AlignedLine, Alignment, Letter
+from benchmarks.haines_2016 import by_chain
+from handout.scanning.written_page import WrittenPage, read_page
+from handout.tagging.alignment import METHODS, AlignedLine, Alignment, Letter, align
 from handout.tagging.alphabet import SPACE
 from handout.tagging.transcript import read_transcript
 
@@ -83,9 +83,9 @@ def share(alignment: Alignment, lines: Sequence[str], truth: Mapping[str, Any]) 
 def _variants(page: WrittenPage, lines: list[str]) -> Iterator[tuple[str, Alignment, float]]:
     """Name, alignment and CPU seconds of every way of aligning a page."""
     text = "\n".join(lines)
-    for method in METHODS:
+    for name, method in {**METHODS, "haines_2016": by_chain}.items():
         begin = time.process_time()
-        yield method, align(page, text, method=method, rng=np.random.default_rng(1)), time.process_time() - begin
+        yield name, align(page, text, method=method, rng=np.random.default_rng(1)), time.process_time() - begin
     begin = time.process_time()
     free = align(page, re.sub(r"\s+", " ", text), method="segments-once", rng=np.random.default_rng(1))
     yield "segments-once, line breaks unknown", free, time.process_time() - begin

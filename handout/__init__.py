@@ -16,12 +16,12 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Layout": "handout.writing.layout",
-    "apply": "handout.colour.applying",
+    "apply": "handout.colour.table",
+    "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",
     "each_page": "handout.writing.compose",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
-    "lend": "handout.inking.lending",
     "load": "handout.hand.library",
     "page": "handout.page_sizes",
     "plan": "handout.plotting",

@@ -191,6 +191,7 @@ class Printer(Table, frozen=True):
 
 
 Profile = Plotter | Printer
+KINDS: dict[str, type[Profile]] = {"plotter": Plotter, "printer": Printer}
 
 # key path → (least, greatest); a number outside is an error
 _BOUNDS: dict[str, tuple[float, float]] = {
@@ -219,16 +220,15 @@ def read(path: Path) -> Profile:
         Not TOML, an unknown key, a missing unit, a value out of bounds; the message names file and key.
     """
     table = tables.loaded(path, "a device file", ProfileError)
-    kinds: dict[str, type[Profile]] = {"plotter": Plotter, "printer": Printer}
     kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in kinds:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ProfileError(f'{path}: kind = {kind!r} must be "plotter" or "printer".')
     if "name" in table:
         raise ProfileError(f"{path}: name cannot be set; a machine is called as its file is.")
     if isinstance(pen := table.get("pen"), dict) and pen.get("lift") == "command":
         table["pen"] = {"up": 1.0, "down": 2.0} | pen  # numbers that nobody is told
     try:
-        profile: Profile = tables.converted(table, kinds[kind])
+        profile: Profile = tables.converted(table, KINDS[kind])
         tables.check_bounds(profile, _BOUNDS)
     except ValueError as error:
         raise ProfileError(f"{path}: {error}") from error
@@ -329,19 +329,24 @@ def locate(name: str, kind: str | None = None) -> Path:
     """
     if name.endswith(".toml"):
         return Path(name)
-    known = shipped.files("devices", "*.toml")
-    kinds = [kind] if kind else ["plotter", "printer"]
-    for found in (name, *(f"{k}-{full(name)}" for k in kinds)):
-        if found in known:
-            return known[found]
-    if kind and (other := next((k for k in ("plotter", "printer") if f"{k}-{full(name)}" in known), None)):
-        raise ProfileError(f"{name} is a {other}, not a {kind} (see: handout devices list).")
-    choices = names(kind)
-    wanted = [f"{k}-{name}" for k in kinds if not name.startswith(f"{k}-")] or [name]
-    near = [one for each in wanted for one in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
-    what = kind or "machine"
+    files = shipped.files("devices", "*.toml")
+    kinds = [kind] if kind else list(KINDS)
+    for candidate in (name, *(f"{each}-{full(name)}" for each in kinds)):
+        if candidate in files:
+            return files[candidate]
+    for other in KINDS:
+        if f"{other}-{full(name)}" in files:
+            raise ProfileError(f"{name} is a {other}, not a {kind} (see: handout devices list).")
+    near = _nearest(name, kinds)
     hint = f"; the nearest: {', '.join(near)}" if near else ""
-    raise ProfileError(f"No {what} is called {name!r}{hint} (see: handout devices list).")
+    raise ProfileError(f"No {kind or 'machine'} is called {name!r}{hint} (see: handout devices list).")
+
+
+def _nearest(name: str, kinds: list[str]) -> list[str]:
+    """Names of machines of some kinds that are like one that there is not."""
+    choices = names(kinds[0] if len(kinds) == 1 else None)
+    wanted = [f"{kind}-{name}" for kind in kinds if not name.startswith(f"{kind}-")] or [name]
+    return [near for each in wanted for near in difflib.get_close_matches(each, choices, 3, 0.6)][:3]
 
 
 def find(name: str, kind: str) -> Profile:

@@ -25,11 +25,11 @@ def small_scan(tmp_path_factory):
 
     from handout.hand.library import load
     from handout.page_sizes import page
-    from handout.simulated.author.simulate import simulate
+    from handout.simulated.author.simulate import Desk, simulate
     from handout.writing.layout import Layout
 
     layout = Layout(page("90x50mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.2)
-    made = simulate(WRITTEN, load("house-joined"), rng=np.random.default_rng(5), layout=layout, dpi=300.0)
+    made = simulate(WRITTEN, load("house-joined"), Desk(layout=layout), rng=np.random.default_rng(5))
     folder = tmp_path_factory.mktemp("scan")
     scan, text = folder / "page.png", folder / "page.txt"
     Image.fromarray(made.image).save(scan, dpi=(300, 300))
@@ -42,17 +42,17 @@ def small_page(small_scan):
     """The same page read, and its letters found without learning from it."""
     import numpy as np
 
-    from handout.scanning.reading import read_page
-    from handout.tagging.making import make_page
+    from handout.scanning.written_page import read_page
+    from handout.tagging.page_tagging import tag_page
 
     written = read_page(small_scan.scan)
-    made = make_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
+    made = tag_page(written, small_scan.written, rng=np.random.default_rng(1), method="segments-once")
     return SimpleNamespace(**vars(small_scan), read=written, made=made)
 
 
 @pytest.fixture(scope="session")
 def small_hand(small_page):
     """The hand that it shows."""
-    from handout.tagging.making import read_hand
+    from handout.tagging.page_tagging import hand_of_pages
 
-    return read_hand("small", [small_page.made], "A small hand")
+    return hand_of_pages("small", [small_page.made], "A small hand")

@@ -42,6 +42,7 @@ MAY = {
     "writing": {"hand", "scanning"},
     "motion": {"hand", "writing"},
     "inking": {"hand", "writing", "motion", "scanning"},
+    "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
     "sources": {"sinks"},
     "printing": {"writing", "inking", "sinks", "colour"},
@@ -51,6 +52,7 @@ MAY = {
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
     "pipeline": {
+        "completion",
         "hand",
         "writing",
         "motion",
@@ -71,6 +73,7 @@ MAY = {
     "training": ANY,
     "cli": {
         "pipeline",
+        "completion",
         "hand",
         "writing",
         "motion",

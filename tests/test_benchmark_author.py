@@ -8,9 +8,9 @@ from benchmarks.keeping_out import Author, hand_without, only
 from benchmarks.parts import manuscripts, write
 from handout.hand import file, library
 from handout.hand.scanned import NOBODY
-from handout.writing.scanned.manner import manner
-from handout.writing.scanned.meeting import mismatch
-from handout.writing.scanned.stock import stock
+from handout.writing.scanned.choice_costs import mismatch
+from handout.writing.scanned.glyph_index import index_glyphs
+from handout.writing.scanned.layout_model import layout_model
 
 TEXT = "the other stone in the rain and her hand on the letter then no one said the same to him there"
 WORDS = [len(word) for word in TEXT.split()]
@@ -26,7 +26,7 @@ def hand():
 
 @pytest.fixture(scope="module")
 def forms(hand):
-    return manner(hand).forms
+    return layout_model(hand).forms
 
 
 @pytest.fixture(scope="module")
@@ -57,17 +57,17 @@ def _pairs(numbers):
 
 
 def test_choosing_at_random_takes_other_glyphs_than_the_best(hand, written):
-    kept, best, any_one = stock(hand), _numbers(written()), _numbers(written(choice="random"))
+    kept, best, any_one = index_glyphs(hand), _numbers(written()), _numbers(written(choice="random"))
     assert (best != any_one).mean() > 0.5
 
     def cost(numbers):
-        return np.mean([kept.meetings.cost(*pair[:, None], False) for pair in np.transpose(_pairs(numbers))])
+        return np.mean([kept.transitions.cost(*pair[:, None], False) for pair in np.transpose(_pairs(numbers))])
 
     assert cost(best) < 0.8 * cost(any_one)
 
 
 def test_without_likeness_neighbours_are_less_alike(hand, written):
-    depart = stock(hand).departure
+    depart = index_glyphs(hand).residual
 
     def unlike(numbers):
         first, second = _pairs(numbers)
@@ -77,11 +77,11 @@ def test_without_likeness_neighbours_are_less_alike(hand, written):
 
 
 def test_without_fit_ligatures_lie_further_from_each_other(hand, written):
-    kept = stock(hand)
+    kept = index_glyphs(hand)
 
     def away(numbers):
         first, second = _pairs(numbers)
-        both = kept.meetings.leaves[first] & kept.meetings.comes[second]
+        both = kept.transitions.has_exit[first] & kept.transitions.has_entry[second]
         return mismatch(kept.exits[first[both]], kept.entries[second[both]]).mean()
 
     assert away(_numbers(written())) < 0.8 * away(_numbers(written(fit=False)))

@@ -88,7 +88,7 @@ class Calibration:
         """What was written in the chart's frame with a pen; None if nothing was.  Raises InputError."""
         if self.folder is None or not (self.folder / SCRIBBLE).is_file():
             return None
-        from handout.colour.reading.scribble import load
+        from handout.colour.reading.pen_field import load
 
         return load(self.folder / SCRIBBLE)
 

@@ -21,7 +21,6 @@ _TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a rive
 _PAGE = "150x40mm"
 _DPI = 150
 _LEAST = 0.05  # cover below which ink is not looked at
-_PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 _DENSITIES = (0.12, 2.0)
 _MOST = 20_000
 
@@ -66,12 +65,12 @@ def usual(count: int) -> Inks:
 
     Light passes through ink as through a filter (the law of Beer and Lambert).
     """
-    from handout.inking.pen import rgb
+    from handout.inking.pen import TEXTURED, rgb
     from handout.inking.pen import usual as pen
 
-    each = -(-count // len(_PENS))
+    each = -(-count // len(TEXTURED))
     density = np.geomspace(*_DENSITIES, each)[:, None]
-    light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in _PENS])[:count]
+    light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in TEXTURED])[:count]
     clear = light.min(axis=1, keepdims=True)
     return Inks(np.hstack([(light - clear) / (1 - clear), 1 - clear]))
 
@@ -157,7 +156,7 @@ def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
     layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
     manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
     if isinstance(hand, ScannedHand):
-        from handout.inking.scanned import drawn
+        from handout.inking.pen_replacement import drawn
 
         return drawn(manuscript, hand)
     from handout.motion.trace import trace

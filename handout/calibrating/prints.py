@@ -9,7 +9,7 @@ from handout.calibrating import store
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.reference import Reference
 from handout.colour.reading import Finding, Reading
-from handout.colour.reading.strength import Solids, of_change, of_strength, solids_of, without_tone
+from handout.colour.reading.solid_inks import Solids, of_change, of_strength, solids_of, without_tone
 
 # what is found wrong with the print as a whole; with a cause named, these are its effects
 _EFFECTS = ("managed", "ramp", "identical", "tone")

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from handout.calibrating.calibration import Calibration
 from handout.colour.ink_match import InkMatch, match
+from handout.colour.pen_lines import density_of
 from handout.colour.reading import Scribble
-from handout.colour.strokes import density_of
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array
 

@@ -13,7 +13,7 @@ from handout.calibrating import strip as strips
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.strip import Strip
 from handout.calibrating.verification import table_lines
-from handout.colour import convert, gamut
+from handout.colour import conversions, gamut
 from handout.colour.report import image, page
 from handout.colour.table import ColourTable
 from handout.values import Array
@@ -66,13 +66,13 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
 
 def _reach(made: Strip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
-    labs = convert.lab(np.asarray(table.seen, dtype=np.float64).reshape(-1, 3))
+    labs = conversions.lab(np.asarray(table.seen, dtype=np.float64).reshape(-1, 3))
     outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _placed(_hull(labs[:, 1:])))
     which = made.matched
     dots = "".join(
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="rgb({r},{g},{b})" stroke="#555" stroke-width=".5"/>'
         for (x, y), (r, g, b) in zip(
-            _placed(convert.lab(made.wanted[which])[:, 1:]),
+            _placed(conversions.lab(made.wanted[which])[:, 1:]),
             np.rint(np.clip(made.wanted[which], 0, 1) * 255).astype(int).tolist(), strict=True,
         )
     )  # fmt: skip

@@ -183,7 +183,7 @@ def _folder(place: Path) -> Iterator[Path]:
 
 def _write_patches(patches: Patches, about: Mapping[str, str], path: Path) -> None:
     from handout.colour import cgats
-    from handout.colour.chart_tables import ti3
+    from handout.colour.chart_files import ti3
 
     said = {name.upper(): value for name, value in about.items() if value}
     cgats.write(path, ti3(patches, said))
@@ -198,7 +198,7 @@ def read_patches(path: Path) -> Patches:
         Not such a file, or patches that no printer can be known by.
     """
     from handout.colour import cgats
-    from handout.colour.chart_tables import from_ti3
+    from handout.colour.chart_files import from_ti3
     from handout.colour.patches import Patches
 
     return Patches(*from_ti3(cgats.read(path)))

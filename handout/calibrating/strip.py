@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from handout.calibrating.inks import Inks, greys
 from handout.colour import gamut
-from handout.colour.applying import apply
 from handout.colour.chart import MARKS, PAPERS, ChartPage
 from handout.colour.gamut import Reach
-from handout.colour.table import ColourTable
+from handout.colour.table import ColourTable, apply
 from handout.errors import InputError
 from handout.values import Array, Page, Raster, readonly
 

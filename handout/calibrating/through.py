@@ -13,8 +13,8 @@ from handout.calibrating import inks, store
 from handout.calibrating.calibration import Calibration
 from handout.calibrating.reference import Kind, Reference, of_calibration
 from handout.colour import gamut
-from handout.colour.applying import apply
 from handout.colour.gamut import Reach
+from handout.colour.table import apply
 from handout.errors import InputError
 from handout.inking.pen import Pen
 from handout.values import Array, Drawing, Raster

@@ -16,16 +16,16 @@ from handout.calibrating.calibration import Calibration
 from handout.calibrating.inks import Inks
 from handout.calibrating.pages import Printed
 from handout.calibrating.strip import FIRST_MARK, Strip
-from handout.colour import convert, gamut
+from handout.colour import conversions, gamut
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.colour.ink_match import match
 from handout.colour.reading import Finding, Scan, open_scans
 from handout.colour.reading.findings import Refused, refused
+from handout.colour.reading.patch_means import sample
+from handout.colour.reading.pen_field import scribble_of
 from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
 from handout.colour.reading.registration import Placement, place
-from handout.colour.reading.sampling import sample
-from handout.colour.reading.scribble import scribble_of
 from handout.errors import InputError
 from handout.printing.charts import fine_enough
 from handout.profiles import Printer
@@ -210,7 +210,7 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
 
 def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str) -> list[Finding]:
     """Whether these are the colours and the paper that the strip was made for."""
-    from handout.colour.tetrahedra import look_up
+    from handout.colour.interpolation import look_up
 
     table = calibration.table()
     foreseen = look_up(table.seen, strip.device)
@@ -220,7 +220,7 @@ def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str
             f"{calibration.name}: scan that, or print a new one with: handout calibrate verify --printer "
             f"{calibration.printer} -o strip.pdf", source)]  # fmt: skip
     bare = (strip.device == 1).all(axis=1)
-    off = float(convert.delta_e(convert.lab(seen[bare].mean(axis=0)), convert.lab(table.paper)))
+    off = float(conversions.delta_e(conversions.lab(seen[bare].mean(axis=0)), conversions.lab(table.paper)))
     if off <= _SAME_PAPER:
         return []
     return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another "
@@ -245,7 +245,7 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibra
 
 
 def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:
-    lost = convert.delta_e(convert.lab(strip.wanted), convert.lab(seen))
+    lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(seen))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched
     before, after = _difference(lost[plain]), _difference(lost[matched])

@@ -23,10 +23,9 @@ from handout.calibrating.session import Session, Step, opened
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
 from handout.colour.chart import Chart, chart
-from handout.colour.chart_tables import ti3
-from handout.colour.drawing import render
+from handout.colour.chart_files import render, ti3
 from handout.colour.reading import Finding, Reading, read
-from handout.colour.reading.scribble import save as save_scribble
+from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
 from handout.errors import InputError
 from handout.printing import charts

@@ -165,9 +165,9 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, a
     from handout.calibrating import inks, prints, reference
     from handout.calibrating.wizard import ScansRefused
     from handout.colour import cgats
-    from handout.colour.chart_tables import ti3
+    from handout.colour.chart_files import ti3
     from handout.colour.reading import read as read_chart
-    from handout.colour.reading.scribble import save as save_scribble
+    from handout.colour.reading.pen_field import save as save_scribble
     from handout.colour.report import write_report
 
     atomic.check_writable(output)

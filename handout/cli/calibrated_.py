@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 
 from handout.cli import results
+from handout.colour import exports
 from handout.errors import InputError
 
 _PATH = click.Path(path_type=Path)
-_FORMATS = ("icc", "icc-link", "cube", "ti3", "png", "npz")
 
 
 @click.command()
@@ -94,7 +94,7 @@ def show(printer: str, paper: str, as_json: bool) -> int:
 @click.command()
 @click.option("--printer", required=True, help="The printer that was calibrated.")
 @click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
-@click.option("--format", "kind", type=click.Choice(_FORMATS), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(list(exports.FORMATS)), required=True, help="What to write.")
 @click.option("-o", "--output", type=_PATH, required=True)
 @results.output_options
 def export(printer: str, paper: str, kind: str, output: Path, as_json: bool, quiet: bool) -> int:
@@ -114,22 +114,12 @@ def export(printer: str, paper: str, kind: str, output: Path, as_json: bool, qui
     """
     from handout import atomic
     from handout.calibrating import store
-    from handout.colour import table
 
     found = store.wanted(printer, paper)
     atomic.check_writable(output)
-    if kind == "cube":
-        table.write_cube(found.table(), output)
-    elif kind == "png":
-        table.write_picture(found.table(), output)
-    elif kind in ("icc", "icc-link"):
-        from handout.colour import profiling
-
-        make = profiling.output_profile if kind == "icc" else profiling.device_link
-        atomic.write(output, make(found.table(), found.made, f"{found.name} {found.made:%Y-%m-%d}"))
-    else:
-        assert found.patches_file is not None
-        atomic.write(output, (found.patches_file if kind == "ti3" else found.table_file).read_bytes())
+    title = f"{found.name} {found.made:%Y-%m-%d}"
+    source = exports.Source(found.table(), found.made, title, found.table_file, found.patches_file)
+    atomic.write(output, exports.FORMATS[kind](source))
     results.report({"files": [str(output)]}, f"{found.described()}: {output}.", as_json=as_json, quiet=quiet)
     return 0
 

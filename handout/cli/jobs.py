@@ -100,10 +100,12 @@ def seed(given: Mapping[str, Any]) -> int:
 
 def supplied(text: str, hand: ScannedHand, fallback: bool, seed: int) -> tuple[ScannedHand, list[Facts]]:
     """A scanned hand with every letter of a text, as far as it may be supplied; and what was."""
-    from handout.inking.lending import lend
+    from handout.completion.completed_hand import complete_hand
+    from handout.hand.scanned import ScannedHand
     from handout.pipeline.writing import letter_facts
 
-    lent, letters = lend(hand, text, fallback=fallback, seed=seed)
+    lent, letters = complete_hand(hand, text, fallback=fallback, seed=seed)
+    assert isinstance(lent, ScannedHand)
     return lent, [letter_facts(letter) for letter in letters]
 
 

@@ -176,7 +176,7 @@ def _again(inputs: Mapping[str, Any], pages: int) -> jobs.Setup:
 
 def _on_rules(setup: jobs.Setup, kept: Mapping[str, Any]) -> jobs.Setup:
     """A setup with the lined paper that the first pages were written on."""
-    from handout.writing.ruling import Ruling
+    from handout.writing.baseline_model import Ruling
 
     top, right, bottom, left = kept["margin"]
     ruling = Ruling(tuple((height, slope) for height, slope in kept["rules"]))

@@ -32,7 +32,7 @@ def _do(given: dict[str, Any], done: str, move: Callable[[Controller], None], kn
 
     profile = plotting_.profile(given["device"], port)
     with contextlib.closing(open_port(port, profile)) as opened:
-        place = manual.moved(driver.meet(opened, profile, results.talk(quiet)), move)
+        place = manual.moved(driver.connect(opened, profile, results.talk(quiet)), move)
     at = None if place is None or not knows else [round(value, 3) for value in place]
     result = {"device": profile.name, "done": done, "position": at}
     where = "" if at is None else f", at {at[0]:g}, {at[1]:g} mm"

@@ -89,7 +89,7 @@ def _written(drawing: Drawing, profile: Plotter, files: tuple[Path, ...]) -> tup
 def _plotted(drawing: Drawing, profile: Plotter, port: str, *, quiet: bool) -> tuple[dict[str, Any], str]:
     """The sheet on paper, as a job like any other."""
     from handout.plotting import open_port
-    from handout.plotting.driving.driver import OVERLAP
+    from handout.plotting.driving.overlap import OVERLAP
     from handout.plotting.jobs import store
     from handout.plotting.jobs.job import Options
 
@@ -214,7 +214,7 @@ def _found(profile: Plotter, address: str, given: Any, person: _AtTheTerminal, l
     from handout.plotting.setup import pen_heights as finding
 
     with contextlib.closing(open_port(address, profile)) as port:
-        controller = driver.meet(port, profile, log)
+        controller = driver.connect(port, profile, log)
         bench = finding.begin(controller, port, person, log)
         if given is None:
             return finding.find(bench)

@@ -176,7 +176,7 @@ def _plot(wanted: _Wanted, port: str, told: plotting_.Account, given: dict[str, 
 
 def _asked(wanted: _Wanted, given: dict[str, Any]) -> Options:
     """How the job is to be drawn."""
-    from handout.plotting.driving.driver import usual_overlap
+    from handout.plotting.driving.overlap import usual_overlap
     from handout.plotting.jobs.job import Options
 
     fast, drawing, every = wanted.job.fast, wanted.drawing, given["pause_every"]

@@ -10,8 +10,8 @@ import click
 from handout.cli import results
 
 if TYPE_CHECKING:
-    from handout.prompting.pages import Prompt
-    from handout.prompting.sheet import SheetLayout
+    from handout.prompting.prompt_pages import Prompt
+    from handout.prompting.sheet_layout import SheetLayout
 
 _LETTERS_A_MINUTE = 117  # copied; see `_minutes`
 
@@ -50,25 +50,25 @@ def command(as_json: bool, quiet: bool, verbose: bool, output: str, **given: Any
     """
     from handout import atomic
     from handout.errors import InputError
-    from handout.prompting import printing
+    from handout.prompting import sheet_pdf
 
     path = Path(output)
     if path.suffix.lower() != ".pdf":
         raise InputError(f"Sheets are written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
     atomic.check_writable(path)
     prompt, layout, target, characters = _chosen(given)
-    atomic.write(path, printing.to_pdf(prompt, layout))
+    atomic.write(path, sheet_pdf.to_pdf(prompt, layout))
     _say(path, prompt, layout, target, characters, as_json=as_json, quiet=quiet, verbose=verbose)
 
 
 def _chosen(given: dict[str, Any]) -> tuple[Prompt, SheetLayout, list[str], str]:
     """The prompt, the layout of its sheets, the target's texts and the characters asked for."""
     from handout import units
-    from handout.prompting import corpus, counts, fiducials, pages
-    from handout.prompting.sheet import SheetLayout
+    from handout.prompting import corpus, prompt_pages, sentence_choice
+    from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 
     layout = SheetLayout(
-        fiducials.paper(given["page_name"]), units.length(given["ruling"], "ruling"), printed=given["ruled"]
+        paper_of_name(given["page_name"]), units.length(given["ruling"], "ruling"), printed=given["ruled"]
     )
     letter = given["letter_width"]
     width = layout.width(units.length(letter, "letter width") if letter else None)
@@ -81,8 +81,13 @@ def _chosen(given: dict[str, Any]) -> tuple[Prompt, SheetLayout, list[str], str]
     else:
         target = corpus.usable(sentences, frozenset(corpus.PRINTABLE + wished + " "))
     characters = "".join(dict.fromkeys(char for char in wished if not char.isspace()))
-    chosen = pages.prompt(
-        sentences, counts.frequencies(target), characters, pages=given["pages"], lines=layout.lines, width=width
+    chosen = prompt_pages.prompt(
+        sentences,
+        sentence_choice.frequencies(target),
+        characters,
+        pages=given["pages"],
+        lines=layout.lines,
+        width=width,
     )
     return chosen, layout, target, characters
 
@@ -98,13 +103,13 @@ def _say(
     quiet: bool,
     verbose: bool,
 ) -> None:
-    from handout.prompting import code
+    from handout.prompting import sheet_codes
     from handout.prompting.coverage import coverage
 
     found = coverage((" ".join(page) for page in prompt.pages), target, characters)
     facts = {
         "files": [str(path)],
-        "key": code.key(prompt.pages),
+        "key": sheet_codes.key(prompt.pages),
         "pages": len(prompt.pages),
         "lines": sum(map(len, prompt.pages)),
         "words": prompt.words,

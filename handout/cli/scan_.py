@@ -11,16 +11,16 @@ import click
 from handout import units
 from handout.cli import progress, results
 from handout.errors import InputError
+from handout.inking.pen import TEXTURED
 from handout.progress import within
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
-    from handout.tagging.making import MadePage
+    from handout.tagging.page_sources import PageSource, Say
+    from handout.tagging.page_tagging import TaggedPage
     from handout.tagging.recording import Recording
-    from handout.tagging.sources import Say, Source
 
 _MOST_TEXT = 200_000  # bytes; no page holds more
-_PENS = ("ballpoint", "fineliner", "fountain", "pencil")
 _OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
 _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised
 
@@ -42,13 +42,13 @@ _LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look 
 @click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
 @click.option("--output", "-o", required=True, help="The .hand file.")
 @click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
-@click.option("--pen", type=click.Choice(_PENS), help="What it was written with; default: told from the ink.")
+@click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink.")
 @click.option("--title", help="What to call the hand, for people.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
 def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> None:
-    """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
+    """Read a hand from scanned pages, or from recorded_pages of a pen, and their texts, and call it NAME.
 
     A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
     photographed. A recording with labels of texts or words, as UNIPEN has, needs none either, nor does a
@@ -62,8 +62,8 @@ def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> No
     """
     from handout import atomic
     from handout.hand import file, report
-    from handout.tagging.making import read_hand
-    from handout.tagging.sources import gather, lettered
+    from handout.tagging.page_sources import gather_sources, tagged_pages
+    from handout.tagging.page_tagging import hand_of_pages
 
     path = hand_path(output)
     atomic.check_writable(path)
@@ -74,18 +74,18 @@ def read(name: str, output: str, as_json: bool, quiet: bool, **given: Any) -> No
         raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
     with progress.shown(quiet) as tell:
         tell(0.0, "opening the pages")
-        pages = _recorded(inks, written, say) if inks else gather(scans, written, given["dpi"], say)
-        made = list(lettered(pages, given["seed"], given["pen"], say, tell=within(tell, _OPENED, _MADE)))
+        pages = _recorded(inks, written, say) if inks else gather_sources(scans, written, given["dpi"], say)
+        made = list(tagged_pages(pages, given["seed"], given["pen"], say, tell=within(tell, _OPENED, _MADE)))
         tell(_MADE, "writing the hand")
-        hand = read_hand(name, made, given["title"] or "")
+        hand = hand_of_pages(name, made, given["title"] or "")
         file.save(hand, path)
     result = {**report.facts(hand), "files": [str(path)], "seed": given["seed"], "found": [_found(m) for m in made]}
     results.report(result, _said(hand, path, made), as_json=as_json, quiet=quiet)
 
 
-def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -> list[Source]:
+def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -> list[PageSource]:
     """The pages of recorded pens."""
-    from handout.tagging.recordings import recordings, source
+    from handout.tagging.recorded_pages import page_source, recorded_pages
 
     if texts and len(texts) != len(inks):
         raise InputError(
@@ -94,17 +94,17 @@ def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], say: Say) -
         )
     words = [text for _, text in texts] or [""] * len(inks)
     given = [one for ink, text in zip(inks, words, strict=True) for one in _recordings(ink, text)]
-    return [source(one) for one in recordings(given, say)]
+    return [page_source(one) for one in recorded_pages(given, say)]
 
 
 def _recordings(ink: str, text: str) -> list[Recording]:
     from handout.hand import svg_font
     from handout.sources import read_drawing
-    from handout.tagging.fonts import specimen
+    from handout.tagging.recorded_pages import font_specimen
     from handout.tagging.recording import Recording
 
     if svg_font.holds_font(Path(ink)):
-        return specimen(ink, svg_font.read(Path(ink)))
+        return font_specimen(ink, svg_font.read(Path(ink)))
     return [Recording(ink, read_drawing(ink), text)]
 
 
@@ -123,7 +123,7 @@ def _text(path: Path) -> str:
     return text
 
 
-def _found(made: MadePage) -> dict[str, Any]:
+def _found(made: TaggedPage) -> dict[str, Any]:
     """What `--json` says of how a page was read; lines are numbered from 0."""
     return {
         "source": made.page.source,
@@ -135,7 +135,7 @@ def _found(made: MadePage) -> dict[str, Any]:
     }
 
 
-def _said(hand: ScannedHand, path: Path, made: Sequence[MadePage]) -> str:
+def _said(hand: ScannedHand, path: Path, made: Sequence[TaggedPage]) -> str:
     from handout.hand import report
 
     missing, doubtful = sum(len(one.missing) for one in made), len(report.doubtful(hand))

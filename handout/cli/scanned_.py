@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from handout.completion.completed_hand import Outlook
     from handout.hand.scanned import ScannedHand
-    from handout.inking.lending import Outlook
     from handout.prompting.coverage import Lack
 
 _as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
@@ -40,8 +40,8 @@ def check(name: str, output: str | None, wanted: str | None, as_json: bool, quie
     \b
     handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
     """
+    from handout.completion.completed_hand import outlook
     from handout.hand import file, library, report
-    from handout.inking.lending import outlook
     from handout.prompting.coverage import lacks
 
     paths = _overlays(output)
@@ -76,14 +76,14 @@ def _overlays(output: str | None) -> Path | None:
 
 def _draw(hand: ScannedHand, path: Path | None) -> list[Path]:
     """The overlays as files."""
-    from handout.hand import pictures
+    from handout.hand import report
 
     if path is None:
         return []
     count = len(hand.pages)
     files = [path] if count == 1 else [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(1, count + 1)]
     for number, file in enumerate(files):
-        _write_png(file, pictures.overlay(hand, number), hand.pages[number].dpi)
+        _write_png(file, report.overlay(hand, number), hand.pages[number].dpi)
     return files
 
 
@@ -195,15 +195,15 @@ def pen(scans: tuple[str, ...], output: str, dpi: float | None, as_json: bool, q
     from handout import atomic
     from handout.hand import file
     from handout.inking.swatches import swatches
-    from handout.scanning.page import read_scan
-    from handout.scanning.reading import read_page
-    from handout.tagging.making import read_pen
+    from handout.scanning.picture_files import read_scan
+    from handout.scanning.written_page import read_page
+    from handout.tagging.page_tagging import pen_of_pages
 
     path = hand_path(output)
     atomic.check_writable(path)
     # the size of what is drawn tells nothing of the resolution
     pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
-    hand = read_pen(path.stem, pages)
+    hand = pen_of_pages(path.stem, pages)
     radius, pieces = swatches(hand)[0].radius, sum(len(one.start) for one in swatches(hand))
     file.save(hand, path)
     result = {"files": [str(path)], "pieces": pieces, "width": round(2 * radius, 3)}
@@ -277,14 +277,14 @@ def _these(known: dict[str, Path]) -> str:
 def show(hand: ScannedHand, output: Sequence[str], text: str | None, given: Mapping[str, Any]) -> None:
     """The letters of a scanned hand side by side, or those that would write a text, as PNG files."""
     from handout import atomic
-    from handout.hand import pictures, report
+    from handout.hand import report
 
     paths = [Path(file) for file in output]
     for path in paths:
         if path.suffix.lower() != ".png":
             raise InputError(f"The letters of a scanned hand are written as PNG: use {path.stem}.png.")
         atomic.check_writable(path)
-    pixels, found = (pictures.contact_sheet(hand), report.facts(hand)) if text is None else _choices(hand, text, given)
+    pixels, found = (report.contact_sheet(hand), report.facts(hand)) if text is None else _choices(hand, text, given)
     for path in paths:
         _write_png(path, pixels, 200.0)
     said = f"Wrote {', '.join(map(str, paths))}"
@@ -299,13 +299,13 @@ def _choices(hand: ScannedHand, text: str, given: Mapping[str, Any]) -> tuple[ND
     import numpy as np
 
     from handout.writing.scanned.explaining import choices_sheet, reasons
-    from handout.writing.scanned.scribe import ScannedScribe
+    from handout.writing.scanned.line_writer import ScannedLineWriter
 
     seed = jobs.seed(given)
     hand, borrowed = jobs.supplied(text, hand, given["fallback"], seed)
-    scribe = ScannedScribe(hand, np.random.default_rng([seed]), given["jitter"])
-    explained = scribe.explained(text)
-    why = reasons(scribe.stock, explained)
+    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), given["jitter"])
+    explained = writer.explained(text)
+    why = reasons(writer.index, explained)
     found = {"hand": hand.name, "text": text, "seed": seed, "why": why}
     return choices_sheet(hand, explained), found | ({"borrowed": borrowed} if borrowed else {})
 

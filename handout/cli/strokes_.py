@@ -33,7 +33,7 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     """
     from handout import atomic
     from handout.errors import InputError
-    from handout.motion.reconstruction import pages
+    from handout.motion.reconstruction import planned_page
     from handout.sinks import fit_svg, plans_json
     from handout.sources import read_drawing
 
@@ -44,7 +44,7 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     if not drawing.strokes:
         raise InputError(f"{trace} has no strokes.")
     timed = drawing.timed and not shape_only and "timing" not in drawing.about
-    page = pages.fit(drawing, timed=timed)
+    page = planned_page.fit(drawing, timed=timed)
     files = {}
     if output is not None:
         files[output] = plans_json.to_json(page)
@@ -97,7 +97,7 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
     handout strokes draw plan.json -o again.svg
     """
     from handout.errors import InputError
-    from handout.motion.reconstruction import pages
+    from handout.motion.reconstruction import planned_page
     from handout.sinks import check_outputs, plans_json, write_drawings
 
     check_outputs(output)
@@ -109,5 +109,5 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
         page = plans_json.from_json(data)
     except InputError as error:
         raise InputError(f"{plan}: {error}") from error
-    files = write_drawings([pages.drawing(page)], output)
+    files = write_drawings([planned_page.drawing(page)], output)
     click.echo(f"Wrote {', '.join(map(str, files))}.", err=True)

@@ -1,9 +1,8 @@
-"""ICC profiles of a calibrated printer, for other programs: version 2.4, with 16-bit tables, which all of them read.
+"""A colour table as an ICC profile, version 2.4 with 16-bit tables, which all programs read.
 
-An output profile ('prtr') tells what the printer makes of RGB as L*a*b* and which RGB gives an L*a*b*.  Its L*a*b*
-are those of the scanner, whose RGB is taken for sRGB: it is right for what that scanner has scanned, and about as
-near as the scanner is to sRGB for all else.  A device link ('link') is the colour table itself, scanned RGB → device
-RGB.
+An output profile ('prtr') says what the printer makes of RGB as L*a*b*, and which RGB gives an L*a*b*.  Its L*a*b* are
+those of the scanner, whose RGB is taken for sRGB: right for what that scanner has scanned, and about as near as the
+scanner is to sRGB for all else.  A device link ('link') is the colour table itself, scanned RGB → device RGB.
 
 Source: ICC.1:2001-04 (version 2.4.0), clauses 6.1 (header), 6.3.3 and 6.3.5 (tags that a profile must have), 6.5.7
 (lut16Type), 6.5.17 (textDescriptionType), annex A (relative colorimetry).
@@ -17,10 +16,101 @@ from datetime import datetime
 
 import numpy as np
 
+from handout.colour import conversions
+from handout.colour.models import inverse
+from handout.colour.models.forward import Forward
+from handout.colour.table import ColourTable
 from handout.values import Array
 
-_D50 = (0.9642, 1.0, 0.8249)
-_MOST = 65535
+SIDE = 45  # of the table from L*a*b*: odd, so that greys lie on its nodes
+_GAMUT_SIDE = 17  # of the gamut tag, which shows whole areas
+_FULL = 10.0  # ΔE00 out of reach that the gamut tag shows as full
+_SEEN = 1.0  # ΔE00 from which a colour is out of reach
+_CENTRE = 32768 / 65535  # a* or b* of 0 in the 16-bit encoding
+_BEND = 0.5  # how much finer than even the table is about grey
+
+
+def output_profile(table: ColourTable, made: datetime, said: str) -> bytes:
+    """The printer's profile: device RGB → L*a*b*, L*a*b* → device RGB, and what cannot be printed.
+
+    L*a*b* is relative to the paper; with the intent "absolute colorimetric" colours are those of the scan, as the
+    table has them.  The three other intents give the same: paper stays bare, and what is out of reach becomes the
+    printable colour that looks nearest.
+
+    Parameters
+    ----------
+    table : ColourTable
+    made : datetime.  said : str, what the profile is called.
+    """
+    forward = Forward(np.asarray(table.seen, dtype=np.float64))
+    white = conversions.xyz_d50(forward.white[None])[0]
+    seen = np.minimum(_encoded(conversions.lab_of_xyz(conversions.xyz_d50(table.seen.reshape(-1, 3)), white)), 1)
+    side = len(table.seen)
+    there = lut16(seen.reshape(side, side, side, 3), [np.linspace(0, 1, 2)] * 3)
+    places = np.linspace(0, 1, 4096)
+    back = lut16(_sent(forward, white), [places, _bent(places), _bent(places)])
+    tags = {b"wtpt": point(white / 100)}
+    for intent in b"012":
+        tags |= {b"A2B" + bytes([intent]): there, b"B2A" + bytes([intent]): back}
+    tags[b"gamt"] = lut16(_out_of_reach(forward, white), [np.linspace(0, 1, 2)] * 3)
+    return profile(b"prtr", b"Lab ", made, said, tags)
+
+
+def device_link(table: ColourTable, made: datetime, said: str) -> bytes:
+    """The table itself, scanned RGB → device RGB; full white is bare paper."""
+    nodes = np.array(table.nodes, dtype=np.float64)
+    nodes[-1, -1, -1] = np.maximum(nodes[-1, -1, -1], 1)
+    steps = ("RGB of the scanner, taken for sRGB", said)
+    tags = {b"A2B0": lut16(nodes, [np.linspace(0, 1, 2)] * 3), b"pseq": sequence(steps)}
+    return profile(b"link", b"RGB ", made, said, tags)
+
+
+def _scanned(places: Array, white: Array) -> Array:
+    """(n, 3) scanned RGB, not cut to 0–1, of (n, 3) encoded L*a*b* relative to the paper."""
+    return conversions.rgb_of_xyz_d50(conversions.xyz_of_lab(_decoded(places), white))
+
+
+def _encoded(lab: Array) -> Array:
+    """(n, 3) of 0–1: the 16-bit encoding of version 2, annex A.3 of ICC.1:2001-04."""
+    return np.asarray((lab + np.array([0, 128, 128])) * np.array([652.8, 256, 256]) / 65535)
+
+
+def _decoded(places: Array) -> Array:
+    """(n, 3) L*a*b*; the inverse of `_encoded`."""
+    return np.asarray(places * 65535 / np.array([652.8, 256, 256]) - np.array([0, 128, 128]))
+
+
+def _bent(encoded: Array) -> Array:
+    """Where an encoded a* or b* lies in the table: 0 at its middle node, and nodes closer about it."""
+    away = np.clip((encoded - _CENTRE) / (1 - _CENTRE), -1, 1)
+    return np.asarray(0.5 + 0.5 * np.sign(away) * np.abs((1 + _BEND) * away / (1 + _BEND * np.abs(away))))
+
+
+def _straightened(places: Array) -> Array:
+    """The inverse of `_bent`."""
+    away = 2 * places - 1
+    return np.asarray(_CENTRE + (1 - _CENTRE) * away / (1 + _BEND - _BEND * np.abs(away)))
+
+
+def _sent(forward: Forward, white: Array) -> Array:
+    """(s, s, s, 3) device RGB, unclamped, on the table's grid of L*a*b*."""
+    axis = np.linspace(0, 1, SIDE)
+    bent = _straightened(axis)
+    grid = np.stack(np.meshgrid(axis, bent, bent, indexing="ij"), axis=-1).reshape(-1, 3)
+    device = inverse.invert(forward, _scanned(grid, white))
+    return device.reshape(SIDE, SIDE, SIDE, 3)
+
+
+def _out_of_reach(forward: Forward, white: Array) -> Array:
+    """(s, s, s, 1): 0 where a colour can be printed, and else as much as it is off, `_FULL` giving 1."""
+    axis = np.linspace(0, 1, _GAMUT_SIDE)
+    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    lost = inverse.printable(forward, _scanned(grid, white))[1]
+    return np.where(lost > _SEEN, lost / _FULL, 0.0).reshape(_GAMUT_SIDE, _GAMUT_SIDE, _GAMUT_SIDE, 1)
+
+
+_D50 = (0.9642, 1.0, 0.8249)  # XYZ of the connection space's white; clause 6.1.11
+_MOST = 65535  # of a number of 16 bits
 _ENTRIES = 4096  # of a curve; the most that lut16Type allows
 _LICENCE = "No rights reserved: use it as you like."
 

@@ -1,36 +1,107 @@
 """From the ink of a hand as its own scan shows it to the same pen's ink as the scan of a chart shows it.
 
 Two scans of one pen's ink differ by the scanner's settings and by the paper.  Light passes through ink as through a
-filter, so that what counts is the colour as a share of the bare paper's, v.  What settings make of it has three parts:
-exposure, gamma and white balance a power of each channel; a black point, flare or a conversion of colours a share of
-light that each channel gains or loses; a contrast curve an S in all channels alike.
+filter, so the colour counts as a share of the bare paper's, v.  Settings change it in three ways: exposure, gamma and
+white balance are a power of each channel; a black point, flare or a conversion of colours is a share of light that each
+channel gains or loses; a contrast curve is an S in all channels alike.
 
     s = v + 2 c v (1 − v) (2 v − 1)      contrast c, of v as scanned
-    l = s^2.2 + b (1 − s^2.2)            light, and what is gained (b) of it
+    l = s^2.2 + b (1 − s^2.2)            light, and the gain b of it
     w = l^(a / 2.2)                      power a
 
-Power and gain are found from the lines of the pen in both scans: pixels that lie equally far from the edges of lines
-are compared by rank (`strokes`).  A power leaves the edges where they are; an S moves them, so that those of the hand
-are looked for in the tones that it makes.  How strong it is the lines tell badly, because a line that is thinner looks
-much like one with more contrast: the patches of the chart tell it (`contrast`), for the chart's scan; the hand's may
-have the same one.  Of these explanations the one is taken that needs neither power nor gain; where both do, the one
-that explains the lines better.
+Power and gain are fitted to the lines of the pen in both scans: pixels that lie equally far from the edges of lines are
+compared by rank (`pen_lines`).  A power leaves the edges where they are; an S moves them, so the lines of the hand's
+scan are found again in the tones that the S makes.  The lines tell the strength of an S badly, because a thinner line
+looks much like one with more contrast.  So it comes from the patches of the chart (`chart_contrast`): a tone of one ink
+is a mixture of paper and full ink, and light of all three channels moves along a straight line between both, or along
+one that is straight in a power of the light (Yule and Nielsen 1951), however dots grow.  A scanner's gamma is such a
+power as well; an S is none, and bends the ramps of inks.  The hand's scan may have the chart's S or none.  Of these
+explanations the one is taken that needs neither power nor gain; where both do, the one that explains the lines better.
 
-Source: own method; robust to the pen's pressure as far as lines of some words are.
+Source: own method, on the model of Yule, Nielsen and Neugebauer; robust to the pen's pressure as far as lines of some
+words are.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from handout.colour import convert
-from handout.colour.contrast import curved, straightened
-from handout.colour.strokes import LEAST, Density, Strokes, strokes_in
+from handout.colour import conversions
+from handout.colour.pen_lines import LEAST, Density, Strokes, strokes_in
 from handout.values import Array, Raster, readonly
+
+_STRENGTHS = np.linspace(-0.3, 0.45, 26)  # beyond ±.5 a curve turns back
+_RAMP_POWERS = np.geomspace(0.3, 60.0, 48)  # of gamma × Yule and Nielsen's factor; beyond them nothing changes any more
+_LEAST_TONES = 5  # of a ramp
+_LEAST_RAMPS = 4
+_SEEN = 1.1  # of the error without an S: printers whose drivers mix all inks into a ramp have 1.05 at most
+_WEAKEST = 0.08  # of what makes a difference; sRGB's own curve looks like .06 at most
+_DARKEST = 1e-3
+_SHARES = np.linspace(0, 1, 1001)
+_FULL = 255
+
+
+def curved(share: Any, strength: float) -> NDArray[np.float64]:
+    """What an S of some strength, −.5 to .5, makes of colours as shares of the paper's, 0–1."""
+    v = np.asarray(share, dtype=np.float64)
+    return np.asarray(v + 2 * strength * v * (1 - v) * (2 * v - 1))
+
+
+def straightened(shown: Any, strength: float) -> NDArray[np.float64]:
+    """The colours, 0–1, of which `curved` makes `shown`."""
+    if not strength:
+        return np.asarray(shown, dtype=np.float64)
+    return np.asarray(np.interp(shown, curved(_SHARES, strength), _SHARES))
+
+
+def chart_contrast(device: ArrayLike, scanned: ArrayLike) -> float:
+    """Strength of the S that lies on the scan of a chart; 0 where none is seen, or where the chart cannot tell.
+
+    Parameters
+    ----------
+    device : (n, 3) RGB that was sent, 0–1.
+    scanned : (n, 3) RGB that was seen of it, 0–1.
+    """
+    levels = np.rint(np.asarray(device) * _FULL).astype(int)
+    white = (levels == _FULL).all(axis=1)
+    if not white.any():
+        return 0.0
+    seen = np.asarray(scanned, dtype=np.float64)
+    ramps = list(_ramps(levels, np.clip(seen / seen[white].mean(axis=0), _DARKEST, 1)))
+    if len(ramps) < _LEAST_RAMPS:
+        return 0.0
+    errors = np.sqrt([sum(_bent(ramp, leading, c) for ramp, leading in ramps) for c in _STRENGTHS])
+    if np.interp(0, _STRENGTHS, errors) < _SEEN * errors.min():
+        return 0.0
+    strength = float(_STRENGTHS[errors.argmin()])
+    return strength if abs(strength) >= _WEAKEST else 0.0
+
+
+def _ramps(levels: NDArray[np.int_], shares: Array) -> Iterable[tuple[Array, int]]:
+    """Tones (k, 3) of one ink from none to full, over bare paper or one other full ink, and the ink's channel."""
+    for leading in range(3):
+        others = [channel for channel in range(3) if channel != leading]
+        for under in ((_FULL, _FULL), (0, _FULL), (_FULL, 0)):
+            rows = np.flatnonzero((levels[:, others] == under).all(axis=1))
+            rows = rows[np.argsort(-levels[rows, leading])]
+            if len(rows) >= _LEAST_TONES and levels[rows[0], leading] == _FULL and levels[rows[-1], leading] == 0:
+                yield shares[rows], leading
+
+
+def _bent(ramp: Array, leading: int, strength: float) -> float:
+    """Sum of squares by which a ramp is off a straight line without an S, in the power that makes it straightest."""
+    straight = np.maximum(straightened(ramp, strength), _DARKEST) ** (1 / _RAMP_POWERS[:, None, None])
+    paper, full = straight[:, :1], straight[:, -1:]
+    ink = (straight - paper)[..., leading] / (full - paper)[..., leading]
+    line = paper + ink[..., None] * (full - paper)
+    back = curved(np.maximum(line, 1e-6) ** _RAMP_POWERS[:, None, None], strength)
+    return float(np.square(back - ramp).sum(axis=(1, 2)).min())
+
 
 SAME = 1.5  # ΔE00 on the mean up to which two scans were made alike: lines of one pen on two days differ by as much
 _GAMMA = 2.2  # what light is counted in; that of most scanners
@@ -206,14 +277,14 @@ def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
 
 def _apart(one: Tone, other: Tone, shares: Array, paper: Array) -> float:
     """ΔE00, mean, between what two tones make of colours (n, 3) as shares of the paper's."""
-    views = (convert.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (one, other))
-    return float(convert.delta_e(*views).mean())
+    views = (conversions.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (one, other))
+    return float(conversions.delta_e(*views).mean())
 
 
 def _judged(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
     from_paper, to_paper = tone.papers
     same = _of_contrasts(tone.papers, (tone.contrasts[0], tone.contrasts[0]))
-    plain, seen = (convert.lab(np.clip(to_paper * one(shares), 0, 1)) for one in (same, tone))
+    plain, seen = (conversions.lab(np.clip(to_paper * one(shares), 0, 1)) for one in (same, tone))
     lighter = float((seen - plain)[:, 0].mean())
     strong = hand.densest >= _WEAK
     powers = (tone.density(hand.densest[None])[0] / np.maximum(hand.densest, 1e-3))[strong]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
+from handout.colour.reading.patch_means import placed
 from handout.colour.reading.pipeline import Reading, SheetReading
-from handout.colour.reading.sampling import placed
 from handout.values import Array
 
 _LONG = 1500  # pixels, long side of the picture of a scan

@@ -15,7 +15,7 @@ from typing import Union
 import msgspec
 
 from handout.errors import InputError
-from handout.hand.correcting import Correcting, NotDone
+from handout.hand.hand_editor import CorrectionError, HandEditor
 from handout.hand.places import Place
 from handout.hand.scanned import ScannedHand
 
@@ -121,17 +121,17 @@ def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection]) -> ScannedHan
     """
     if not corrections:
         return hand
-    work = Correcting(hand)
+    work = HandEditor(hand)
     for number, one in enumerate(corrections, 1):
         try:
             _apply(work, one)
-        except NotDone as error:
+        except CorrectionError as error:
             kind = one.__struct_config__.tag
             raise InputError(f"Correction {number} ({kind}, page {one.page}): {error}.") from error
     return work.done()
 
 
-def _apply(work: Correcting, one: AnyCorrection) -> None:
+def _apply(work: HandEditor, one: AnyCorrection) -> None:
     work.turn_to(one.page)
     match one:
         case Label(at=at, text=text, place=place):

@@ -21,7 +21,8 @@ from handout.hand.places import Place
 from handout.summary import one_line
 from handout.values import POSE, Array, Indices, LineGraph, Moments, readonly, readonly_indices
 
-NOBODY = -1
+NOBODY = -1  # instead of the number of a glyph
+NO_PAGE = -1  # the page of a line that has no ink yet
 _MOST_PIXELS = 400_000_000
 _OVER = 4.0  # pixels beyond the picture that a vertex may lie: hands of earlier programs have such
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
@@ -194,6 +195,19 @@ class ScannedPage:
         x, up = np.asarray(xy, dtype=np.float64).reshape(-1, 2).T * self.unit
         return np.column_stack([x, self.base(line, x) - up])
 
+    def on_paper(self, strength: float = 1.0) -> NDArray[np.uint8]:
+        """(h, w, 3): the page as it was, its ink as strong as `strength`, on its reduced paper."""
+        import cv2
+
+        height, width = self.shape
+        picture = np.asarray(cv2.resize(self.paper, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
+        x, y = self.texture.corner
+        h, w = self.texture.shape
+        ink, under = self.texture.rgba, picture[y : y + h, x : x + w]
+        part = ink[:, :, 3:].astype(np.float32) * np.float32(strength / 255)
+        picture[y : y + h, x : x + w] = np.rint(under * (1 - part) + ink[:, :, :3] * part).astype(np.uint8)
+        return picture
+
     def ligature(self, line: int, path: ArrayLike) -> Ligature:
         """The ligature along the vertices `path`."""
         numbers = readonly_indices(path, None)
@@ -217,9 +231,7 @@ class ScannedHand:
     __repr__ = one_line
 
     def _repr_png_(self) -> bytes:
-        from handout.hand.pictures import on_paper
-
-        return notebook.pixels_png(on_paper(self.pages[0]), self.pages[0].dpi)
+        return notebook.pixels_png(self.pages[0].on_paper(), self.pages[0].dpi)
 
     def __post_init__(self) -> None:
         for number, glyph in enumerate(self.glyphs):

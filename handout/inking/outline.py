@@ -1,22 +1,55 @@
 """The mark of a stroke as outlines: what a pen of changing width, or a flat nib, covers; for outputs made of lines.
 
-The mark is the union of its pieces, none of which has a hole.
+The mark is the union of its pieces, none of which has a hole.  A flat nib is an edge that is moved without turning
+against the page, so that the mark's width follows its direction; for outputs of pixels it is many round points.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from handout.inking import nibs
 from handout.inking.curves import Curve
-from handout.values import NIB_THICKNESS, Array, Indices, Stroke
+from handout.values import NIB_THICKNESS, Array, Drawing, Indices, Stroke
+
+_POINTS_APART = 0.3  # of the thickness: distance of the points that stand for an edge
+_THINNEST_PIXELS = 1.5  # pixels of the thickness
+_MOST_POINTS = 400  # points
+
+
+def edge(stroke: Stroke) -> Array:
+    """(n, 2) float, mm: from the middle of a flat nib to the end of its edge, at each sample."""
+    assert stroke.rotation is not None
+    half = 0.5 * (1 - NIB_THICKNESS) * stroke.nib
+    return half * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
+
+
+def as_round(drawing: Drawing, scale: float) -> Drawing:
+    """The drawing with every stroke of a flat nib as many of a round point, side by side, at `scale` pixels a mm."""
+    if not any(stroke.nib > 0 for stroke in drawing.strokes):
+        return drawing
+    return replace(drawing, strokes=tuple(part for stroke in drawing.strokes for part in _points(stroke, scale)))
+
+
+def _points(stroke: Stroke, scale: float) -> Iterator[Stroke]:
+    if not stroke.nib > 0:
+        yield stroke
+        return
+    thick = max(NIB_THICKNESS * stroke.nib, _THINNEST_PIXELS / scale)
+    count = min(max(math.ceil(stroke.nib / (_POINTS_APART * thick)), 2), _MOST_POINTS)
+    reach = edge(stroke)
+    for share in np.linspace(-1, 1, count):
+        yield replace(stroke, xy=stroke.xy + share * reach, width=np.full(len(stroke.t), thick), nib=0.0)
+
 
 _VARIES = 0.08  # of the width: what varies less is an even line
 _FLAT = 0.02  # mm between a curve and its chords
 _ROUND = 0.008  # mm between a disc and its corners' chords
-_MOST = 24  # chords of one Bézier
+_MOST_CHORDS = 24  # chords of one Bézier
 _TURNED = np.radians(60)  # a part of the mark turns by no more
 _CORNER = np.radians(25)  # between two chords: a part ends there
 _STILL = 1e-4  # mm between two places that are one
@@ -75,7 +108,7 @@ def _times(curve: Curve) -> Array:
         return curve.t
     control = np.stack([curve.points[j : len(curve.points) - 3 + j : 3] for j in range(3)] + [curve.points[3::3]])
     bend = np.abs(np.diff(control, n=2, axis=0)).max(axis=(0, 2))
-    count = np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 1, _MOST).astype(np.intp)
+    count = np.clip(np.ceil(np.sqrt(0.75 * bend / _FLAT)), 1, _MOST_CHORDS).astype(np.intp)
     step = np.diff(curve.t) / count
     number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     return np.unique(np.append(number * np.repeat(step, count) + np.repeat(curve.t[:-1], count), curve.t[-1]))
@@ -101,7 +134,7 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     from scipy.spatial import ConvexHull
 
     t = _times(curve)
-    edges = np.column_stack([np.interp(t, stroke.t, side) for side in nibs.edge(stroke).T])
+    edges = np.column_stack([np.interp(t, stroke.t, side) for side in edge(stroke).T])
     place = curve.at(t)
     if len(t) == 1:
         t, edges, place = np.repeat(t, 2), np.repeat(edges, 2, axis=0), np.repeat(place, 2, axis=0)

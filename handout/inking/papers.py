@@ -1,4 +1,7 @@
-"""Papers to show ink on: plain, laid, ruled and squared sheets as pixels, or any picture of a sheet."""
+"""Papers to show ink on: plain, laid, ruled and squared sheets as pixels, or any picture of a sheet; and their tooth.
+
+The tooth is the heights of a paper's surface, fixed in mm, so that they look the same at any resolution.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,38 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.inking import plain
-from handout.inking.tooth import Tooth, tooth
 from handout.values import Array, Page, Raster
+
+_TOOTH_STEP = 0.02  # mm between two heights
+_TOOTH_SIDE = 1024  # heights along the side of the tile that is repeated
+_TOOTH_BANDS = ((0.035, 0.7), (0.09, 0.6), (0.3, 0.35))  # mm, share: pits between fibres, fibres, flocs
+
+
+@dataclass(frozen=True, eq=False)
+class Tooth:
+    """A repeated tile of heights: (n, n) float32, mean 0, standard deviation 1."""
+
+    tile: NDArray[np.float32]
+
+    def at(self, x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
+        """Heights at places in mm, (n,)."""
+        n = len(self.tile)
+        row = (y * (1 / _TOOTH_STEP)).astype(np.int64) % n
+        column = (x * (1 / _TOOTH_STEP)).astype(np.int64) % n
+        return np.asarray(self.tile.reshape(-1)[row * n + column])
+
+
+def tooth(rng: np.random.Generator) -> Tooth:
+    """A new surface; paper is smoother along no direction."""
+    noise = np.fft.rfft2(rng.standard_normal((_TOOTH_SIDE, _TOOTH_SIDE), dtype=np.float32))
+    down, across = np.fft.fftfreq(_TOOTH_SIDE, _TOOTH_STEP)[:, None], np.fft.rfftfreq(_TOOTH_SIDE, _TOOTH_STEP)
+    square = (2 * np.pi) ** 2 * (down**2 + across**2)
+    # a Gaussian of deviation σ has the spectrum exp(−σ² ω² / 2), and leaves a share of 1 / (4 π σ²) of the power
+    power = sum(4 * np.pi * (share * size) ** 2 * np.exp(-square * size**2) for size, share in _TOOTH_BANDS)
+    total = np.fft.irfft2(noise * np.sqrt(power), s=(_TOOTH_SIDE, _TOOTH_SIDE)).astype(np.float32)
+    total -= total.mean()
+    return Tooth(total / total.std())
+
 
 PAPERS = ("none", "plain", "laid", "ruled", "squared")
 _PITCH = {"ruled": 8.0, "squared": 5.0}
@@ -25,7 +58,7 @@ _WHITE = {
 }
 _LINE = np.array([0.60, 0.72, 0.86])  # light that a printed line sends back, of what the paper does
 _THICK = 0.18  # mm
-_TOOTH = 0.0035  # of the light, standard deviation
+_TOOTH_DEPTH = 0.0035  # of the light, standard deviation
 _ROWS = 128  # of the page, worked on at a time
 _FINER = 8  # parts of a pixel while lines are measured
 _LAID, _CHAIN = 1.05, 25.0  # mm between the wires of the mould, and between those that hold them
@@ -113,7 +146,7 @@ def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> N
     made = np.empty((height, width, 3), dtype=np.uint8)
     for top in range(0, height, _ROWS):
         y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
-        light = 1 + np.float32(_TOOTH) * surface.at(x[None, :], y[:, None])
+        light = 1 + np.float32(_TOOTH_DEPTH) * surface.at(x[None, :], y[:, None])
         if paper.name == "laid":
             light = light * _mould(x, y)
         rows = light[:, :, None] * white

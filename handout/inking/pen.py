@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 from handout.errors import InputError
 
-PENS = ("plain", "ballpoint", "fineliner", "fountain", "pencil")
-_OWN = {
+# width of the line, mm, and colour that are usual for a model: `pens` has how its ink looks
+_USUAL = {
     "plain": (0.3, "#20223a"),
     "ballpoint": (0.36, "#6d6bb2"),
     "fineliner": (0.36, "#2b2c33"),
     "fountain": (0.44, "#34508f"),
     "pencil": (0.44, "#6a6a6e"),
 }
+PENS = tuple(_USUAL)
+TEXTURED = PENS[1:]  # whose lines look like ink on paper; they are also what scanned ink is taken for
 _HEX = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})\Z")
 
 
@@ -37,7 +39,7 @@ class Pen:
     model: str = "plain"
 
     def __post_init__(self) -> None:
-        if self.model not in _OWN:
+        if self.model not in _USUAL:
             raise InputError(f"pen: {self.model!r} is not known; the pens are {', '.join(PENS)}.")
         rgb(self.colour)
         check_width(self.width)
@@ -51,7 +53,7 @@ def usual(model: str, width: float | None = None, colour: str | None = None) -> 
     InputError
         As `Pen`.
     """
-    own_width, own_colour = _OWN.get(model, (0.3, "#000000"))
+    own_width, own_colour = _USUAL.get(model, (0.3, "#000000"))
     return Pen(own_width if width is None else width, own_colour if colour is None else named(colour), model)
 
 

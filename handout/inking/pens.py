@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from handout.inking import flow, papers, plain
 from handout.inking.deposit import Ground
 from handout.inking.flow import Flow
+from handout.inking.papers import Tooth, tooth
 from handout.inking.pen import Pen, rgb
-from handout.inking.tooth import Tooth, tooth
 from handout.values import Drawing, Raster
 
 _Pixels = NDArray[np.floating[Any]]

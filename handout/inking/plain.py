@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.inking import curves, nibs
+from handout.inking import curves, outline
 from handout.values import Array, Drawing, Raster, Stroke
 
 _Pixels = NDArray[np.floating[Any]]  # float32 in fact, for speed
@@ -76,7 +76,7 @@ def coverage(drawing: Drawing, dpi: float, *, width: float = 0.4, variation: flo
     """
     scale = dpi / 25.4
     cover = np.zeros(shape(drawing, dpi, width, variation), np.uint8)
-    drawing = nibs.as_round(drawing, scale)
+    drawing = outline.as_round(drawing, scale)
     if drawing.strokes:
         _paint(cover, _pieces(drawing, scale, width, variation))
     return cover

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand, ScannedPage
 from handout.values import Array, Indices, LineGraph
+from handout.writing.choice import fading_cost
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -150,7 +151,7 @@ class Swatches:
             if follows[number] and onward < len(self.track) and self.track[onward] == self.track[last]:
                 goes_on = float(np.linalg.norm(self.features[onward] - wanted[number])) - _GOES_ON
                 some, cost = np.append(some, onward), np.append(cost, goes_on)
-            cost = cost + _AGAIN * np.clip(1 - (number - used[same[some]]) / _AFTER, 0, None)
+            cost = cost + fading_cost(number - used[same[some]], _AGAIN, _AFTER)
             last = int(some[cost.argmin()])
             used[same[last]] = number
             chosen[number] = last

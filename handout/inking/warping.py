@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.inking.course import Course, course
-from handout.inking.layer import Layer
-from handout.inking.source import Source
+from handout.inking.layers import Layer
+from handout.inking.source import Course, Source, course
 from handout.inking.swatches import CLEAR
 from handout.values import Ink
 

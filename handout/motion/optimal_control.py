@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from handout.motion import spread
+from handout.motion import covariance
 from handout.motion.tracker import ORDER, STEPS, Tracker, mean, relative, sample, tracker
 from handout.values import ActionPlan, Array
 
@@ -74,7 +74,7 @@ def follow(
     if jitter > 0 and rng is None:
         raise ValueError("jitter needs a random generator: give rng")
     if len(points) < 3 and rng is not None and jitter > 0:
-        points = points + jitter * spread.draw(spread.of_plan(plan), rng)
+        points = points + jitter * covariance.draw(covariance.of_plan(plan), rng)
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
     targets = targets_through(points, smooth=plan.smooth if baked_at is None else baked_at, order=order, steps=steps)
@@ -124,7 +124,7 @@ def smooth_path(
     if covariances is None:
         solver = _uniform(m, smooth, order, steps)
     else:
-        precision, _ = relative(spread.settled(covariances, where))
+        precision, _ = relative(covariance.settled(covariances, where))
         solver = tracker(precision, smooth=smooth, steps=steps, order=order, hold=HOLD)
     return solver.path(where)
 
@@ -194,7 +194,7 @@ def _transposed(solver: Tracker, errors: Array) -> Array:
 
 def _noise(plan: ActionPlan, order: int, steps: int, rng: np.random.Generator) -> Array:
     """Motor noise (m·steps, 2), mm, of the plan's covariances at its targets."""
-    covariances = spread.of_plan(plan)
+    covariances = covariance.of_plan(plan)
     if plan.spread is None:
         solver = _uniform(len(plan.points), plan.smooth, order, steps, hold=1.0)
         size = math.sqrt(covariances[0, 0, 0])

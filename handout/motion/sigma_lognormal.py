@@ -5,7 +5,7 @@ smooth curve through the points; how much it overlaps its neighbours from the pl
 are shorter and straight.  The chords of the pulses are virtual: they solve the linear system that leads the path
 through the points.
 
-Source: seed 002, §3.1–3.2 (see `handout.motion.lognormal`; virtual targets solved exactly instead of by iteration).
+Source: seed 002, §3.1–3.2 (see `sigma_lognormal_model`; virtual targets solved exactly instead of by iteration).
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg.lapack import zgbsv, zgtsv
 
-from handout.motion import lognormal, spread
-from handout.motion.lognormal import REACH, Complex, Pulses
+from handout.motion import covariance
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.sigma_lognormal_model import REACH, Complex, Pulses
 from handout.values import ActionPlan, Array
 
 STEPS = 20
@@ -80,7 +81,7 @@ def follow(
         raise ValueError("jitter needs a random generator: give rng")
     points = np.asarray(plan.points)
     if rng is not None and jitter > 0:
-        points = points + jitter * _correlated(spread.of_plan(plan), rng)
+        points = points + jitter * _correlated(covariance.of_plan(plan), rng)
     if len(points) == 1:
         return np.array([0.0, plan.interval]), np.repeat(points, 2, axis=0)
     shape = _shape(points)
@@ -198,7 +199,7 @@ def _correlated(covariances: Array, rng: np.random.Generator) -> Array:
     white = np.sqrt(1 - _CORRELATION**2)
     for i in range(1, len(fresh)):
         fresh[i] = _CORRELATION * fresh[i - 1] + white * fresh[i]
-    return np.asarray((spread.root(covariances) @ fresh[..., None])[..., 0])
+    return np.asarray((covariance.root(covariances) @ fresh[..., None])[..., 0])
 
 
 def _varied(pulses: Pulses, rng: np.random.Generator, jitter: float) -> Pulses:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
-from handout.motion.air import in_the_air
+from handout.motion.timing import time_in_air
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
 from handout.writing.variation import USUAL, tremor
 
@@ -97,16 +97,16 @@ def trace(
 def _along_ink(
     manuscript: Manuscript, hand: ScannedHand, rng: np.random.Generator, speed: float, jitter: float
 ) -> Drawing:
-    from handout.hand.ink_colours import ink_colours
-    from handout.motion.recovery.pages import paths
-    from handout.motion.recovery.timing import strokes
+    from handout.hand.measures import ink_colours
+    from handout.motion.recovery.pen_paths import pen_paths
+    from handout.motion.timing import timed_strokes
 
     inks = ink_colours(hand)
     ink_of = {
         placed.at: int(inks.of[placed.ink.number]) for line in manuscript.lines for placed in line.placed if placed.ink
     }
-    found = [(path, n) for n, line in enumerate(manuscript.lines) for path in paths(line.placed, hand)]
-    timed = strokes(
+    found = [(path, n) for n, line in enumerate(manuscript.lines) for path in pen_paths(line.placed, hand)]
+    timed = timed_strokes(
         [path for path, _ in found], [n for _, n in found], manuscript.x_height, rng, speed=speed, jitter=jitter
     )
     # a stroke over letters of several inks has that of most of it
@@ -177,7 +177,7 @@ def _between(before: _Component | None, after: _Component, x_height: float) -> f
     if before is None:
         return 0.0
     way = float(np.linalg.norm(after.points[0] - before.points[-1])) / x_height
-    return in_the_air(way, line=after.line != before.line, word=after.word != before.word)
+    return time_in_air(way, line=after.line != before.line, word=after.word != before.word)
 
 
 def _press(t: Array, xy: Array) -> Array:

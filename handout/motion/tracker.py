@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from handout.motion import spread
+from handout.motion import covariance
 from handout.motion.banded import Chain, End, factorise
 from handout.motion.guides import Guide
 from handout.values import Array
@@ -100,12 +100,12 @@ class Tracker:
         blocks = self.precision.ndim == 3
         wanted: Array = np.asarray(np.linalg.inv(self.precision) if blocks else 1.0 / self.precision, dtype=np.float64)
         if m == 1:
-            return np.repeat(spread.draw(_blocks(wanted, dimensions), rng), self.steps, axis=0)
+            return np.repeat(covariance.draw(_blocks(wanted, dimensions), rng), self.steps, axis=0)
         size = self.bandwidth_gain()
         drawn = size * self.chain.noise(rng, dimensions)
         have = size**2 * self._centre_covariances
         if self.ends == "fixed":
-            first = spread.draw(_blocks(wanted[:1], dimensions), rng)[0]
+            first = covariance.draw(_blocks(wanted[:1], dimensions), rng)[0]
             drawn += self.chain.solve(np.zeros_like(drawn), first)
             have = have + self._start_covariances(wanted[0])
         return self.refine(_scaled(drawn, have, wanted, self.grid))
@@ -269,7 +269,7 @@ def _checked(targets: ArrayLike, covariances: ArrayLike | None) -> tuple[Array, 
         raise ValueError(f"expected finite targets of shape (m, D) with m ≥ 1, got {where.shape}")
     if covariances is None:
         return where, np.ones(len(where)), 1.0
-    return where, *relative(spread.settled(covariances, where))
+    return where, *relative(covariance.settled(covariances, where))
 
 
 def centres(path: Array, grid: int) -> Array:
@@ -288,8 +288,8 @@ def _scaled(path: Array, have: Array, wanted: Array, grid: int) -> Array:
     if have.ndim == 1:
         gain = np.sqrt(wanted / have)
         return path * _between_centres(gain, len(path), grid)[:, None]
-    side = spread.root(have)
-    inner = spread.root(side @ wanted @ side)
+    side = covariance.root(have)
+    inner = covariance.root(side @ wanted @ side)
     inverse = np.linalg.inv(side)
     return np.asarray(np.einsum("tij,tj->ti", _between_centres(inverse @ inner @ inverse, len(path), grid), path))
 

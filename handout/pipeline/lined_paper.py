@@ -14,7 +14,7 @@ from handout.pipeline.options import PictureOptions, SheetOptions, WritingOption
 from handout.pipeline.pictures import paper as named_paper
 from handout.pipeline.results import Fact
 from handout.values import Hand
-from handout.writing.ruling import ABOVE, Ruling
+from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling
 from handout.writing.sheets import ASCENT, DESCENT
 
 if TYPE_CHECKING:
@@ -73,8 +73,8 @@ def page_name(sheet: SheetOptions, picture: PictureOptions) -> str:
     path = Path(picture.paper)
     if sheet.page is not None or not path.is_file():
         return sheet.page_name
-    from handout.scanning.page import LEAST_DPI, MOST_DPI
-    from handout.scanning.picture import read_picture
+    from handout.scanning.checks import LEAST_DPI, MOST_DPI
+    from handout.scanning.picture_files import read_picture
 
     scan = read_picture(path)
     if scan.own is None or not LEAST_DPI - 1 <= scan.own <= MOST_DPI or scan.photographed:
@@ -128,7 +128,7 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
         layout = _sized(request, every * pitch, squares=squares)
     first = paper.first
     if first is None:
-        first = layout.margin[0] + ASCENT * layout.x_height + ABOVE
+        first = layout.margin[0] + ASCENT * layout.x_height + FOOT_ABOVE_RULE
         if squares:
             first = pitch * math.ceil(first / pitch - 1e-6)
     count = max(1, math.floor((layout.page.height - first) / (every * pitch)) + 1)
@@ -146,7 +146,7 @@ def _printed(request: _Request, paper: Paper) -> LinedPaper:
 
 def _scanned(request: _Request, path: Path) -> LinedPaper:
     """On the lines that are found in the picture of a sheet."""
-    from handout.scanning.picture import read_picture
+    from handout.scanning.picture_files import read_picture
     from handout.scanning.printed_lines import find_printed_lines
 
     rgb, page = read_picture(path).rgb, request.layout.page
@@ -242,7 +242,10 @@ def _used_rules(layout: Layout) -> list[float]:
     """The heights of the rules that are written on, mm."""
     assert layout.ruling is not None
     lower = layout.page.height - layout.margin[2] - DESCENT * layout.x_height
-    return [height for height, _ in layout.ruling.within(_first_room(layout) + ABOVE, lower + ABOVE, 0.0)]
+    return [
+        height
+        for height, _ in layout.ruling.within(_first_room(layout) + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, 0.0)
+    ]
 
 
 def _flaws(path: Path, lines: PrintedSheet) -> list[str]:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from handout import __version__, units
+from handout.completion.completed_hand import complete_hand
 from handout.errors import InputError
 from handout.hand import file, library
-from handout.hand.haste import hasten
-from handout.hand.ink_colours import ink_colours
+from handout.hand.drawn import hasten
+from handout.hand.measures import ink_colours
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.pipeline import pictures, programs
@@ -24,10 +25,9 @@ from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.progress import Tell, silent, within
 from handout.sinks import OF_INK, check_outputs
 from handout.values import Drawing, Hand, Manuscript
-from handout.writing import text as texts
 from handout.writing.compose import each_page
-from handout.writing.drawn import repertoire
 from handout.writing.layout import Layout
+from handout.writing.text import Borrowed
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -266,26 +266,16 @@ def set_pages(
 ) -> tuple[WritingTask, Iterator[Sheet]]:
     """The pages of a text, each set when it is asked for, and the task with the hand that has all their letters."""
     rng = np.random.default_rng([task.seed] if row is None else [task.seed, row])
-    task, borrowed = complete(text, task)
+    hand, lacking = complete_hand(task.hand, text, fallback=task.fallback, seed=task.seed)
+    borrowed = [letter_facts(letter) if row is None else {"row": row, **letter_facts(letter)} for letter in lacking]
     sheets = each_page(
-        text, task.hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
+        text, hand, layout or task.layout, rng, pages=task.pages, fallback=task.fallback, slips=task.slips
     )
-    borrowed = borrowed if row is None else [{"row": row, **letter} for letter in borrowed]
+    task = replace(task, hand=hand)
     return task, (_with_borrowed(sheet, borrowed) for sheet in sheets) if borrowed else sheets
 
 
-def complete(text: str, task: WritingTask) -> tuple[WritingTask, list[Facts]]:
-    """The task with a hand that has every letter of a text, as far as it may be lent some; and those that were."""
-    if isinstance(task.hand, Hand):
-        needed = texts.borrowed(texts.normalise(text), repertoire(task.hand)) if task.fallback else []
-        return task, [letter_facts(letter) for letter in needed]
-    from handout.inking.lending import lend
-
-    hand, lent = lend(task.hand, text, fallback=task.fallback, seed=task.seed)
-    return replace(task, hand=hand), [letter_facts(letter) for letter in lent]
-
-
-def letter_facts(letter: texts.Borrowed) -> Facts:
+def letter_facts(letter: Borrowed) -> Facts:
     """What `--json` prints of a letter that the hand lacked."""
     count = len(letter.at)
     return {"letter": letter.letter, "from": letter.source, "own": letter.own, "count": count, "at": list(letter.at)}
@@ -315,7 +305,7 @@ def draw(
         drawing = trace(page, task.hand, rng, task.kinematics, speed=speed, jitter=task.layout.jitter)
         drawing = _in_colour(drawing, task)
     if not isinstance(task.hand, Hand) and wanted & INK:
-        from handout.inking.scanned import drawn
+        from handout.inking.pen_replacement import drawn
 
         drawing = replace(drawn(page, task.hand, task.pen_hand), strokes=drawing.strokes)
     return replace(drawing, about={"program": f"handout {__version__}", "seed": task.seed, **about, **drawing.about})

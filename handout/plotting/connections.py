@@ -132,23 +132,31 @@ def find_port(
     PortError
         None, or several.
     """
-    usb = [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
-    owners = {board: name for name in DIALECTS for board in dialect(name).usb}
-    owner = profile.dialect if profile.dialect in owners.values() else None
-    boards = [port for port in usb if port.usb is not None and owners.get(port.usb) == owner]
+    boards = _candidates(profile, _usb_devices(ports))
     if not boards:
         raise PortError(
             f"None of this computer's serial ports can be that of the plotter ({profile.title}): is it plugged in and "
             "switched on? (See: handout devices list --ports.)"
         )
     if len(boards) == 1:
-        return boards[0].name
-    answering = [port.name for port in boards if _speaks(port.name, profile, open_at)]
+        return boards[0]
+    answering = [name for name in boards if _speaks(name, profile, open_at)]
     if len(answering) == 1:
         return answering[0]
-    names = ", ".join(answering or [port.name for port in boards])
-    said = "Several plotters answer" if answering else "Several serial ports are there and none answers"
-    raise PortError(f"{said} as {profile.title} should: choose one of {names} with --port.")
+    names = ", ".join(answering or boards)
+    reason = "Several plotters answer" if answering else "Several serial ports are there and none answers"
+    raise PortError(f"{reason} as {profile.title} should: choose one of {names} with --port.")
+
+
+def _usb_devices(ports: Sequence[SerialDevice] | None) -> list[SerialDevice]:
+    return [port for port in (serial_devices() if ports is None else ports) if port.usb is not None]
+
+
+def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
+    """Ports that a machine can be at: with an id that its dialect claims, or, if it claims none, that no other does."""
+    claimed = {usb: name for name in DIALECTS for usb in dialect(name).usb}
+    claims = profile.dialect if profile.dialect in claimed.values() else None
+    return [device.name for device in devices if device.usb is not None and claimed.get(device.usb) == claims]
 
 
 def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
@@ -159,7 +167,7 @@ def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
     PortError
         None, or several.
     """
-    names = [port.name for port in (serial_devices() if ports is None else ports) if port.usb is not None]
+    names = [port.name for port in _usb_devices(ports)]
     if not names:
         raise PortError("Nothing with a serial port is plugged in: is the plotter, and is it switched on?")
     if len(names) > 1:

@@ -122,17 +122,6 @@ class Controller(Protocol):
         """Whether its button has been pressed since it was asked last; waits `BUTTON_LOOK` for that."""
 
 
-class Buttonless:
-    """A controller without a button, or one that holds by itself when a person wants it to."""
-
-    def heed_button(self) -> None:
-        """Nothing to heed."""
-
-    def pressed(self) -> bool:
-        """Never."""
-        return False
-
-
 BUTTON_LOOK = 0.1  # s between two looks at a button while a plot pauses
 
 

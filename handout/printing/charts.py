@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from handout import atomic
-from handout.colour import cgats, chart_tables
+from handout.colour import cgats, chart_files
 from handout.colour.chart import Chart, chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.errors import InputError
 from handout.profiles import Printer
 from handout.sinks import picture_pdf
@@ -66,6 +66,6 @@ def write_chart(made: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()
     with picture_pdf.document(path, about) as document:
         for page in made.pages:
             document.add_pixels(page.paper, render(page, fine, lines), fine)
-    cgats.write(paths[1], chart_tables.ti1(made))
-    cgats.write(paths[2], chart_tables.ti2(made))
+    cgats.write(paths[1], chart_files.ti1(made))
+    cgats.write(paths[2], chart_files.ti2(made))
     return paths

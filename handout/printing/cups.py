@@ -13,14 +13,14 @@ from urllib.parse import quote
 
 from handout.errors import PrinterError
 from handout.printing.ipp.client import Client
-from handout.printing.ipp.fates import asked
-from handout.printing.ipp.link import Link, address
-from handout.printing.queue import Fate, FateUnknown, Ticket
+from handout.printing.ipp.queue import earlier_outcome
+from handout.printing.ipp.transport import Transport, parse_address
+from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
 
 WAY_OUT = "use --dry-run out.pdf to write a file instead"
 NO_LP = f"The command lp is not installed (on Debian it is in the package cups-client): {WAY_OUT}."
-_PATIENCE = 60.0
-# seconds between attempts at a queue that says it is busy
+_TIMEOUT = 60.0  # s that a command may take; set by eye
+# s between attempts at a queue that says it is busy; set by eye
 _PAUSES = (1.0, 2.0, 4.0)
 _REQUEST = re.compile(r"request id is (\S+)")
 
@@ -38,7 +38,7 @@ def lp_arguments(queue: str, pdf: Path, ticket: Ticket) -> list[str]:
     return ["lp", "-d", queue, "-t", ticket.title, *pairs, "--", str(pdf)]
 
 
-class _Silent(PrinterError):
+class _TimedOut(PrinterError):
     """A command of the print system did not come to an end."""
 
 
@@ -60,49 +60,49 @@ class CupsQueue:
     def check(self, ticket: Ticket) -> None:
         """Nothing: CUPS says what it does not like when it is sent."""
 
-    def follow(self, job: str) -> Fate:
+    def follow(self, job: str) -> Outcome:
         """Nothing to wait for: CUPS prints by itself what it has taken."""
-        return Fate("waiting")
+        return Outcome("waiting")
 
-    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """What the print system says of a job, in IPP: ``lpstat`` does not tell printed from cancelled."""
         number = job.rpartition("-")[2]
         try:
             # CUPS tells of a job by its title to the person who sent it only
-            where = address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")
-            client = Client(Link(where), user=getuser())
-            return asked(client, number if number.isdigit() else "", title, earlier, self._wait)
+            address = parse_address(f"ipp://{_server()}/printers/{quote(self.name.split('/')[0])}")
+            client = Client(Transport(address), wait=self._wait, user=getuser())
+            return earlier_outcome(client, number if number.isdigit() else "", title, earlier)
         except PrinterError:
-            return Fate("unknown", "the print system cannot be asked about it")
+            return Outcome("unknown", "the print system cannot be asked about it")
 
-    def cancel(self, job: str, title: str) -> Fate:
+    def cancel(self, job: str, title: str) -> Outcome:
         """Nothing: a job is in flight only until CUPS has taken it."""
-        return self.fate(job, title)
+        return self.outcome(job, title)
 
     def send(self, pdf: Path, ticket: Ticket) -> str:
         """Queue one PDF with ``lp``; a busy queue is asked again for about seven seconds.
 
         Raises
         ------
-        FateUnknown
+        OutcomeUnknown
             ``lp`` does not come to an end, and CUPS does not know the job.
         PrinterError
             ``lp`` is missing or refuses the job; the message holds its own words.
         """
         try:
-            done = self._ask(lp_arguments(self.name, pdf, ticket))
-        except _Silent as error:
+            done = self._submit(lp_arguments(self.name, pdf, ticket))
+        except _TimedOut as error:
             # a job may have been made all the same
-            job = self.fate("", ticket.title).job
+            job = self.outcome("", ticket.title).job
             if job:
                 return f"{self.name}-{job}"
-            raise FateUnknown(f"{error} Whether the page was queued cannot be told.") from error
+            raise OutcomeUnknown(f"{error} Whether the page was queued cannot be told.") from error
         if done.returncode != 0:
-            raise PrinterError(f"Queue {self.name!r} refused the page: {_words(done)}")
-        found = _REQUEST.search(done.stdout)
-        return found.group(1) if found else ""
+            raise PrinterError(f"Queue {self.name!r} refused the page: {_reason(done)}")
+        match = _REQUEST.search(done.stdout)
+        return match.group(1) if match else ""
 
-    def _ask(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    def _submit(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
         for pause in (*_PAUSES, None):
             done = _run(command)
             if done is None:
@@ -130,8 +130,8 @@ def default() -> str:
 def _server() -> str:
     """Host and port of the print system; one that is reached through a socket in a folder listens on its port too."""
     done = _run(["lpstat", "-H"])
-    said = done.stdout.strip() if done is not None and done.returncode == 0 else ""
-    return said if said and not said.startswith("/") else "localhost:631"
+    server = done.stdout.strip() if done is not None and done.returncode == 0 else ""
+    return server if server and not server.startswith("/") else "localhost:631"
 
 
 def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
@@ -139,18 +139,18 @@ def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str] | None:
     english = {**os.environ, "LC_ALL": "C"}
     try:
         return subprocess.run(
-            command, capture_output=True, text=True, errors="replace", env=english, timeout=_PATIENCE, check=False
+            command, capture_output=True, text=True, errors="replace", env=english, timeout=_TIMEOUT, check=False
         )
     except FileNotFoundError:
         return None
     except subprocess.TimeoutExpired as error:
-        raise _Silent(f"The command {command[0]} did not come to an end in {_PATIENCE:g} s.") from error
+        raise _TimedOut(f"The command {command[0]} did not come to an end in {_TIMEOUT:g} s.") from error
     except OSError as error:
         raise PrinterError(f"The command {command[0]} did not work: {error}; {WAY_OUT}.") from error
 
 
-def _words(done: subprocess.CompletedProcess[str]) -> str:
+def _reason(done: subprocess.CompletedProcess[str]) -> str:
     """What the command said of its failure, as one sentence."""
-    said = " ".join(done.stderr.split()) or f"lp ended with status {done.returncode}"
-    said = said.removeprefix("lp: ").removeprefix("Error - ")
-    return said if said.endswith(".") else f"{said}."
+    reason = " ".join(done.stderr.split()) or f"lp ended with status {done.returncode}"
+    reason = reason.removeprefix("lp: ").removeprefix("Error - ")
+    return reason if reason.endswith(".") else f"{reason}."

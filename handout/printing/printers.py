@@ -13,7 +13,7 @@ from handout import profiles
 from handout.errors import InputError, PrinterError, ProfileError
 from handout.printing import media
 from handout.printing.cups import NO_LP, WAY_OUT, CupsQueue, default, queues
-from handout.printing.ipp import link
+from handout.printing.ipp import transport
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.media import Feeding
@@ -56,7 +56,7 @@ def resolve(name: str, queue: str = "") -> Printer:
     known, name = profiles.names("printer"), profiles.full(name)
     if queue:
         return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
-    if link.is_address(name) or name.startswith(_FOLDER):
+    if transport.is_address(name) or name.startswith(_FOLDER):
         return msgspec.structs.replace(_driven(name, known), queue=name)
     is_profile = name.endswith(".toml") or name in known or f"printer-{name}" in known
     profile = _printer(name) if is_profile else None
@@ -85,8 +85,10 @@ def open_queue(profile: Printer, say: Say = lambda message: None) -> Queue:
         The printer does not answer; no print system, no such queue, or no default; the message says what there is
         and the way out.
     """
-    if link.is_address(profile.queue):
-        return IppQueue(Client(link.Link(link.address(profile.queue)), say), say, format=profile.format)
+    if transport.is_address(profile.queue):
+        return IppQueue(
+            Client(transport.Transport(transport.parse_address(profile.queue)), say), say, format=profile.format
+        )
     if profile.queue.startswith(_FOLDER):
         return FolderQueue(Path(profile.queue.removeprefix(_FOLDER) or "."), profile.format or "pdf")
     if profile.format not in ("", "pdf"):

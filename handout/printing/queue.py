@@ -43,7 +43,7 @@ class Ticket:
 
 
 @dataclass(frozen=True)
-class Fate:
+class Outcome:
     """What became of a job.
 
     state : completed: it came out; failed: it did not and will not; waiting: the printer has it and may still print
@@ -57,7 +57,7 @@ class Fate:
     job: str = ""
 
 
-class FateUnknown(PrinterError):
+class OutcomeUnknown(PrinterError):
     """The way to the printer broke after it may have taken a page."""
 
 
@@ -90,25 +90,25 @@ class Queue(Protocol):
 
         Raises
         ------
-        FateUnknown
+        OutcomeUnknown
             It may have been taken.
         PrinterError
             It was certainly not.
         """
         ...
 
-    def follow(self, job: str) -> Fate:
+    def follow(self, job: str) -> Outcome:
         """Wait until a job is over, or return at once where the queue keeps it and will print it by itself."""
         ...
 
-    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """What became of a job that was sent some time ago; `job` is empty where only its title is known.
 
         `earlier` are titles of jobs that were over before this one was begun.
         """
         ...
 
-    def cancel(self, job: str, title: str) -> Fate:
+    def cancel(self, job: str, title: str) -> Outcome:
         """Stop the job that is in flight; what became of it."""
         ...
 
@@ -145,18 +145,18 @@ class _Folder:
     def check(self, ticket: Ticket) -> None:
         """Nothing: a folder takes every sheet."""
 
-    def follow(self, job: str) -> Fate:
+    def follow(self, job: str) -> Outcome:
         """It is there."""
-        return Fate("completed")
+        return Outcome("completed")
 
-    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """Whether its file is there; one that was never named was never written."""
         there = bool(job) and (self._folder / f"{job}.{self.format}").is_file()
-        return Fate("completed") if there else Fate("failed", "its file is not there")
+        return Outcome("completed") if there else Outcome("failed", "its file is not there")
 
-    def cancel(self, job: str, title: str) -> Fate:
+    def cancel(self, job: str, title: str) -> Outcome:
         """Files are written whole or not at all."""
-        return self.fate(job, title)
+        return self.outcome(job, title)
 
 
 class FolderQueue(_Folder):
@@ -204,7 +204,7 @@ class SimulatedQueue(_Folder):
         atomic.write(self._folder / "jobs.jsonl", "".join(self._log).encode())
         return job
 
-    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """Whether a job of that title is in its log."""
         there = any(json.loads(entry)["title"] == title for entry in self._log)
-        return Fate("completed") if there else Fate("failed", "the job is not there")
+        return Outcome("completed") if there else Outcome("failed", "the job is not there")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from handout.errors import PrinterError
 from handout.printing.destination import Spool
 from handout.printing.journal import Journal, Piece
-from handout.printing.queue import Fate, FateUnknown, Queue
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue
 from handout.printing.report import Failed, Job, PrintingStopped, Report
 from handout.printing.rows import ranges
 
@@ -49,35 +49,35 @@ def left(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again
     """
     found = Left()
     for row in rows:
-        fates = {(row, copy): _fate(journal, queue, (row, copy)) for copy in range(1, copies + 1)}
-        for piece, fate in fates.items():
-            if fate.state == "waiting":
+        outcomes = {(row, copy): _outcome(journal, queue, (row, copy)) for copy in range(1, copies + 1)}
+        for piece, outcome in outcomes.items():
+            if outcome.state == "waiting":
                 found.wait.append(piece)
-            elif fate.state == "failed" or row in again:
+            elif outcome.state == "failed" or row in again:
                 found.send.append(piece)
-            elif fate.state == "unknown":
-                found.unknown.append(Failed(row, fate.why))
-        if all(fate.state == "completed" for fate in fates.values()) and row not in again:
+            elif outcome.state == "unknown":
+                found.unknown.append(Failed(row, outcome.why))
+        if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
             found.done.append(row)
     return found
 
 
-def _fate(journal: Journal, queue: Queue, piece: Piece) -> Fate:
+def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
     """What became of an envelope; "failed" for one that never was sent.  What the printer tells is noted."""
     step = journal.steps.get(piece)
     if step is None or step.state == "failed":
-        return Fate("failed")
+        return Outcome("failed")
     if step.state == "completed":
-        return Fate("completed")
+        return Outcome("completed")
     at = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
-        return Fate("unknown", f"{at}, and {step.why}")
-    fate = queue.fate(step.job, step.title, journal.earlier(piece))
-    if fate.job:
-        journal.note(piece, "sent", job=fate.job)
-    if fate.state in ("completed", "failed"):
-        _note(journal, piece, fate)
-    return Fate("unknown", f"{at}, and {fate.why}") if fate.state == "unknown" else fate
+        return Outcome("unknown", f"{at}, and {step.why}")
+    outcome = queue.outcome(step.job, step.title, journal.earlier(piece))
+    if outcome.job:
+        journal.note(piece, "sent", job=outcome.job)
+    if outcome.state in ("completed", "failed"):
+        _note(journal, piece, outcome)
+    return Outcome("unknown", f"{at}, and {outcome.why}") if outcome.state == "unknown" else outcome
 
 
 def send(
@@ -112,7 +112,7 @@ def _one(spool: Spool, journal: Journal, piece: Piece, jobs: list[Job]) -> None:
     journal.note(piece, "sending", title=title)
     try:
         job = spool.send(row, title, f"row-{row:03d}" + (f"-{copy}" if copy > 1 else ""))
-    except FateUnknown:
+    except OutcomeUnknown:
         raise
     except PrinterError as error:
         journal.note(piece, "failed", why=str(error))
@@ -124,23 +124,23 @@ def _one(spool: Spool, journal: Journal, piece: Piece, jobs: list[Job]) -> None:
 
 def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
     """Wait for an envelope's end; PrinterError where it is not a good one."""
-    fate = queue.follow(job)
-    _note(journal, piece, fate)
-    if fate.state == "failed":
-        raise PrinterError(f"job {job} was not printed: {fate.why}.")
-    if fate.state == "unknown":
-        raise PrinterError(f"what became of job {job} cannot be told: {fate.why}. Look whether the sheet is there.")
-    if fate.state == "waiting" and not queue.keeps:
-        raise PrinterError(f"job {job} is not printed yet: {fate.why}. Let it go on at the printer.")
+    outcome = queue.follow(job)
+    _note(journal, piece, outcome)
+    if outcome.state == "failed":
+        raise PrinterError(f"job {job} was not printed: {outcome.why}.")
+    if outcome.state == "unknown":
+        raise PrinterError(f"what became of job {job} cannot be told: {outcome.why}. Look whether the sheet is there.")
+    if outcome.state == "waiting" and not queue.keeps:
+        raise PrinterError(f"job {job} is not printed yet: {outcome.why}. Let it go on at the printer.")
 
 
-def _note(journal: Journal, piece: Piece, fate: Fate) -> None:
-    if fate.state == "completed":
+def _note(journal: Journal, piece: Piece, outcome: Outcome) -> None:
+    if outcome.state == "completed":
         journal.note(piece, "completed")
-    elif fate.state == "failed":
-        journal.note(piece, "failed", why=fate.why)
-    elif fate.state == "unknown":
-        journal.note(piece, "doubtful", why=fate.why)
+    elif outcome.state == "failed":
+        journal.note(piece, "failed", why=outcome.why)
+    elif outcome.state == "unknown":
+        journal.note(piece, "doubtful", why=outcome.why)
 
 
 @contextmanager
@@ -200,6 +200,6 @@ def _stop(queue: Queue, journal: Journal, piece: Piece) -> None:
     """Cancel the job in flight, if there is one, and note what became of it."""
     step = journal.steps.get(piece)
     if step is not None and step.state in ("sending", "sent"):
-        fate = queue.cancel(step.job, step.title)
-        if fate.state in ("completed", "failed"):
-            _note(journal, piece, fate)
+        outcome = queue.cancel(step.job, step.title)
+        if outcome.state in ("completed", "failed"):
+            _note(journal, piece, outcome)

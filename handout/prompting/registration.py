@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.errors import InputError
-from handout.prompting import fiducials
+from handout.prompting.sheet_layout import MARK_CELLS, MARK_CORNERS, corner_of_mark, mark_corners, mark_dictionary
 from handout.values import Array, Page, readonly
 
 # mm, root mean square: clean scans have 0.01 at 300 dpi and 0.07 at 100; more than this is a crumpled sheet
@@ -105,13 +105,13 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
         return None
     corners = tuple(sorted(found))
     if len(corners) < 3 and set(corners) not in _OPPOSITE:
-        seen = " and ".join(fiducials.CORNERS[corner] for corner in corners)
+        seen = " and ".join(MARK_CORNERS[corner] for corner in corners)
         raise InputError(
             f"Only the marks at the {seen} of the sheet can be seen: all four are needed for a photograph, "
             "and two opposite ones for a scan. Scan the whole sheet, with nothing over its marks."
         )
-    at = fiducials.squares(page)[list(corners)].reshape(-1, 2)
-    seen_at = markers.refined(grey, np.concatenate([found[corner] for corner in corners]), fiducials.CELLS)
+    at = mark_corners(page)[list(corners)].reshape(-1, 2)
+    seen_at = markers.refined(grey, np.concatenate([found[corner] for corner in corners]), MARK_CELLS)
     matrix = _fit(at, seen_at, len(corners))
     off = apply(inverse(matrix), seen_at) - at
     residual = float(np.sqrt(np.square(off).sum(axis=1).mean()))
@@ -129,7 +129,7 @@ def _check(found: Registration) -> None:
             f"The marks of the sheet lie {found.residual:.2f} mm from where they should be (at most {worst:.2f} mm): "
             "is it crumpled or bent? Lay it flat and scan it."
         )
-    missing = " and ".join(name for corner, name in enumerate(fiducials.CORNERS) if corner not in found.marks)
+    missing = " and ".join(name for corner, name in enumerate(MARK_CORNERS) if corner not in found.marks)
     raise InputError(
         f"The mark at the {missing} of the sheet cannot be seen, and the others are not those of a sheet that lies "
         f"flat on a scanner (off by {found.residual:.2f} mm, at most {worst:.2f} mm): scan the whole sheet."
@@ -155,7 +155,7 @@ def in_grey(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _marks(grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
     """Number and corners (4, 2) in pixels of every mark."""
-    return markers.find(grey, fiducials.dictionary(), lambda number: fiducials.identify(number) is not None, 4)
+    return markers.find(grey, mark_dictionary(), lambda number: corner_of_mark(number) is not None, 4)
 
 
 def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Array]]:
@@ -163,7 +163,7 @@ def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Ar
     page: Page | None = None
     found: dict[int, Array] = {}
     for number, corners in marks:
-        paper, corner = fiducials.identify(number) or (page, -1)
+        paper, corner = corner_of_mark(number) or (page, -1)
         if corner in found or (page is not None and paper != page):
             raise InputError("The picture shows the marks of more than one sheet: scan one sheet at a time.")
         page, found[corner] = paper, corners

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.scanning.inks import Inks
-from handout.scanning.page import Scan
+from handout.scanning.scan import Scan
 from handout.values import Array, readonly
 
 MOST = 2.0
@@ -72,14 +72,14 @@ _SURE, _PERHAPS = 0.357, 0.071  # levels: s = .55 and .35 where zero ink lies at
 
 
 def find_scale(scan: Scan, inks: Inks) -> Scale:
-    """The scale of a page's own ink; `pooled` makes one of several."""
+    """The scale of a page's own ink; `pooled_scale` makes one of several."""
     rows = max(1, scan.shape[0] // 1500)
     level = inks.levels(scan.rgb[::rows].reshape(-1, 3)[:: max(1, 2 // rows)] / 255.0).max(axis=-1)
     counts, _ = np.histogram(np.clip(level[level > 0], 0, _TOP - 1e-6), bins=_STEPS, range=(0, _TOP))
     return Scale(counts.astype(np.float64))
 
 
-def pooled(scales: Sequence[Scale]) -> Scale:
+def pooled_scale(scales: Sequence[Scale]) -> Scale:
     """One scale for all pages of a hand."""
     return Scale(np.sum([scale.counts / max(scale.counts.sum(), 1.0) for scale in scales], axis=0))
 
@@ -94,7 +94,7 @@ def find_density(scan: Scan, inks: Inks, scale: Scale | None = None) -> Density:
         That of all pages of the hand; without it the page's own.
     """
     scale = scale or find_scale(scan, inks)
-    table = baked(inks, scale, scan.rgb)
+    table = density_table(inks, scale, scan.rgb)
     values = np.empty(scan.shape, dtype=np.float32)
     for start in range(0, scan.shape[0], 512):
         values[start : start + 512] = look_up(table, scan.rgb[start : start + 512])
@@ -102,7 +102,7 @@ def find_density(scan: Scan, inks: Inks, scale: Scale | None = None) -> Density:
     return Density(values, scale, float(sure), float(perhaps))
 
 
-def baked(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """(33, 33, 33) float32: density at colours on a lattice over 0–255, by a thin-plate spline through samples.
 
     It is worked out where the page has colours; elsewhere the table holds what the spline was fitted to.  And it is cut

@@ -1,6 +1,9 @@
-"""The colours of a page: its paper, its inks, and the axes along which ink is told from paper and from ruling.
+"""The colours of a page: its paper, its inks, and the axes along which ink is told from paper and from printed ruling.
 
-Source: seed 000, §5.1.1; handwriting specification §2 (core colour of ink, several inks, ruled paper).
+Printed rules and squares are found so that the axis of an ink can be laid past their colour.  They are not removed:
+taking lines out of a page would cut the letters that cross them.
+
+Source: seed 000, §5.1.1; core colour of ink, several inks and ruled paper: own method.
 """
 
 from __future__ import annotations
@@ -10,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.errors import InputError
 from handout.hues import kinds
-from handout.scanning.page import Scan
-from handout.scanning.ruling import find_ruling
+from handout.scanning.checks import blank
+from handout.scanning.scan import Scan
 from handout.values import Array
 
 _BINS = 32
@@ -82,7 +84,7 @@ def find_inks(scan: Scan) -> Inks:
     away = _away(scan, paper)
     core, threshold = _cores(away)
     if int(core.sum()) < _ENOUGH or threshold < 0.4 * _CONTRAST:
-        raise _nothing(scan)
+        raise blank(scan)
     contrast = float(np.median(away[core]))
     ruling = find_ruling(scan, paper.astype(np.float32), contrast)
     if ruling is not None:
@@ -92,7 +94,7 @@ def find_inks(scan: Scan) -> Inks:
         ruled = np.zeros((0, 3))
     colours = scan.rgb[core] / 255.0
     if len(colours) < _ENOUGH or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _CONTRAST:
-        raise _nothing(scan)
+        raise blank(scan)
     noise = _noise(scan, away, paper)
     inks, grain = _told_apart(colours, paper, noise, ruled)
     return Inks(paper, inks, grain, ruling)
@@ -224,8 +226,40 @@ def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Arra
     return candidates[best], levels[best]
 
 
-def _nothing(scan: Scan) -> InputError:
-    return InputError(
-        f"{scan.source} holds nothing but paper: no strokes stand out from it. "
-        "Was the right side scanned? A faint pencil needs a darker scan."
-    )
+_RUN = 6.0  # mm of straight line: no stroke of a letter is so long and so level
+_LEAST = 0.10  # of the contrast of ink: fainter lines need no care
+_LINES = 4.0  # ruled lines as long as the page is wide, together
+
+
+def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDArray[np.bool_] | None:
+    """Where printed lines are, (h, w) bool, or None on plain paper.
+
+    Parameters
+    ----------
+    scan : Scan
+        Evened out.
+    colour : (3,) float, the paper's.
+    contrast : the distance of ink from paper in colour, 0–√3.
+    """
+    import cv2
+
+    marked = np.zeros(scan.shape, dtype=np.uint8)
+    for start in range(0, scan.shape[0], 512):
+        part = scan.rgb[start : start + 512].astype(np.float32) / 255 - colour
+        marked[start : start + 512] = np.linalg.norm(part, axis=2) > _LEAST * contrast
+    run = max(15, round(scan.pixels(_RUN)))
+    found = np.zeros_like(marked)
+    for shape in ((run, 1), (1, run)):
+        kernel = np.ones(shape[::-1], dtype=np.uint8)
+        lines = np.asarray(cv2.morphologyEx(marked, cv2.MORPH_OPEN, kernel), dtype=np.uint8)
+        if _spread(lines, axis=1 if shape[0] > 1 else 0):
+            found |= lines
+    return found.astype(bool) if found.any() else None
+
+
+def _spread(lines: NDArray[np.uint8], axis: int) -> bool:
+    """Whether long runs lie on many rows of the page, as ruling does and a few underlines do not."""
+    covered = (lines > 0).mean(axis=axis)
+    # thickness does not count: the strongest row of every 2 % of the page stands for it
+    blocks = np.array([block.max() for block in np.array_split(covered, 50)])
+    return bool(blocks[blocks > 0.25].sum() > _LINES)

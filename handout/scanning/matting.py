@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from handout.scanning.inks import Inks
 from handout.scanning.mask import Mask
-from handout.scanning.page import Scan
+from handout.scanning.scan import Scan
 from handout.summary import one_line
 from handout.values import Array
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.page import Scan
+from handout.scanning.scan import Scan
 
 _COARSE = 50.0  # dpi of the estimate
 _STROKE = 2.4  # mm: nothing written is wider in both directions

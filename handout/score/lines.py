@@ -1,6 +1,6 @@
 """Written lines on a page image as the measures take them: in pixels, with their words.
 
-They are found as those of a scan are (`handout.scanning.rules`).
+They are found as those of a scan are (`handout.scanning.text_lines`).
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.rule import Rule
-from handout.scanning.rules import find_rules
-from handout.scanning.strokes import find_marks
+from handout.scanning.baselines import Baseline, find_stroke_extremes
+from handout.scanning.text_lines import find_text_lines
 from handout.score.pages import DPI
 from handout.values import Array
 
@@ -82,13 +81,13 @@ def find_lines(mask: NDArray[np.bool_]) -> Lines:
     ----------
     mask : (h, w) bool, True where there is ink, at about 300 dpi.
     """
-    rules = find_rules(mask, DPI)
+    rules = find_text_lines(mask, DPI)
     x_height = rules.x_height / _PIXEL
     lines = tuple(_in_pixels(rule, x_height) for rule in rules.lines)
     return Lines(lines, x_height, float(np.arctan(rules.slant)))
 
 
-def _in_pixels(rule: Rule, x_height: float) -> WrittenLine:
+def _in_pixels(rule: Baseline, x_height: float) -> WrittenLine:
     """The same line with its baseline through the middles of the last pixels of ink, not through their lower edges."""
     c0, c1, c2 = rule.curve
     return WrittenLine((c0 / _PIXEL - 1, c1, c2 * _PIXEL), rule.left / _PIXEL, rule.right / _PIXEL, x_height)
@@ -96,7 +95,7 @@ def _in_pixels(rule: Rule, x_height: float) -> WrittenLine:
 
 def ends_of_strokes(mask: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Lowest and highest points (n, 2) float, (x, y) pixels: runs of ink with no ink beneath, and above."""
-    marks = find_marks(mask, DPI)
+    marks = find_stroke_extremes(mask, DPI)
     return marks.foot / _PIXEL - (0.5, 1.0), marks.top / _PIXEL - (0.5, 0.0)
 
 

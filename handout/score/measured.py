@@ -1,6 +1,6 @@
 """The lines of a page one by one, each measured for itself, so that parts of a page can be put together and compared.
 
-What ink belongs to which line is told as it is for a scan (`handout.scanning.belonging`).
+What ink belongs to which line is told as it is for a scan (`handout.scanning.text_lines`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.scanning.belonging import owners
+from handout.scanning.text_lines import line_owners
 from handout.score.crowd import Style
 from handout.score.hinge import hinge_counts
 from handout.score.lines import WrittenLine, find_lines
@@ -64,7 +64,7 @@ def measure_lines(grey: NDArray[np.uint8]) -> list[MeasuredLine]:
         raise InputError(
             "No written line can be told on the page: it needs at least a line of dark ink on light paper."
         )
-    owner = owners(mask, lines)
+    owner = line_owners(mask, lines)
     measured = [_measured(grey, owner == i, line, found.x_height, found.slant) for i, line in enumerate(lines)]
     return [line for line in measured if line is not None]
 

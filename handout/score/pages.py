@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.picture import read_picture
+from handout.scanning.picture_files import read_picture
 
 DPI = 300.0
 _DUST = 12  # pixels

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.strokes import spans
+from handout.scanning.baselines import spans
 from handout.score.hinge import chi_square
 from handout.values import Array
 

@@ -1,5 +1,6 @@
 """Stand-ins, in the computer, for the people and machines at the two ends of the program; nothing else needs them.
 
+    ipp/       an IPP printer on this computer, with faults on demand: ``python -m handout.simulated.ipp``
     author/    writes with a built-in hand and a simulated pen, and knows the truth about every pixel
     printer/   an inkjet and an offset press with faults on demand; what ``--printer sim`` prints with
     plotter/   a pen plotter with the firmware of each dialect, behind a port; what the addresses ``sim:`` lead to

@@ -62,7 +62,7 @@ class Loop:
     def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
         """A line of the hand's own writing in the frame; its page counts as scanned by this flatbed as it comes."""
         from handout.calibrating import reference
-        from handout.colour.strokes import strokes_in
+        from handout.colour.pen_lines import strokes_in
         from handout.hand.library import find
         from handout.hand.scanned import ScannedHand
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from handout.colour import conversions
 from handout.values import Array, readonly
 
 WAVELENGTHS = readonly(np.arange(400, 701, 10), None)  # nm
@@ -21,13 +21,9 @@ def observer() -> Array:
 
     Source: CIE 1931 2° standard observer, CIE illuminant D50, as in colour-science.
     """
-    with warnings.catch_warnings():
-        # colour-science tells at import that it cannot draw diagrams
-        warnings.simplefilter("ignore")
-        from colour.colorimetry import MSDS_CMFS, SDS_ILLUMINANTS
-
-    matching = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"][WAVELENGTHS]
-    weights = matching * SDS_ILLUMINANTS["D50"][WAVELENGTHS][:, None]
+    tables = conversions.science().colorimetry
+    matching = tables.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"][WAVELENGTHS]
+    weights = matching * tables.SDS_ILLUMINANTS["D50"][WAVELENGTHS][:, None]
     return readonly(weights / weights[:, 1].sum(), None, 3)
 
 
@@ -37,22 +33,13 @@ def xyz(spectra: ArrayLike) -> Array:
 
 
 def lab(colours: ArrayLike) -> Array:
-    """(…, 3) CIE L*a*b* of XYZ (…, 3); white is a spectrum of ones.  Source: CIE 15:2004, §8.2.1."""
-    t = np.asarray(colours) / observer().sum(axis=0)
-    f = np.where(t > (6 / 29) ** 3, np.cbrt(t), t * (29 / 6) ** 2 / 3 + 4 / 29)
-    return np.stack(
-        [116 * f[..., 1] - 16, 500 * (f[..., 0] - f[..., 1]), 200 * (f[..., 1] - f[..., 2])],
-        axis=-1,
-    )
+    """(…, 3) CIE L*a*b* of XYZ (…, 3); white is a spectrum of ones."""
+    return conversions.lab_of_xyz(colours, observer().sum(axis=0))
 
 
 def xyz_of_lab(colours: ArrayLike) -> Array:
     """(…, 3) XYZ of L*a*b* (…, 3), the reverse of `lab`."""
-    wanted = np.asarray(colours, dtype=np.float64)
-    y = (wanted[..., 0] + 16) / 116
-    f = np.stack([y + wanted[..., 1] / 500, y, y - wanted[..., 2] / 200], axis=-1)
-    t = np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29))
-    return np.asarray(t * observer().sum(axis=0))
+    return conversions.xyz_of_lab(colours, observer().sum(axis=0))
 
 
 def smooth(colours: ArrayLike) -> Array:

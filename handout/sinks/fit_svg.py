@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from handout.motion.reconstruction.pages import Fit, PlannedPage, sampled
-from handout.motion.reconstruction.timing import SHORTEST, prepared
+from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sampled
+from handout.motion.reconstruction.recording_fit import SHORTEST, prepared
 from handout.sinks import about
 from handout.values import Array, Drawing
 

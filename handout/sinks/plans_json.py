@@ -23,8 +23,8 @@ import msgspec
 import numpy as np
 
 from handout.errors import InputError
-from handout.motion.reconstruction.pages import Fit, PlannedPage
 from handout.motion.reconstruction.plan import LognormalPlan
+from handout.motion.reconstruction.planned_page import Fit, PlannedPage
 from handout.sinks import about
 from handout.values import Page
 

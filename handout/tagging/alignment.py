@@ -1,12 +1,33 @@
-"""What aligning a page with its transcript gives: where every letter is, how sure that is, how well each line fits."""
+"""Aligning a page with its transcript: where every letter is, how sure that is, how well each line's text fits."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
-from handout.tagging.linespace import Frame
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from handout.errors import InputError
+from handout.progress import Tell, silent
+from handout.tagging import network
+from handout.tagging.alphabet import SPACE
+from handout.tagging.decoder import Decoded
+from handout.tagging.line_space import Frame, Strip, frames, strips
+from handout.tagging.network import Network
+from handout.tagging.segmentation import PageReader, by_segments, confidence
+from handout.tagging.transcript import TranscriptLine, read_transcript
+from handout.tagging.transcript_fit import POOR, assigned_to_lines, refuse_other_text
+
+if TYPE_CHECKING:
+    from handout.scanning.written_page import WrittenPage
 
 DOUBTFUL = 0.5  # confidence under which a letter is worth a look
+
+Method = Callable[[PageReader, Sequence[TranscriptLine], np.random.Generator, Tell], list[list[Decoded]]]
+METHODS: Mapping[str, Method] = {"segments": by_segments, "segments-once": partial(by_segments, adapting=False)}
 
 
 @dataclass(frozen=True)
@@ -61,7 +82,7 @@ class Alignment:
 
     lines: tuple[AlignedLine, ...]
     poor: tuple[int, ...] = ()
-    method: str = "segments"
+    method: str | Method = "segments"
 
     @property
     def letters(self) -> tuple[Letter, ...]:
@@ -73,3 +94,87 @@ class Alignment:
         """The letters worth a look, the least certain first."""
         low = [letter for letter in self.letters if letter.confidence < DOUBTFUL or not letter.present]
         return tuple(sorted(low, key=lambda letter: letter.confidence))
+
+
+def align(
+    page: WrittenPage,
+    transcript: str,
+    *,
+    method: str | Method = "segments",
+    rng: np.random.Generator,
+    networks: Sequence[Network] | None = None,
+    tell: Tell = silent,
+) -> Alignment:
+    """Find every letter of a page.
+
+    Parameters
+    ----------
+    page : scanning.written_page.WrittenPage
+        With its mask of ink and its text lines.
+    transcript : str
+        What is written, a line of text for a line of the page where that is known; ``~~words~~`` were struck out.
+        Line breaks that differ from the page's are found.
+    method : {"segments", "segments-once"} or function
+        "segments-once" learns nothing from the page, which is quicker and finds fewer; a function such as these takes
+        the lines of the page, what is written on each, a random generator and `tell`.
+    rng : numpy.random.Generator
+        Drives the training on the page; the same generator gives the same alignment.
+    networks : sequence of Network, optional
+        In place of the shipped ones.
+    tell : function, optional
+        Told how far it has come.
+
+    Raises
+    ------
+    InputError
+        An empty transcript, a page without lines, an unknown method, or the transcript of another page.
+    """
+    straightened = strips(page.mask.ink, frames(page)) if page.text_lines.lines else []
+    return align_strips(straightened, transcript, method=method, rng=rng, networks=networks, tell=tell)
+
+
+def align_strips(
+    strips: Sequence[Strip],
+    transcript: str,
+    *,
+    method: str | Method = "segments",
+    rng: np.random.Generator,
+    networks: Sequence[Network] | None = None,
+    tell: Tell = silent,
+) -> Alignment:
+    """The same for lines that have been straightened."""
+    name, decode_lines = _method(method)
+    lines = read_transcript(transcript)
+    if not strips:
+        raise InputError("No lines of writing were found on the page: nothing can be aligned.")
+    reader = PageReader([strip.image for strip in strips], networks or network.shipped())
+    texts, fits = assigned_to_lines(reader, lines, rng)
+    with_text = [i for i, text in enumerate(texts) if text.letters]
+    refuse_other_text([fits[i] for i in with_text], (len(strips), len(lines)))
+    # matrices this small gain little from more processors, and sums in another order would make other letters of a page
+    with threadpool_limits(limits=1, user_api="blas"):
+        decodings = decode_lines(reader.part(with_text), [texts[i] for i in with_text], rng, tell)
+    aligned = tuple(
+        AlignedLine(i, strips[i].frame, _letters(strips[i].frame, texts[i], of_line), float(fits[i]))
+        for i, of_line in zip(with_text, decodings, strict=True)
+    )
+    return Alignment(aligned, tuple(i for i in with_text if fits[i] < POOR), name)
+
+
+def _method(method: str | Method) -> tuple[str, Method]:
+    """The name of a method of alignment, and the method."""
+    if not isinstance(method, str):
+        return method.__name__, method
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is unknown; use {' or '.join(METHODS)}.")
+    return method, METHODS[method]
+
+
+def _letters(frame: Frame, text: TranscriptLine, decodings: Sequence[Decoded]) -> tuple[Letter, ...]:
+    best, confidences = decodings[-1], confidence(decodings)
+    left, right = (frame.to_page(side)[:, 0].tolist() for side in (best.left, best.right))
+    return tuple(
+        Letter(text.at[i], text.spelt[i], left[i], right[i], float(confidences[i]), bool(best.found[i]))
+        for i, letter in enumerate(text.letters)
+        if letter != SPACE
+    )

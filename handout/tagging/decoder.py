@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from handout.tagging.alphabet import JUNK, SPACE, THIRDS, state
-from handout.tagging.features import ABOVE, INKY, STEP, X_HEIGHT, Image
+from handout.tagging.line_space import ABOVE, INKY, STEP, X_HEIGHT, Image
 from handout.values import Array
 
 NEVER = -1e9

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.errors import InputError
 from handout.tagging.alphabet import LETTERS, THIRDS
-from handout.tagging.features import COUNT, SPREAD_FLOOR
+from handout.tagging.line_space import COUNT, SPREAD_FLOOR
 
 Floats = NDArray[np.float32]
 _LAYERS = 3  # of weights, in the shipped files: two hidden layers

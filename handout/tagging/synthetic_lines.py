@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from handout.motion.trace import trace
 from handout.tagging.alphabet import JUNK, SPACE, THIRDS, fold, state
-from handout.tagging.features import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
+from handout.tagging.line_space import ABOVE, HEIGHT, STEP, X_HEIGHT, Image, describe
 from handout.tagging.network import LabelledColumns
 from handout.tagging.synthetic_writers import WriterHabits, random_habits, random_writer, texts
 from handout.values import Array, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
+from handout.writing.drawn_line_writer import slurred
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
-from handout.writing.words import slurred
 
 _MM = 3.0  # x-height of the composed page
 _PAGE = Page(170.0, 5000.0)

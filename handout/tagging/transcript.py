@@ -12,7 +12,7 @@ from handout.tagging.alphabet import JUNK, SPACE, fold, struck_out
 
 
 @dataclass(frozen=True)
-class Written:
+class TranscriptLine:
     """What is written on one line of a page.
 
     letters : of the alphabet, single spaces between words.
@@ -28,12 +28,12 @@ class Written:
     def text(self) -> str:
         return "".join(self.spelt)
 
-    def part(self, start: int, stop: int) -> Written:
+    def part(self, start: int, stop: int) -> TranscriptLine:
         """The letters from `start` up to `stop`."""
-        return Written(self.letters[start:stop], self.spelt[start:stop], self.at[start:stop])
+        return TranscriptLine(self.letters[start:stop], self.spelt[start:stop], self.at[start:stop])
 
 
-def read_transcript(text: str) -> list[Written]:
+def read_transcript(text: str) -> list[TranscriptLine]:
     """The lines of a transcript that are not empty; ``~~words~~`` were struck out.
 
     Raises
@@ -41,7 +41,7 @@ def read_transcript(text: str) -> list[Written]:
     InputError
         Nothing is written in it.
     """
-    lines: list[Written] = []
+    lines: list[TranscriptLine] = []
     units = graphemes(text)
     ends = [i for i, unit in enumerate(units) if unit in ("\n", "\r\n", "\r")]
     for start, stop in pairwise([-1, *ends, len(units)]):
@@ -53,7 +53,7 @@ def read_transcript(text: str) -> list[Written]:
     return lines
 
 
-def _read_line(line: str, at: int) -> Written:
+def _read_line(line: str, at: int) -> TranscriptLine:
     letters: list[str] = []
     spelt: list[str] = []
     places: list[int] = []
@@ -71,7 +71,7 @@ def _read_line(line: str, at: int) -> Written:
                 places.append(at + i)
         at += len(units)
     end = len(letters) - (bool(letters) and letters[-1] == SPACE)
-    return Written(tuple(letters), tuple(spelt), tuple(places)).part(0, end)
+    return TranscriptLine(tuple(letters), tuple(spelt), tuple(places)).part(0, end)
 
 
 def _pieces(line: str) -> list[tuple[str, bool]]:
@@ -83,7 +83,7 @@ def _pieces(line: str) -> list[tuple[str, bool]]:
     return [(piece, struck) for piece, struck in [*pieces, (line[done:], False)] if piece]
 
 
-def in_one(lines: Sequence[Written]) -> Written:
+def in_one_line(lines: Sequence[TranscriptLine]) -> TranscriptLine:
     """All lines as one, a space between two of them; a hyphen at the end of a line stays where it is."""
     letters: list[str] = []
     spelt: list[str] = []
@@ -96,4 +96,4 @@ def in_one(lines: Sequence[Written]) -> Written:
         letters += line.letters
         spelt += line.spelt
         at += line.at
-    return Written(tuple(letters), tuple(spelt), tuple(at))
+    return TranscriptLine(tuple(letters), tuple(spelt), tuple(at))

@@ -18,7 +18,7 @@ from handout.hand import library
 from handout.prompting import corpus
 from handout.tagging import network
 from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS
-from handout.tagging.features import COUNT, X_HEIGHT
+from handout.tagging.line_space import COUNT, X_HEIGHT
 from handout.tagging.network import LabelledColumns, joined
 from handout.tagging.synthetic_lines import SyntheticLine, sampled_columns, synthetic_lines
 from handout.tagging.synthetic_writers import built_in_hands

@@ -21,11 +21,11 @@ from handout.hand import file, library
 from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
-from handout.prompting import corpus, counts, pages
+from handout.prompting import corpus, prompt_pages, sentence_choice
 from handout.simulated.author import reread
-from handout.simulated.author.simulate import simulate_pages
+from handout.simulated.author.simulate import Desk, simulate_pages
 from handout.simulated.author.truth import Simulated
-from handout.tagging.making import MadePage, make_page, read_hand
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
 from handout.values import Hand
 from handout.writing.layout import Layout
 from handout.writing.sheets import lines_a_page
@@ -71,9 +71,9 @@ def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
     """What the author copies: chosen sentences with all printable ASCII and the usual accents, broken into lines."""
     characters = corpus.PRINTABLE + ACCENTED
     sentences = corpus.shipped()
-    target = counts.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
+    target = sentence_choice.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
     lines = lines_a_page(hand.pitch, _LAYOUT)
-    chosen = pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
+    chosen = prompt_pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
     return "\n".join(line for one in chosen.pages for line in one)
 
 
@@ -81,12 +81,12 @@ def scans(recipe: Recipe, seed: int, dpi: float = 300.0) -> Iterator[Simulated]:
     """The pages as they come from the simulated scanner; the same seed gives the same pages."""
     hand = library.load(recipe.drawn)
     rng = np.random.default_rng([seed, *recipe.name.encode()])
-    yield from simulate_pages(prompt(recipe, hand), hand, rng=rng, pen=recipe.pen, dpi=dpi, layout=_LAYOUT)
+    yield from simulate_pages(prompt(recipe, hand), hand, Desk(recipe.pen, layout=_LAYOUT, dpi=dpi), rng=rng)
 
 
-def made(simulated: Simulated, source: str, rng: np.random.Generator) -> MadePage:
+def made(simulated: Simulated, source: str, rng: np.random.Generator) -> TaggedPage:
     """A simulated page read as a user's scan is."""
-    return make_page(reread.read(simulated, source), reread.transcript(simulated), rng=rng)
+    return tag_page(reread.read(simulated, source), reread.transcript(simulated), rng=rng)
 
 
 def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = None) -> Shipped:
@@ -94,7 +94,7 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
 
     scans_to : a folder for the scans and their texts, to be looked at.
     """
-    read, scores = list[MadePage](), list[reread.LetterScore]()
+    read, scores = list[TaggedPage](), list[reread.LetterScore]()
     for number, simulated in enumerate(scans(recipe, seed, dpi), 1):
         if number > PAGES:
             raise InputError(f"{recipe.name}: a line of {recipe.width} characters is too long for it: ask for fewer.")
@@ -106,7 +106,7 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
         _say(f"{source}: {_said(scores[-1])}; {len(read[-1].glyphs)} letters, {len(read[-1].missing)} not found")
         for note in read[-1].notes:
             _say(f"  {note}")
-    return Shipped(read_hand(recipe.name, read, recipe.title), tuple(scores))
+    return Shipped(hand_of_pages(recipe.name, read, recipe.title), tuple(scores))
 
 
 def thrifty(hand: ScannedHand) -> ScannedHand:

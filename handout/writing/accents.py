@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from handout.hand.diacritics import APOSTROPHE, BAR, BELOW, DOTLESS, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH
 from handout.hand.letter_classes import STEM_AT_LEFT
 from handout.values import Array, Glyph, Hand
-from handout.writing.marks import APOSTROPHE, BAR, BELOW, CROSSED, DOTLESS, NOT_ABOVE, OGONEK, THROUGH
 
 _TALL = 1.25  # a letter higher than this lifts its accent
 _CLEAR = 1.0  # accents are drawn over letters of this height
@@ -91,7 +91,7 @@ def _crossing(mark: Sequence[Array], letter: Sequence[Array], name: str, kind: s
     """A stroke through a letter, as broad as it takes to leave all of its stems; it was drawn through one at x = 0."""
     body = np.vstack(letter)
     low, high = max(0.0, float(body[:, 1].min())), float(body[:, 1].max())
-    y = low + CROSSED.get(name, 0.5) * (high - low)
+    y = low + STROKE_HEIGHT.get(name, 0.5) * (high - low)
     stems = np.concatenate([_at(stroke, y) for stroke in letter])
     if not len(stems):
         stems = np.array([body[:, 0].min(), body[:, 0].max()])

@@ -1,7 +1,8 @@
-"""Which form of each letter is written: one Viterbi pass a word, perturbed so that no two words come out alike.
+"""Choosing glyphs: what every chooser needs (the cheapest sequence, the costs of repetition), and that of drawn forms.
 
-Unary costs come from the place in the word and from how recently a form was used, pairwise costs from how the
-end of one glyph meets the start of the next.
+`Chooser` decides which form of each letter a drawn hand writes: one Viterbi pass a word, perturbed so that no two words
+come out alike.  Its unary costs come from the place in the word and from how recently a form was used, its pairwise
+costs from how the end of one glyph meets the start of the next.  Scanned glyphs are chosen in `scanned.choosing`.
 
 Source: seed 000, §6.2 (perturb-and-MAP; the costs are this project's).
 """
@@ -10,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.values import Array, Glyph, Hand
+from handout.values import Array, Glyph, Hand, Indices
 from handout.writing.text import Letter, runs
 
 _EXITS = {"low": 0, "high": 1, "lifted": 2}
@@ -23,11 +25,46 @@ _ENTRIES = {"low": 0, "high": 1, "free": 2, "lifted": 3}
 _MEET = np.array([[0.0, 5.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0], [6.0, 7.0, 0.0, 0.0]])
 _REUSE = 4.0  # cost of the form just used, falling with the letters written since
 _MEMORY = 12.0  # letters after which a use is half forgotten
+_HIGH_START = 5.0  # cost of a word that begins with the way in from a high exit
 _TWIN = 6.0  # cost of the same form twice running, as in "ll"
 
 
+def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
+    """The cheapest sequence of states.
+
+    Parameters
+    ----------
+    unary : n of (kᵢ,) float: costs of the states of each place.
+    steps : n − 1 of (kᵢ, kᵢ₊₁) float: costs of going from each state of a place to each of the next.
+
+    Returns
+    -------
+    n numbers of states; among equals the first.
+    """
+    best, back = unary[0], list[Indices]()
+    for own, step in zip(unary[1:], steps, strict=True):
+        total = best[:, None] + step
+        origin = total.argmin(axis=0)
+        back.append(origin)
+        best = total[origin, np.arange(len(own))] + own
+    path = [int(best.argmin())]
+    for origin in reversed(back):
+        path.append(int(origin[path[-1]]))
+    return path[::-1]
+
+
+def fading_cost(age: Array, weight: float, forgotten: float) -> Array:
+    """(k,): of using something again, from `weight` at once evenly down to 0 when `forgotten`: for many instances."""
+    return np.asarray(weight * np.maximum(0.0, 1.0 - age / forgotten))
+
+
+def halving_cost(age: Array, weight: float, half_life: float) -> Array:
+    """(k,): the same, halved every `half_life`, never 0: for few forms, of which the least recent is the best."""
+    return np.asarray(weight * 0.5 ** (age / half_life))
+
+
 @dataclass(frozen=True, eq=False)
-class _Candidates:
+class _Forms:
     glyphs: tuple[Glyph, ...]
     exits: NDArray[np.intp]
     entries: NDArray[np.intp]
@@ -53,47 +90,40 @@ class Chooser:
         self._variation = variation
         self._written = 0
         self._last: dict[tuple[str, int], int] = {}
-        self._cache: dict[tuple[str, str, str, str], _Candidates] = {}
+        self._cache: dict[tuple[str, str, str, str], _Forms] = {}
 
     def word(self, letters: Sequence[Letter]) -> list[Glyph]:
         """The glyphs for the letters of one word (with its punctuation)."""
         options = self._options(letters)
         costs = [self._unary(candidates, place) for place, candidates in enumerate(options)]
-        best = costs[0] + np.where(options[0].entries == _ENTRIES["high"], 5.0, 0.0)
-        back: list[NDArray[np.intp]] = []
-        for left, right, cost in zip(options, options[1:], costs[1:], strict=False):
-            total = best[:, None] + _pairwise(left, right, self._variation)
-            back.append(total.argmin(axis=0))
-            best = total.min(axis=0) + cost
-        path = [int(best.argmin())]
-        for pointers in reversed(back):
-            path.append(int(pointers[path[-1]]))
-        chosen = [candidates.glyphs[i] for candidates, i in zip(options, reversed(path), strict=True)]
+        costs[0] = costs[0] + np.where(options[0].entries == _ENTRIES["high"], _HIGH_START, 0.0)
+        steps = [_pairwise(left, right, self._variation) for left, right in pairwise(options)]
+        chosen = [forms.glyphs[i] for forms, i in zip(options, viterbi(costs, steps), strict=True)]
         for glyph in chosen:
             self._last[glyph.letter, glyph.form] = self._written
             self._written += 1
         return chosen
 
-    def _options(self, letters: Sequence[Letter]) -> list[_Candidates]:
+    def _options(self, letters: Sequence[Letter]) -> list[_Forms]:
         bases = ["", *(letter.base for letter in letters), ""]
         return [
             self._candidates(base, place, before, after)
             for base, place, before, after in zip(bases[1:], runs(letters), bases, bases[2:], strict=False)
         ]
 
-    def _candidates(self, letter: str, place: str, before: str, after: str) -> _Candidates:
+    def _candidates(self, letter: str, place: str, before: str, after: str) -> _Forms:
         key = (letter, place, before, after)
         if key not in self._cache:
             self._cache[key] = _gather(_possible(self._hand.glyphs[letter], letter, place, before, after))
         return self._cache[key]
 
-    def _unary(self, candidates: _Candidates, place: int) -> Array:
+    def _unary(self, candidates: _Forms, place: int) -> Array:
         if not self._variation:
             return -candidates.favour
         noise = np.log(-np.log(self._rng.uniform(1e-12, 1.0, len(candidates.glyphs))))
         written = self._written + place
         since = [written - self._last.get((g.letter, g.form), -1000) for g in candidates.glyphs]
-        reuse = _REUSE * 0.5 ** (np.array(since) / _MEMORY)
+        reuse = halving_cost(np.array(since), _REUSE, _MEMORY)
         return np.asarray(self._variation * noise + reuse - candidates.favour)
 
 
@@ -123,8 +153,8 @@ def _fitting(glyphs: Sequence[Glyph], place: str, before: str, after: str) -> li
     return [glyph for glyph in fit if glyph.rank == best[glyph.entry]]
 
 
-def _gather(glyphs: Sequence[Glyph]) -> _Candidates:
-    return _Candidates(
+def _gather(glyphs: Sequence[Glyph]) -> _Forms:
+    return _Forms(
         tuple(glyphs),
         np.array([_EXITS[glyph.exit] for glyph in glyphs]),
         np.array([_ENTRIES[glyph.entry] for glyph in glyphs]),
@@ -144,7 +174,7 @@ def joined(left: Glyph, right: Glyph) -> bool:
     return left.exit != "lifted" and right.entry != "lifted"
 
 
-def _pairwise(left: _Candidates, right: _Candidates, variation: float) -> Array:
+def _pairwise(left: _Forms, right: _Forms, variation: float) -> Array:
     cost: Array = _MEET[np.ix_(left.exits, right.entries)]
     joins = left.exits != _EXITS["lifted"]
     cost = cost + joins[:, None] * right.reluctance

@@ -13,12 +13,11 @@ from handout.errors import DoesNotFit
 from handout.hand.scanned import ScannedHand
 from handout.values import Hand, Manuscript
 from handout.writing import text as texts
-from handout.writing.drawn import DrawnScribe
+from handout.writing.drawn_line_writer import DrawnLineWriter
 from handout.writing.layout import Layout
-from handout.writing.lines import Row, wrap
-from handout.writing.pieces import Piece, paragraphs_of
-from handout.writing.scribe import Scribe, Unit, W
-from handout.writing.sheets import Sheet, lines_a_page, paginate, room, spacing
+from handout.writing.line_breaking import Row, wrap
+from handout.writing.line_writer import LineWriter, Piece, Unit, W, paragraphs_of
+from handout.writing.sheets import Sheet, baseline_distance, lines_a_page, paginate, room
 from handout.writing.slips import Struck, check_rate, slip
 
 _SMALLEST_FIT = 0.55  # --fit never makes writing smaller than this share of what was asked for
@@ -84,43 +83,43 @@ def each_page(
     the glyphs of a scanned one are chosen for the whole text.  All characters are checked before the first page.
     """
     if isinstance(hand, Hand):
-        return _each(text, DrawnScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
-    from handout.writing.scanned.scribe import ScannedScribe
+        return _each(text, DrawnLineWriter(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
+    from handout.writing.scanned.line_writer import ScannedLineWriter
 
-    return _each(text, ScannedScribe(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
+    return _each(text, ScannedLineWriter(hand, rng, layout.jitter), layout, rng, pages, fallback, slips)
 
 
 def _each(
     text: str,
-    scribe: Scribe[W],
+    writer: LineWriter[W],
     layout: Layout,
     rng: np.random.Generator,
     pages: int | None,
     fallback: bool,
     slips: float,
 ) -> Iterator[Sheet]:
-    tokens = texts.spell(texts.normalise(text), scribe.repertoire, fallback=fallback)
+    tokens = texts.spell(texts.normalise(text), writer.repertoire, fallback=fallback)
     pieces = paragraphs_of(tokens)
     if check_rate(slips):
         # a stream of their own: with slips and without, the words are written alike
         pieces = slip(pieces, slips, rng.spawn(1)[0])
     pieces, same = tee(pieces)
     paragraphs = (
-        (indent, _marked(units, own)) for (indent, units), own in zip(scribe.paragraphs(pieces), same, strict=True)
+        (indent, _marked(units, own)) for (indent, units), own in zip(writer.paragraphs(pieces), same, strict=True)
     )
     limit = pages or (1 if layout.fit else None)
     if limit is None:
-        return paginate(_rows(paragraphs, layout), scribe, layout, rng)
+        return paginate(_rows(paragraphs, layout), writer, layout, rng)
     written = [(indent, list(units)) for indent, units in paragraphs]
-    layout, rows = _set(written, scribe.pitch, layout, limit)
-    return paginate(rows, scribe, layout, rng)
+    layout, rows = _set(written, writer.pitch, layout, limit)
+    return paginate(rows, writer, layout, rng)
 
 
 def _marked(units: Iterable[Unit[W]], pieces: Sequence[Piece]) -> Iterator[Unit[W]]:
     """The units of a paragraph, with those that are struck out marked so."""
     words = (piece for piece in pieces if not isinstance(piece, int))
     return (
-        replace(unit, meant=word.meant) if isinstance(word, Struck) else unit
+        replace(unit, intended=word.intended) if isinstance(word, Struck) else unit
         for unit, word in zip(units, words, strict=True)
     )
 
@@ -150,7 +149,7 @@ def _set(
 def _scaled(layout: Layout, pitch: float, scale: float, tighter: float = 1.0) -> Layout:
     if layout.ruling is not None:  # the rules stay where they are
         return replace(layout, x_height=layout.x_height * scale)
-    distance = spacing(pitch, layout) * scale * tighter
+    distance = baseline_distance(pitch, layout) * scale * tighter
     return replace(layout, x_height=layout.x_height * scale, line_spacing=max(distance, layout.x_height * scale))
 
 
@@ -172,8 +171,8 @@ def _rows(paragraphs: Iterable[tuple[float, Iterable[Unit[W]]]], layout: Layout)
 def _broken(unit: Unit[W], room: float) -> list[Unit[W]]:
     """A word wider than the line, cut between letters; any other as it is."""
     first, *others = unit.word.parts(room)
-    meant = None if unit.meant is None else ""  # a slip is told of once
-    return [replace(unit, word=first), *(Unit(part, _CUT, meant) for part in others)]
+    intended = None if unit.intended is None else ""  # a slip is told of once
+    return [replace(unit, word=first), *(Unit(part, _CUT, intended) for part in others)]
 
 
 def _pages(rows: int, pitch: float, layout: Layout) -> int | float:
@@ -183,7 +182,7 @@ def _pages(rows: int, pitch: float, layout: Layout) -> int | float:
 
 def _too_long(rows: int, pitch: float, layout: Layout, limit: int) -> DoesNotFit:
     held = lines_a_page(pitch, layout) * limit
-    over = (rows - held) * spacing(pitch, layout)
+    over = (rows - held) * baseline_distance(pitch, layout)
     way_out = "a larger page or less text" if layout.fit else "--fit, a smaller --x-height, or a larger page"
     sheets = "the page holds" if limit == 1 else f"{limit} pages hold"
     return DoesNotFit(

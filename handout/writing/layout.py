@@ -7,7 +7,7 @@ from typing import Literal
 
 from handout.errors import InputError
 from handout.values import Page
-from handout.writing.ruling import Ruling
+from handout.writing.baseline_model import Ruling
 
 Align = Literal["left", "right", "centre", "ragged"]
 

@@ -12,12 +12,11 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.values import Array, Glyph, Line, Manuscript, Placed
+from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling, line_geometries, on_rules
 from handout.writing.layout import Layout
-from handout.writing.lines import Row
-from handout.writing.lining import lies
-from handout.writing.ruling import ABOVE, Ruling, on_rules
-from handout.writing.scribe import Scribe, ToPage, W
-from handout.writing.striking import Striking
+from handout.writing.line_breaking import Row
+from handout.writing.line_writer import LineWriter, ToPage, W
+from handout.writing.slips import StrikeThrough
 
 ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
 
@@ -27,7 +26,7 @@ def room(layout: Layout) -> float:
     return layout.width / layout.x_height
 
 
-def spacing(pitch: float, layout: Layout) -> float:
+def baseline_distance(pitch: float, layout: Layout) -> float:
     """Distance of baselines, mm; `pitch` is the usual one of the hand, x-heights."""
     if layout.ruling is not None:
         return layout.ruling.pitch
@@ -39,7 +38,7 @@ def lines_a_page(pitch: float, layout: Layout) -> int:
     if layout.ruling is not None:
         return len(_rules(layout, layout.ruling))
     height = layout.height - (ASCENT + DESCENT) * layout.x_height
-    return 1 + math.floor(height / spacing(pitch, layout) + 1e-9) if height >= 0 else 0
+    return 1 + math.floor(height / baseline_distance(pitch, layout) + 1e-9) if height >= 0 else 0
 
 
 def _rules(layout: Layout, ruling: Ruling) -> tuple[tuple[float, float], ...]:
@@ -47,7 +46,7 @@ def _rules(layout: Layout, ruling: Ruling) -> tuple[tuple[float, float], ...]:
     top, right, bottom, left = layout.margin
     upper, lower = top + ASCENT * layout.x_height, layout.page.height - bottom - DESCENT * layout.x_height
     middle = layout.page.width / 2
-    return ruling.within(upper + ABOVE, lower + ABOVE, max(middle - left, middle - right, 0.0))
+    return ruling.within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, max(middle - left, middle - right, 0.0))
 
 
 class Sheet(NamedTuple):
@@ -62,7 +61,9 @@ class Sheet(NamedTuple):
     last: bool
 
 
-def paginate(rows: Iterable[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.random.Generator) -> Iterator[Sheet]:
+def paginate(
+    rows: Iterable[Row[W]], writer: LineWriter[W], layout: Layout, rng: np.random.Generator
+) -> Iterator[Sheet]:
     """Give every row its place, page after page, asking for no more rows than it takes.
 
     The last page varies by `rng` itself, those before it each by a stream of its own, so that none waits for the words
@@ -73,7 +74,7 @@ def paginate(rows: Iterable[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.
     DoesNotFit
         Not even one line fits between the margins.
     """
-    held = lines_a_page(scribe.pitch, layout)
+    held = lines_a_page(writer.pitch, layout)
     if held == 0 and layout.ruling is not None:
         raise DoesNotFit(
             f"None of the paper's rules has room for letters of {layout.x_height:.2g} mm between the margins: use a "
@@ -85,44 +86,44 @@ def paginate(rows: Iterable[Row[W]], scribe: Scribe[W], layout: Layout, rng: np.
             f"the margins, but there are {layout.height:.1f} mm: use a smaller --x-height, smaller margins or a "
             "larger page."
         )
-    striking = Striking(rng.spawn(1)[0])
+    strike_through = StrikeThrough(rng.spawn(1)[0])
     coming, number = iter(rows), 0
     page = list(islice(coming, held))
     while page:
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
         own = rng.spawn(1)[0] if following else rng
-        yield Sheet(_sheet(page, scribe, layout, own, striking, number), own, not following)
+        yield Sheet(_sheet(page, writer, layout, own, strike_through, number), own, not following)
         page = list(islice(chain(following, coming), held))
 
 
 def _sheet(
     rows: Sequence[Row[W]],
-    scribe: Scribe[W],
+    writer: LineWriter[W],
     layout: Layout,
     rng: np.random.Generator,
-    striking: Striking,
+    strike_through: StrikeThrough,
     page: int,
 ) -> Manuscript:
     """Place the rows of one page."""
-    scale, pitch = layout.x_height, spacing(scribe.pitch, layout)
+    scale, pitch = layout.x_height, baseline_distance(writer.pitch, layout)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
     half = 0.5 * layout.width
     even = _even(layout, pitch, len(rows))
-    lining = scribe.lining if layout.ruling is None else on_rules(scribe.lining)
-    wandering = lies(lining, len(rows), layout.jitter, 0.5 * room(layout), rng)
-    for number, (row, lie, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
+    model = writer.baseline_model if layout.ruling is None else on_rules(writer.baseline_model)
+    wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * room(layout), rng)
+    for number, (row, geometry, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
         if not row.units:
             continue
-        baseline = height - lie.above * scale
+        baseline = height - geometry.above * scale
         if layout.ruling is None:
-            baseline = layout.margin[0] + (ASCENT - lie.above) * scale + number * pitch
-        x = layout.margin[3] + scale * (_left(row, layout, lie.edge) + row.indent)
-        rise = (lie.slope - slope, lie.sag * scale, layout.margin[3] + half, half)
+            baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
+        x = layout.margin[3] + scale * (_left(row, layout, geometry.edge) + row.indent)
+        rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half, half)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
-        placed = scribe.place([unit.word for unit in row.units], starts, scale, to_page)
-        if any(unit.meant is not None for unit in row.units):
-            placed = _struck(placed, row, starts, layout, to_page, striking)
+        placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
+        if any(unit.intended is not None for unit in row.units):
+            placed = _struck(placed, row, starts, layout, to_page, strike_through)
         lines.append(Line(_text(row), tuple(replace(p, word=words + p.word) for p in placed), baseline, rise))
         slips += [{"page": page, "line": len(lines), **slip} for slip in _slips(row)]
         words += len(row.units)
@@ -130,7 +131,7 @@ def _sheet(
     if layout.ruling is None:  # what is written on rules stays there
         lines, lower = _inside(lines, layout, layout.height - (ASCENT + DESCENT) * scale - (len(rows) - 1) * pitch)
     ruling = {"baseline": round(even[0][0] + lower, 3), "line_spacing": round(pitch, 3)}
-    about = {"hand": scribe.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
+    about = {"hand": writer.name, "x_height": round(scale, 3), **ruling, **({"slips": slips} if slips else {})}
     return Manuscript(tuple(lines), layout.page, scale, about)
 
 
@@ -139,7 +140,7 @@ def _even(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]
     if layout.ruling is None:
         return [(layout.margin[0] + ASCENT * layout.x_height + number * pitch, 0.0) for number in range(count)]
     off = layout.margin[3] + 0.5 * layout.width - 0.5 * layout.page.width
-    return [(height - ABOVE + slope * off, slope) for height, slope in _rules(layout, layout.ruling)[:count]]
+    return [(height - FOOT_ABOVE_RULE + slope * off, slope) for height, slope in _rules(layout, layout.ruling)[:count]]
 
 
 def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:
@@ -184,7 +185,7 @@ def _struck(
     starts: Sequence[float],
     layout: Layout,
     to_page: ToPage,
-    striking: Striking,
+    strike_through: StrikeThrough,
 ) -> Iterator[Placed]:
     """The glyphs of a row, each word that is wrong with the strokes through it, which stay inside the margins."""
     scale = layout.x_height
@@ -193,12 +194,12 @@ def _struck(
         glyphs = list(letters)
         yield from glyphs
         unit = row.units[number]
-        if unit.meant is None:
+        if unit.intended is None:
             continue
         ends = starts[number] + scale * np.array([unit.word.left, unit.word.right])
         low, high = min(margins[0], ends[0]), max(margins[1], ends[1])
         strokes = []
-        for stroke in striking.strokes(unit.word.left, unit.word.right):
+        for stroke in strike_through.strokes(unit.word.left, unit.word.right):
             points = stroke * scale + (starts[number], 0.0)
             points[:, 0] = np.clip(points[:, 0], low, high)
             strokes.append(to_page(points))
@@ -209,7 +210,7 @@ def _struck(
 
 def _slips(row: Row[W]) -> list[dict[str, str]]:
     """What was written in a row, and what was meant."""
-    return [{"written": "".join(unit.word.spelt), "meant": unit.meant} for unit in row.units if unit.meant]
+    return [{"written": "".join(unit.word.spelt), "meant": unit.intended} for unit in row.units if unit.intended]
 
 
 def _starts(row: Row[W], x: float, scale: float) -> list[float]:
@@ -248,6 +249,6 @@ def _text(row: Row[W]) -> str:
     """What is written in a row, struck words ~~so~~, as transcripts have them."""
     return "".join(
         (" " if i and unit.gap else "")
-        + ("".join(unit.word.spelt) if unit.meant is None else f"~~{''.join(unit.word.spelt)}~~")
+        + ("".join(unit.word.spelt) if unit.intended is None else f"~~{''.join(unit.word.spelt)}~~")
         for i, unit in enumerate(row.units)
     )

@@ -1,7 +1,8 @@
 """Slips of the pen: now and then a word is begun wrongly, which is noticed, struck out and put right.
 
 What goes wrong is what goes wrong in copying and composing: two letters change places, one is left out or comes too
-soon, the word before is written once more, the word after is begun in place of this one.
+soon, the word before is written once more, the word after is begun in place of this one.  A word is struck out with a
+line or two, to and fro without lifting, or with a wave; lengths there are in x-heights, the baseline is y = 0, y up.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 
 from handout.errors import InputError
-from handout.writing.pieces import Piece
+from handout.values import Array
+from handout.writing.line_writer import Piece
 from handout.writing.text import Letter, spelt
 
 USUAL = 2.0  # slips in 100 words, where no number is asked for; careful copies of a page have one in 300
@@ -24,14 +26,14 @@ _Word = Sequence[Letter]
 
 
 class Struck(tuple[Letter, ...]):
-    """Letters that are struck out again; `meant` is the word that follows in their place."""
+    """Letters that are struck out again; `intended` is the word that follows in their place."""
 
-    meant: str
+    intended: str
 
-    def __new__(cls, letters: _Word, meant: str) -> Struck:
+    def __new__(cls, letters: _Word, intended: str) -> Struck:
         """Of what is written before it is noticed, and what was to be written."""
         made = super().__new__(cls, letters)
-        made.meant = meant
+        made.intended = intended
         return made
 
 
@@ -150,3 +152,86 @@ def _noticed(word: _Word, wrong: _Word, at: int, rng: np.random.Generator) -> li
 
 def _spelt(word: _Word) -> str:
     return "".join(map(spelt, word))
+
+
+_STEP = 0.9  # from one point of a line to the next: it is drawn in one go, quicker than letters
+_MIDDLE, _MIDDLE_SD = 0.5, 0.09  # height at which words are struck
+_BEYOND = (-0.05, 0.45)  # how far a line begins before the word and goes on after it
+_RISE, _RISE_SD = 0.05, 0.045  # tangent
+_MOST_RISE = 0.3  # a long word is not left by its line: from its middle to its end
+_APART = (0.26, 0.5)  # between two lines
+_SWING, _WAVE = (0.24, 0.38), (0.8, 1.2)  # of a wave: amplitude and length
+_WAVED = 2.5  # a wave over less looks like one letter more
+_BOW = 0.07
+_HABIT = 0.7  # how often a writer does it in the usual way
+
+
+class StrikeThrough:
+    """Strikes out the words of one text, mostly in one way, which is the writer's.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._ways: tuple[Callable[[float, float], list[Array]], ...] = (
+            self._line,
+            self._lines,
+            self._to_and_fro,
+            self._wave,
+        )
+        self._usual = self._ways[self._any()]
+
+    def strokes(self, left: float, right: float) -> list[Array]:
+        """Points (n, 2) of the strokes through a word whose ink goes from `left` to `right`, in order."""
+        way = self._usual if self._rng.random() < _HABIT else self._ways[self._any()]
+        return way(left, right)
+
+    def _any(self) -> int:
+        return int(self._rng.choice(4, p=[0.4, 0.25, 0.2, 0.15]))
+
+    def _line(self, left: float, right: float, height: float = _MIDDLE) -> list[Array]:
+        a, b = self._ends(left, right)
+        x = np.linspace(a, b, max(3, round((b - a) / _STEP) + 1))
+        u = (x - a) / (b - a)
+        bow = self._rng.normal(0.0, _BOW) * 4 * u * (1 - u)
+        trembling = self._rng.normal(0.0, 0.012, len(x))
+        return [np.column_stack([x, self._height(height) + self._slope(a, b) * (x - (a + b) / 2) + bow + trembling])]
+
+    def _lines(self, left: float, right: float) -> list[Array]:
+        half = 0.5 * self._rng.uniform(*_APART)
+        return [self._line(left, right, _MIDDLE + side * half)[0] for side in (1, -1)]
+
+    def _to_and_fro(self, left: float, right: float) -> list[Array]:
+        """There, back and there again in one movement, each pass lower than the one before."""
+        passes = [self._line(left, right, height)[0] for height in (0.74, 0.4, 0.1)]
+        slant = 0.12 * (passes[0][:, 0] - left) / max(right - left, 0.5)
+        passes[0][:, 1] += slant
+        return [np.concatenate([passes[0], passes[1][::-1][1:], passes[2][1:]])]
+
+    def _wave(self, left: float, right: float) -> list[Array]:
+        if right - left < _WAVED:
+            return self._lines(left, right)
+        a, b = self._ends(left, right)
+        quarters = max(4, 2 * round(2 * (b - a) / self._rng.uniform(*_WAVE)))
+        x = np.linspace(a, b, quarters + 1)
+        swing = self._rng.uniform(*_SWING) * self._rng.normal(1.0, 0.15, len(x))
+        y = (
+            self._height(_MIDDLE)
+            + self._slope(a, b) * (x - (a + b) / 2)
+            + swing * np.sin(np.arange(len(x)) * np.pi / 2)
+        )
+        return [np.column_stack([x + self._rng.normal(0.0, 0.03, len(x)), y])]
+
+    def _ends(self, left: float, right: float) -> tuple[float, float]:
+        before, after = self._rng.uniform(*_BEYOND, 2)
+        return left - before, max(right + after, left - before + 0.5)
+
+    def _height(self, about: float) -> float:
+        return float(self._rng.normal(about, _MIDDLE_SD))
+
+    def _slope(self, a: float, b: float) -> float:
+        most = 2 * _MOST_RISE / (b - a)
+        return float(np.clip(self._rng.normal(_RISE, _RISE_SD), -most, most))

@@ -8,7 +8,9 @@ import numpy as np
 
 from handout.values import Array, Glyph, Hand, Line, Manuscript, Page, Placed
 from handout.writing.compose import compose
+from handout.writing.drawn_line_writer import DrawnLineWriter, WordWriter
 from handout.writing.layout import Layout
+from handout.writing.text import Letter, spell
 
 _PITCH = 4.2  # x-heights from one row of forms to the next
 _BETWEEN_FORMS, _BETWEEN_LETTERS = 0.55, 1.3  # x-heights
@@ -43,6 +45,21 @@ def forms(hand: Hand) -> Iterator[tuple[Glyph, ...]]:
             if have is None or (have.exit == "lifted" and glyph.exit != "lifted"):
                 chosen[glyph.form] = glyph
         yield tuple(chosen.values())
+
+
+def single_letter(letter: str, hand: Hand, rng: np.random.Generator, x_height: float) -> Manuscript:
+    """One letter alone as the hand writes it, on a level baseline; `x_height` in mm."""
+    writer = DrawnLineWriter(hand, rng, 1.0)
+    word = WordWriter(hand, rng, 1.0).word(
+        [unit for unit in spell(letter, writer.repertoire) if isinstance(unit, Letter)]
+    )
+    side = 10 * x_height  # room on all sides
+
+    def to_page(points: Array) -> Array:
+        return np.column_stack([points[:, 0] + side, side - points[:, 1]])
+
+    placed = tuple(writer.place([word], [0.0], x_height, to_page))
+    return Manuscript((Line(letter, placed, side),), Page(2 * side, 2 * side), x_height, {"hand": hand.name})
 
 
 def _rows(hand: Hand, room: float) -> Iterator[list[tuple[float, Glyph]]]:

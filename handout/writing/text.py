@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from handout.errors import InputError, MissingCharacters
+from handout.hand.diacritics import decomposed, recomposed
 from handout.hand.places import graphemes
 from handout.writing.lookalikes import ALIKE, NEWLINES, PICTURE, SAME, SIMILAR, SPACES
-from handout.writing.marks import decomposed, recomposed
 
 _MOST_NAMED = 20
 _FEW = 40  # letters of a hand that can be told one by one

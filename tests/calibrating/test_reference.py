@@ -7,7 +7,7 @@ from handout.calibrating import inks, reference, store, through, verification
 from handout.calibrating.reference import Kind
 from handout.colour.chart import chart
 from handout.colour.reading import Scan, Scribble, read
-from handout.colour.reading.scribble import load, save
+from handout.colour.reading.pen_field import load, save
 from handout.errors import InputError
 from handout.hand.library import find
 from handout.simulated import print_and_scan as loop

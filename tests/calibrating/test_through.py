@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from handout.calibrating import store, through
-from handout.colour import convert
-from handout.colour.tetrahedra import look_up
+from handout.colour import conversions
+from handout.colour.interpolation import look_up
 from handout.errors import InputError
 from handout.values import Drawing, Page, Raster
 
@@ -42,7 +42,7 @@ def test_what_is_sent_prints_as_the_ink_should_look(stored):
     wanted = table.paper * (1 - plain[:, 3:]) + plain[:, 3:] * plain[:, :3]
     printed = look_up(table.seen, 1 - ink[:, 3:] * (1 - ink[:, :3]))
     as_it_was = look_up(table.seen, 1 - plain[:, 3:] * (1 - plain[:, :3]))
-    lost, before = (convert.delta_e(convert.lab(one), convert.lab(wanted)) for one in (printed, as_it_was))
+    lost, before = (conversions.delta_e(conversions.lab(one), conversions.lab(wanted)) for one in (printed, as_it_was))
     assert lost.mean() < 0.3 and before.mean() > 3
 
 

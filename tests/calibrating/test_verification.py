@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 from handout.calibrating import inks, store, strip, verification
-from handout.colour import convert
+from handout.colour import conversions
+from handout.colour.interpolation import look_up
 from handout.colour.reading import Refused, Scan
-from handout.colour.tetrahedra import look_up
 from handout.errors import InputError
 from handout.simulated.printer import Flatbed, Inkjet
 
@@ -34,7 +34,7 @@ def test_every_colour_comes_twice_and_the_model_reaches_it(made, stored):
     assert np.allclose(made.wanted[made.matched], made.wanted[: made.matched.sum()])
     table = stored.table()
     seen = look_up(table.seen, made.device[made.matched])
-    lost = convert.delta_e(convert.lab(seen), convert.lab(made.wanted[made.matched]))
+    lost = conversions.delta_e(conversions.lab(seen), conversions.lab(made.wanted[made.matched]))
     assert lost.mean() < 0.5
     assert made.grey[made.matched].sum() > 20
 

@@ -128,7 +128,7 @@ def test_a_plotter_writes_on_the_rules_now_and_when_it_goes_on(call, photo):
 
 def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
     from handout.cli import jobs, making
-    from handout.writing.ruling import Ruling
+    from handout.writing.baseline_model import Ruling
 
     given = {"hand": "house-joined", "haste": 0.0, "x_height": None, "line_spacing": None, "align": "ragged"}
     given |= {"jitter": 1.0, "speed": "human", "seed": 4, "kinematics": "optimal-control", "fallback": False}

@@ -19,7 +19,7 @@ from handout.errors import DeviceSilent, InputError
 from handout.plotting.bed import place as placed
 from handout.plotting.jobs import store
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 
 SIM = profiles.find("simulated", "plotter")
 TEXT = "Dear Ada, all is well"
@@ -74,7 +74,7 @@ def test_resume_takes_the_newest_though_its_plotter_did_not_answer(call, monkeyp
         raise DeviceSilent("Nobody there.")
 
     with monkeypatch.context() as patch:
-        patch.setattr("handout.plotting.jobs.runner.meet", nobody)
+        patch.setattr("handout.plotting.jobs.runner.connect", nobody)
         _, err = call("plot", "--port", "sim:", "the newer one", "--seed", 2, code=3)
     newer = re.search(r"Nobody there. The job is kept; go on with: handout plot --resume (\S+)", err).group(1)
     assert newer != older
@@ -89,7 +89,7 @@ def test_what_was_refused_before_it_began_is_not_kept(call, monkeypatch):
     def refused(*_):
         raise InputError("No such thing.")
 
-    monkeypatch.setattr("handout.plotting.jobs.runner.meet", refused)
+    monkeypatch.setattr("handout.plotting.jobs.runner.connect", refused)
     assert call("plot", "--port", "sim:", TEXT, code=2)[1].endswith("No such thing.\n")
     assert "none is kept" in call("plot", "show", "a", code=2)[1]
     assert call("plot", "jobs", "--json")[0] == "[]\n"

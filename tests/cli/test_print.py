@@ -12,7 +12,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 
-from handout.printing.ipp.simulated import Faults, SimulatedPrinter
+from handout.simulated.ipp.printer import Faults, SimulatedPrinter
 
 ROOT = Path(__file__).resolve().parents[2]
 PEOPLE = "name,street,city\nAnna,Weg 1,Ulm\nBen,Weg 2,Ulm\nCleo,Weg 3,Ulm\nDan,Weg 4,Ulm\n"
@@ -80,8 +80,8 @@ def test_an_envelope_that_nobody_knows_of(call, table):
 
 def test_ctrl_c_cancels_what_is_in_flight(table, heard):
     with SimulatedPrinter(faults=Faults(printing=60)) as printer:
-        tell, followed = printer._tell, threading.Event()
-        printer._tell = lambda request: followed.set() or tell(request)
+        tell, followed = printer._report_job, threading.Event()
+        printer._report_job = lambda request: followed.set() or tell(request)
         command = [sys.executable, "-m", "handout", "print", str(table), "--queue", printer.uri, "--printer", "epson"]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         running = subprocess.Popen([*command, *QUICK], stderr=subprocess.PIPE, text=True, env=environment)

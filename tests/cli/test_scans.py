@@ -178,19 +178,21 @@ def test_the_text_of_another_page_is_refused(call, small_scan):
 
 def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
     from handout.errors import InputError
-    from handout.scanning.reading import prepare
-    from handout.tagging import sheets, sources
+    from handout.scanning.written_page import prepare
+    from handout.tagging import page_sources
 
     prepared = prepare(small_scan.scan)
-    flat = sheets.Filled(prepared.scan, "printed")
-    monkeypatch.setattr(sources, "filled_sheet", lambda picture: flat if "sheet" in picture.source else None)
-    monkeypatch.setattr(sources, "prepare", lambda scan: prepared)
+    flat = page_sources.FilledSheet(prepared.scan, "printed")
+    monkeypatch.setattr(page_sources, "filled_sheet", lambda picture: flat if "sheet" in picture.source else None)
+    monkeypatch.setattr(page_sources, "prepare", lambda scan: prepared)
     for shade, name in enumerate(("sheet", "second-sheet", "page", "other")):
         Image.new("L", (400, 300), 200 + shade).save(f"{name}.png", dpi=(300, 300))
 
     def texts(*names, given):
         pages = [f"{name}.png" for name in names]
-        return [one.transcript for one in sources.gather(pages, [(f"{n}.txt", n) for n in given], None, print)]
+        return [
+            one.transcript for one in page_sources.gather_sources(pages, [(f"{n}.txt", n) for n in given], None, print)
+        ]
 
     assert texts("sheet", given=()) == ["printed"]
     assert texts("page", "sheet", "other", given=("page", "other")) == ["page", "printed", "other"]

@@ -13,10 +13,9 @@ from formula_printers import chart as sheet
 from formula_printers import dull
 from PIL import Image
 
-from handout.colour import cgats
+from handout.colour import cgats, conversions
 from handout.colour.chart import ChartPage, chart
-from handout.colour.chart_tables import DEVICE, XYZ, srgb_to_xyz, ti1, ti2, ti3
-from handout.colour.drawing import render
+from handout.colour.chart_files import DEVICE, XYZ, render, ti1, ti2, ti3
 from handout.colour.patches import Patches
 
 DPI = 100
@@ -39,7 +38,9 @@ def test_colprof_makes_a_profile_of_our_ti3(tmp_path) -> None:
     found = re.search(r"peak err = ([\d.]+), avg err = ([\d.]+)", said)
     assert found is not None and float(found[1]) < 5 and float(found[2]) < 1, said[-300:]
     white = run(tmp_path, "xicclu", "-v0", "-ff", "-ia", "-pX", "scan.icc", given="1 1 1\n")
-    np.testing.assert_allclose([float(v) for v in white.split()[:3]], srgb_to_xyz(dull(np.ones((1, 3))))[0], atol=1.5)
+    np.testing.assert_allclose(
+        [float(v) for v in white.split()[:3]], conversions.xyz_d50(dull(np.ones((1, 3))))[0], atol=1.5
+    )
 
 
 @pytest.mark.parametrize("pages", [1, 2])
@@ -81,4 +82,4 @@ def test_scanin_reads_a_page_by_our_ti2(tmp_path) -> None:
     (read,) = cgats.read(tmp_path / "chart.ti3")
     device = read.numbers(*DEVICE) / 100
     np.testing.assert_allclose(device, page.device, atol=1e-4)
-    np.testing.assert_allclose(read.numbers(*XYZ), srgb_to_xyz(page.device), atol=0.6)
+    np.testing.assert_allclose(read.numbers(*XYZ), conversions.xyz_d50(page.device), atol=0.6)

@@ -9,7 +9,7 @@ from charts import inked, paper, printed, scanned
 from PIL import Image
 
 from handout.colour.chart import chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.colour.reading import Scan, read
 
 DPI = 150.0

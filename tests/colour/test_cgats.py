@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.colour import cgats, chart_tables
+from handout.colour import cgats, chart_files, conversions
 from handout.colour.chart import chart
 from handout.colour.reading import Reading
 from handout.errors import InputError
@@ -107,20 +107,20 @@ def test_a_reading_is_stored_whole(tmp_path):
     rng = np.random.default_rng(0)
     device = chart("A4").colours
     reading = Reading(chart("A4"), device, rng.random(device.shape), rng.random(len(device)) / 100, ())
-    cgats.write(tmp_path / "r.ti3", chart_tables.ti3(reading, {"PRINTER": "X"}))
+    cgats.write(tmp_path / "r.ti3", chart_files.ti3(reading, {"PRINTER": "X"}))
     tables = cgats.read(tmp_path / "r.ti3")
     assert (tables[0].get("COLOR_REP"), tables[0].get("DEVICE_CLASS")) == ("iRGB_XYZ", "OUTPUT")
     assert tables[0].get("PRINTER") == "X"
     for stored, was in zip(
-        chart_tables.from_ti3(tables), (reading.device, reading.scanned, reading.deviation), strict=True
+        chart_files.from_ti3(tables), (reading.device, reading.scanned, reading.deviation), strict=True
     ):
         assert np.abs(stored - was).max() < 1e-15
     with pytest.raises(InputError, match="no numbers of a scan"):
-        chart_tables.from_ti3(cgats.parse(GOOD))
+        chart_files.from_ti3(cgats.parse(GOOD))
 
 
 def test_xyz_of_srgb():
     # white of D50 as the ICC has it, and 18 % grey
-    white, grey = chart_tables.srgb_to_xyz(np.array([[1.0, 1, 1], [0.4613561, 0.4613561, 0.4613561]]))
+    white, grey = conversions.xyz_d50(np.array([[1.0, 1, 1], [0.4613561, 0.4613561, 0.4613561]]))
     assert white.tolist() == pytest.approx([96.42, 100.0, 82.49], abs=0.05)
     assert grey[1] == pytest.approx(18.0, abs=0.01)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from handout.colour.chart import chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.colour.reading import Scan, read
 from handout.colour.reading.registration import place
 from handout.colour.report import grid_on, report, write_report

@@ -7,7 +7,7 @@ import pytest
 
 from handout.colour import cgats
 from handout.colour.chart import chart
-from handout.colour.chart_tables import DEVICE, ti1, ti2
+from handout.colour.chart_files import DEVICE, ti1, ti2
 
 
 @pytest.mark.parametrize("pages", [1, 2])

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from formula_printers import dull, identical, scanned
 
-from handout.colour.applying import apply, apply_page
 from handout.colour.models import fit
-from handout.colour.table import ColourTable, build
+from handout.colour.table import ColourTable, apply, apply_page, build
 from handout.errors import InputError
 from handout.values import Raster
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from formula_printers import Dark, chart, dull, identical, scanned
 
-from handout.colour import convert
-from handout.colour.models import METHODS, fit, inverse, preparing
+from handout.colour import conversions
+from handout.colour.models import METHODS, fit, inverse, splines
 from handout.colour.models.forward import lattice
 from handout.colour.patches import Patches
 from handout.colour.table import build
@@ -21,7 +21,7 @@ def models():
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return convert.delta_e(convert.lab(one), convert.lab(other))
+    return conversions.delta_e(conversions.lab(one), conversions.lab(other))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -58,9 +58,9 @@ def test_repeats_tell_the_noise_without_deviations() -> None:
     sent = np.concatenate([chart(5, 26), np.repeat([[1.0, 1, 1], [0.5, 0.5, 0.5]], 40, axis=0)])
     patches = scanned(dull, noise=1 / 255, device=sent)
     unknown = np.full(len(sent), np.nan)
-    assert np.sqrt(preparing.noise(sent, patches.scanned, unknown)) == pytest.approx(1 / 255, rel=0.15)
+    assert np.sqrt(splines.noise(sent, patches.scanned, unknown)) == pytest.approx(1 / 255, rel=0.15)
     one = np.where(np.arange(len(sent)) == 3, 4 / 255, np.nan)
-    assert np.sqrt(preparing.noise(sent, patches.scanned, one)[3]) == pytest.approx(4 / 255)
+    assert np.sqrt(splines.noise(sent, patches.scanned, one)[3]) == pytest.approx(4 / 255)
 
 
 def test_a_few_patches_with_dust_on_them_are_left_out() -> None:
@@ -86,7 +86,7 @@ def test_patches_that_scan_alike_do_no_harm(method: str) -> None:
 
 def test_merging_averages_by_how_well_rows_are_known() -> None:
     x = np.array([[0.1, 0.1, 0.1], [0.1005, 0.1, 0.1], [0.5, 0.5, 0.5]])
-    ready = preparing.merged(x, np.array([[0.0] * 3, [1.0] * 3, [2.0] * 3]), np.array([1.0, 3.0, 1.0]))
+    ready = splines.merged(x, np.array([[0.0] * 3, [1.0] * 3, [2.0] * 3]), np.array([1.0, 3.0, 1.0]))
     assert len(ready.x) == 2
     np.testing.assert_allclose(sorted(ready.y[:, 0]), [0.25, 2.0])
     np.testing.assert_allclose(sorted(ready.variances), [0.75, 1.0])
@@ -111,8 +111,8 @@ def test_out_of_gamut_goes_to_what_looks_nearest(models) -> None:
     assert ((device >= 0) & (device <= 1)).all()
     np.testing.assert_allclose(lost, apart(forward.inside(device), wanted))
     fine = lattice(33)
-    shown = convert.lab(dull(fine))
-    best = np.array([convert.delta_e(shown, convert.lab(one)).min() for one in wanted])
+    shown = conversions.lab(dull(fine))
+    best = np.array([conversions.delta_e(shown, conversions.lab(one)).min() for one in wanted])
     assert (lost < best + 0.05).all() and (lost > 2).all()
     clipped = apart(dull(np.clip(models["tps-haines2016"].invert(wanted), 0, 1)), wanted)
     assert lost.mean() < clipped.mean()

@@ -7,10 +7,10 @@ import pytest
 from formula_printers import dull, identical, scanned
 from PIL import Image
 
-from handout.colour import convert
+from handout.colour import conversions, exports
 from handout.colour.models import fit
 from handout.colour.models.forward import lattice
-from handout.colour.table import ColourTable, build, load, picture, save, write_cube, write_picture
+from handout.colour.table import ColourTable, build, load, save
 from handout.errors import InputError
 
 RNG = np.random.default_rng(8)
@@ -30,10 +30,10 @@ def test_an_identical_printer_has_the_identical_table() -> None:
 
 def test_wanted_colours_come_out_through_the_table(table: ColourTable) -> None:
     sent = RNG.random((1000, 3))
-    off = convert.delta_e(convert.lab(dull(table(dull(sent)))), convert.lab(dull(sent)))
+    off = conversions.delta_e(conversions.lab(dull(table(dull(sent)))), conversions.lab(dull(sent)))
     assert off.mean() < 0.2 and np.percentile(off, 95) < 0.5
     greys = dull(np.repeat(np.linspace(0, 1, 200)[:, None], 3, axis=1))
-    off = convert.delta_e(convert.lab(dull(table(greys))), convert.lab(greys))
+    off = conversions.delta_e(conversions.lab(dull(table(greys))), conversions.lab(greys))
     assert np.percentile(off, 95) < 0.4
 
 
@@ -98,7 +98,7 @@ def test_wrong_arrays_and_sizes_are_refused(table: ColourTable) -> None:
 
 def test_cube_as_colour_science_reads_it(table: ColourTable, tmp_path) -> None:
     path = tmp_path / "table.cube"
-    write_cube(table, path)
+    path.write_bytes(exports.cube(table))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import colour
@@ -112,9 +112,9 @@ def test_cube_as_colour_science_reads_it(table: ColourTable, tmp_path) -> None:
 
 
 def test_picture_shows_wanted_over_sent(table: ColourTable, tmp_path) -> None:
-    sheet = picture(table)
+    sheet = exports.picture(table)
     assert sheet.shape == (5 * 100, 11 * 51, 3)
     np.testing.assert_array_equal(sheet[48, 48], [255, 255, 0])
     np.testing.assert_array_equal(sheet[49 + 20, 20], np.rint(255 * np.clip(table.nodes[20, 20, 0], 0, 1)))
-    write_picture(table, tmp_path / "t.png")
+    (tmp_path / "t.png").write_bytes(exports.png(table))
     assert Image.open(tmp_path / "t.png").size == (11 * 51 * 4, 5 * 100 * 4)

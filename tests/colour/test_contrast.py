@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from handout.colour.contrast import curved, of_chart, straightened
+from handout.colour.ink_match import chart_contrast, curved, straightened
 from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
 
 LEVELS = np.rint(np.linspace(0, 255, 8)) / 255
@@ -27,7 +27,7 @@ def seen(printer, **settings):
 @pytest.mark.parametrize("name", PRINTERS)
 def test_a_contrast_is_seen_and_how_strong_it_is(name):
     weak, strong, dark = (
-        of_chart(CUBE, seen(PRINTERS[name], **settings))
+        chart_contrast(CUBE, seen(PRINTERS[name], **settings))
         for settings in ({"contrast": 0.35}, {"contrast": 0.6}, {"contrast": 0.6, "gamma": 2.2 / 0.75})
     )
     assert 0.1 <= weak <= strong + 0.03 and weak <= 0.22 and 0.17 <= strong <= 0.28 and 0.17 <= dark <= 0.28
@@ -35,14 +35,14 @@ def test_a_contrast_is_seen_and_how_strong_it_is(name):
 
 @pytest.mark.parametrize("name", PRINTERS)
 def test_nothing_else_is_taken_for_one(name):
-    assert [of_chart(CUBE, seen(PRINTERS[name], **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5
+    assert [chart_contrast(CUBE, seen(PRINTERS[name], **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5
 
 
 def test_a_driver_that_mixes_inks_into_ramps_tells_nothing():
     mixing = np.array([[0.8, 0.15, 0.05], [0.1, 0.75, 0.15], [0.05, 0.2, 0.75]])
     managed = (0.05 + 0.9 * CUBE @ mixing.T) ** np.array([1.1, 1.6, 0.7])
-    assert of_chart(CUBE, managed) == 0.0
-    assert of_chart(CUBE[:40], managed[:40]) == of_chart(CUBE[:0], managed[:0]) == 0.0
+    assert chart_contrast(CUBE, managed) == 0.0
+    assert chart_contrast(CUBE[:40], managed[:40]) == chart_contrast(CUBE[:0], managed[:0]) == 0.0
 
 
 @given(st.floats(-0.45, 0.45), st.floats(0, 1))

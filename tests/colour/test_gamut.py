@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from formula_printers import dull, scanned
 
-from handout.colour import convert
+from handout.colour import conversions
 from handout.colour.gamut import reach, swatches
 from handout.colour.models import fit
 from handout.colour.table import ColourTable, build
@@ -23,7 +23,7 @@ def test_what_is_out_of_reach_is_told(table: ColourTable) -> None:
     assert found.out == pytest.approx(20 / 80)
     assert found.lost[:60].max() < 0.2
     # the darkest that the formula prints is 0.12 in all channels
-    darkest = convert.delta_e(convert.lab(np.full(3, 0.12)), convert.lab(black[0]))
+    darkest = conversions.delta_e(conversions.lab(np.full(3, 0.12)), conversions.lab(black[0]))
     assert found.mean == pytest.approx(darkest, abs=0.4) and found.p95 == pytest.approx(darkest, abs=0.4)
     assert str(found).startswith("25% of the ink is out of the printer's reach (off by more than ΔE00 1), by ")
 

@@ -13,7 +13,7 @@ import pytest
 from formula_printers import dull
 from PIL import Image, ImageCms
 
-from handout.colour import convert, icc, profiling
+from handout.colour import conversions, icc
 from handout.colour.models import inverse
 from handout.colour.models.forward import Forward, lattice
 from handout.colour.table import ColourTable
@@ -31,7 +31,7 @@ def table() -> ColourTable:
 
 @pytest.fixture(scope="module")
 def output(table: ColourTable) -> bytes:
-    return profiling.output_profile(table, MADE, "epson/büro")
+    return icc.output_profile(table, MADE, "epson/büro")
 
 
 def opened(data: bytes) -> ImageCms.ImageCmsProfile:
@@ -45,7 +45,7 @@ def through(one: object, other: object, intent: int, flags: int = 0) -> np.ndarr
 
 
 def off(sent: np.ndarray) -> np.ndarray:
-    return convert.delta_e(convert.lab(dull(sent)), convert.lab(PIXELS / 255))
+    return conversions.delta_e(conversions.lab(dull(sent)), conversions.lab(PIXELS / 255))
 
 
 def same() -> bytes:
@@ -57,7 +57,7 @@ def same() -> bytes:
 
 
 def test_a_device_link_sends_what_the_table_sends(table: ColourTable) -> None:
-    link = opened(profiling.device_link(table, MADE, "epson/plain"))
+    link = opened(icc.device_link(table, MADE, "epson/plain"))
     exact = through(link, opened(same()), 0, ImageCms.Flags.NOOPTIMIZE)
     assert np.abs(exact - table(PIXELS / 255)).max() * 255 < 0.6
     resampled = through(link, opened(same()), 0)
@@ -65,7 +65,7 @@ def test_a_device_link_sends_what_the_table_sends(table: ColourTable) -> None:
 
 
 def test_white_stays_bare_paper_in_a_device_link(table: ColourTable) -> None:
-    way = ImageCms.buildTransform(opened(profiling.device_link(table, MADE, "x")), opened(same()), "RGB", "RGB")
+    way = ImageCms.buildTransform(opened(icc.device_link(table, MADE, "x")), opened(same()), "RGB", "RGB")
     assert ImageCms.applyTransform(Image.new("RGB", (1, 1), "white"), way).getpixel((0, 0)) == (255, 255, 255)
 
 
@@ -90,7 +90,9 @@ def test_an_output_profile_foretells_the_scan(output: bytes) -> None:
         ImageCms.Flags.NOOPTIMIZE,
     )  # fmt: skip
     seen = np.asarray(ImageCms.applyTransform(Image.fromarray(PIXELS[None]), way))[0] / 255
-    assert convert.delta_e(convert.lab(seen), convert.lab(dull(PIXELS / 255))).max() < 1.0  # rounded to 8 bits twice
+    assert (
+        conversions.delta_e(conversions.lab(seen), conversions.lab(dull(PIXELS / 255))).max() < 1.0
+    )  # rounded to 8 bits twice
 
 
 def test_a_profile_says_what_it_is(output: bytes) -> None:
@@ -105,7 +107,7 @@ def test_argyll_reads_both(table: ColourTable, output: bytes, tmp_path: Path) ->
     if shutil.which("iccdump") is None or shutil.which("xicclu") is None:
         pytest.skip("iccdump and xicclu of ArgyllCMS are not on PATH; install the package argyll")
     (tmp_path / "out.icc").write_bytes(output)
-    (tmp_path / "link.icc").write_bytes(profiling.device_link(table, MADE, "epson/plain"))
+    (tmp_path / "link.icc").write_bytes(icc.device_link(table, MADE, "epson/plain"))
 
     def said(*command: str, given: str = "") -> str:
         done = subprocess.run(command, cwd=tmp_path, input=given, capture_output=True, text=True, timeout=60)
@@ -119,4 +121,4 @@ def test_argyll_reads_both(table: ColourTable, output: bytes, tmp_path: Path) ->
     labs = said("xicclu", "-v0", "-ff", "-ia", "-pl", "out.icc", given=lines)
     back = said("xicclu", "-v0", "-fb", "-ia", "-pl", "out.icc", given=labs)
     found = np.array([[float(word) for word in line.split()[:3]] for line in back.splitlines() if line.strip()])
-    assert convert.delta_e(convert.lab(dull(found)), convert.lab(dull(colours))).max() < 1.5
+    assert conversions.delta_e(conversions.lab(dull(found)), conversions.lab(dull(colours))).max() < 1.5

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from handout.colour import convert
+from handout.colour import conversions
 from handout.colour.ink_match import Tone, match
-from handout.colour.strokes import density_of, strokes_in
+from handout.colour.pen_lines import density_of, strokes_in
 from handout.simulated import spectra
 from handout.simulated.printer import PAPERS
 from handout.simulated.scanner.flatbed import SETTINGS, Flatbed
@@ -56,7 +56,7 @@ def test_ink_becomes_what_the_charts_scan_shows_of_it(ink, name):
     _, wanted = scan(ink, "white", amount(1, 20), Flatbed(**SETTINGS.get(name, {})), 1)
     inked = density_of(given, bare).mean(axis=2) > 0.1
     off, before = (
-        convert.delta_e(convert.lab(np.clip(one, 0, 1)), convert.lab(wanted[inked])).mean()
+        conversions.delta_e(conversions.lab(np.clip(one, 0, 1)), conversions.lab(wanted[inked])).mean()
         for one in (found.colours(given[inked].astype(float)), given[inked] / bare * other)
     )
     assert off < 1.2
@@ -76,7 +76,7 @@ def test_a_contrast_that_both_scans_have_is_no_difference(ink):
     _, wanted = scan(ink, "white", amount(1, 20), steep, 1)
     inked = density_of(given, bare).mean(axis=2) > 0.1
     off, shares = (
-        convert.delta_e(convert.lab(np.clip(one, 0, 1)), convert.lab(wanted[inked])).mean()
+        conversions.delta_e(conversions.lab(np.clip(one, 0, 1)), conversions.lab(wanted[inked])).mean()
         for one in (found.colours(given[inked].astype(float)), given[inked] / bare * other)
     )
     # on another paper the same curve lies elsewhere

@@ -11,7 +11,7 @@ from handout.calibrating.calibration import PATCHES, Calibration
 from handout.calibrating.prints import judged
 from handout.colour.chart import chart
 from handout.colour.reading import Finding, Reading
-from handout.colour.reading.strength import of_change, of_strength, solids_of, without_tone
+from handout.colour.reading.solid_inks import of_change, of_strength, solids_of, without_tone
 from handout.simulated.printer import PAPERS, Flatbed, Inkjet, Measured
 
 DEVICE = chart("A4").colours

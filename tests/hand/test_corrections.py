@@ -20,7 +20,7 @@ from handout.hand.corrections import (
     apply,
     read_corrections,
 )
-from handout.hand.joining import Joining
+from handout.hand.ligatures import LigatureFinder
 from handout.hand.scanned import NOBODY
 
 
@@ -199,7 +199,7 @@ def test_joints_of_a_page_are_found_again(small_hand):
     owner = np.full(len(small_hand.pages[0].graph), NOBODY)
     for number, glyph in enumerate(small_hand.glyphs):
         owner[glyph.vertices] = number
-    joining = Joining(small_hand.pages[0], owner)
+    joining = LigatureFinder(small_hand.pages[0], owner)
     for number, glyph in enumerate(small_hand.glyphs):
         if glyph.after >= 0:
             ways = joining.between(number, glyph.after, glyph.line)

@@ -89,7 +89,7 @@ def test_numbers_have_bounds(tmp_path):
 def test_built_in_hands_are_complete(name):
     made = load(name)
     assert [c for c in ASCII + TYPOGRAPHIC if c not in made.glyphs] == []
-    from handout.writing.drawn import repertoire
+    from handout.writing.drawn_line_writer import repertoire
     from handout.writing.text import normalise, spell
 
     assert len(list(spell(normalise("".join(ACCENTED)), repertoire(made)))) == len(ACCENTED)

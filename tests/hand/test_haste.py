@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.hand.haste import hasten
+from handout.hand.drawn import hasten
 from handout.hand.library import load, names
 from handout.motion.trace import trace
 from handout.page_sizes import page

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from handout.hand import file
-from handout.hand.ink_colours import ink_colours
+from handout.hand.measures import ink_colours
 from handout.hand.scanned import Texture
 
 BLUE, GREY, RED = (70, 80, 170), (96, 96, 99), (190, 50, 60)

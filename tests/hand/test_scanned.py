@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.hand.pictures import contact_sheet, cutout, on_paper, overlay
+from handout.hand.report import contact_sheet, cutout, overlay
 from handout.hand.scanned import Texture
 
 
@@ -106,7 +106,7 @@ def test_pictures_show_the_ink(small_hand, small_scan):
 
     page = small_hand.pages[0]
     scan = np.asarray(Image.open(small_scan.scan).convert("RGB"))
-    off = np.abs(on_paper(page).astype(int) - scan).mean()
+    off = np.abs(page.on_paper().astype(int) - scan).mean()
     assert off < 3, "ink on reduced paper is the scan again"
     assert overlay(small_hand, 0).shape == scan.shape
     number = int(small_hand.of("j")[0])

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scanned import owners, picture
 
-from handout.inking.grid import settled, shift
-from handout.inking.texture import texture
+from handout.inking.texture import shift, snap_to_pixels, texture
 from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -24,7 +23,7 @@ def written_word(hand, word, jitter):
 
 
 def only_moved(inks):
-    moves = np.concatenate([shift(ink, DPI) for ink in settled(inks, DPI)])
+    moves = np.concatenate([shift(ink, DPI) for ink in snap_to_pixels(inks, DPI)])
     return np.ptp(moves, axis=0).max() < 1e-6
 
 
@@ -58,11 +57,11 @@ def test_with_variation_they_do_not(small_hand):
 
 def test_a_word_settles_on_whole_pixels_all_of_it_or_none(small_hand):
     inks, _ = written_word(small_hand, "even", 0.0)
-    after = np.concatenate([shift(ink, DPI) for ink in settled(inks, DPI)])
+    after = np.concatenate([shift(ink, DPI) for ink in snap_to_pixels(inks, DPI)])
     assert after == pytest.approx(np.rint(after[0]) + np.zeros_like(after), abs=1e-6)
     before = np.concatenate([shift(ink, DPI) for ink in inks])
     assert np.abs(after - before).max() < 1.25
-    assert settled(inks, 2 * DPI) == inks, "at another resolution there are no pixels to be kept"
+    assert snap_to_pixels(inks, 2 * DPI) == inks, "at another resolution there are no pixels to be kept"
     bent, _ = written_word(small_hand, "even", 1.0)
-    assert settled(bent, DPI) == bent
-    assert settled([], DPI) == []
+    assert snap_to_pixels(bent, DPI) == bent
+    assert snap_to_pixels([], DPI) == []

@@ -8,10 +8,9 @@ from scanned import ink, letters, owners, page_of, picture, whole, written
 
 from handout.errors import InputError
 from handout.hand.scanned import NOBODY, Texture
-from handout.inking.replacing import replace_pen
+from handout.inking.pen_replacement import replace_pen, welded
 from handout.inking.swatches import swatches
 from handout.inking.texture import texture
-from handout.inking.welding import welded
 from handout.values import Ink, LineGraph
 
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanned import ink, page_of, written
 
-from handout.inking.layer import Layer
-from handout.inking.seams import parted, seam
+from handout.inking.layers import Layer, parted, seam
 from handout.inking.source import Source
 from handout.inking.texture import texture
 from handout.inking.warping import warp

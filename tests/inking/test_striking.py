@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.inking.scanned import drawn
-from handout.inking.striking import with_strokes
+from handout.inking.pen_replacement import drawn, with_strokes
 from handout.page_sizes import page
 from handout.values import Glyph, Line, Manuscript, Placed
 from handout.writing.compose import compose

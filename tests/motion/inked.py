@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from handout.motion.recovery.lines import Line
+from handout.motion.recovery.letter_line import LetterLine
 
 STEP = 0.06  # x-heights between vertices
 RADIUS = 0.08
@@ -16,7 +16,7 @@ def line(
     begin: Sequence[tuple[float, float]] = (),
     finish: Sequence[tuple[float, float]] = (),
     through: Sequence[tuple[float, float]] = (),
-) -> Line:
+) -> LetterLine:
     """The line of some ways, x-heights, y up; ways that end, or have a corner, in the same point meet there."""
     number: dict[tuple[float, float], int] = {}
     xy: list[tuple[float, float]] = []
@@ -43,7 +43,7 @@ def line(
     places = np.array(xy)
     radius = np.full(len(places), RADIUS)
     tips = [tuple(number[place] for place in own) for own in (begin, finish, through)]
-    return Line(places, radius, np.ones(len(places)), np.array(edges, dtype=np.intp).reshape(-1, 2), 1.0, *tips)
+    return LetterLine(places, radius, np.ones(len(places)), np.array(edges, dtype=np.intp).reshape(-1, 2), 1.0, *tips)
 
 
 def arc(centre, radius, first, last, count=12):

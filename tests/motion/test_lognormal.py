@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.motion import lognormal
-from handout.motion.lognormal import REACH, onsets, pulses
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.sigma_lognormal_model import REACH, onsets, pulses
 
 asymmetries = st.floats(1e-3, 0.6)
 durations = st.floats(1e-3, 2)

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import handout
+from benchmarks import berio_2017
 from handout.errors import InputError
-from handout.motion.reconstruction import LognormalPlan, berio_2017, from_recording, from_shape, pages, timing
-from handout.motion.reconstruction.trace import extent, resampled, snr
+from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, planned_page, recording_fit
+from handout.motion.reconstruction.key_points import extent, resampled, snr
 from handout.sinks import fit_svg, plans_json
 from handout.values import Drawing, Page, Stroke
 
@@ -42,7 +43,7 @@ def test_recorded_movements_are_explained_with_few_strokes(moving):
     speeds, counts, chords = [], [], []
     for stroke in moving:
         plan = from_recording(stroke.t, stroke.xy)
-        recording = timing.prepared(stroke.t, stroke.xy)
+        recording = recording_fit.prepared(stroke.t, stroke.xy)
         wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
         speeds.append(snr(wanted, plan.velocity(recording.t), about_mean=False))
         counts.append(plan.strokes)
@@ -56,7 +57,7 @@ def test_a_long_movement_is_explained_a_window_at_a_time():
     t = np.arange(0, 4.0, 0.005)
     xy = np.column_stack([5 * t + np.sin(2 * np.pi * 4 * t), 1.5 * np.cos(2 * np.pi * 4 * t + 0.3)])
     plan = from_recording(t, xy)
-    recording = timing.prepared(t, xy)
+    recording = recording_fit.prepared(t, xy)
     wanted = np.column_stack([recording.velocity.real, recording.velocity.imag])
     assert plan.strokes > 20
     assert snr(wanted, plan.velocity(recording.t), about_mean=False) >= 20
@@ -81,7 +82,7 @@ def test_what_a_plan_draws_is_found_again(targets, theta, duration):
     xy = plan.at(t)
     again = from_recording(t, xy)
     assert snr(xy, again.at(t)) >= 25
-    assert again.strokes <= max(timing._MOST, 2 * k)
+    assert again.strokes <= max(recording_fit._MOST, 2 * k)
 
 
 def test_a_plan_says_what_it_is():
@@ -101,11 +102,11 @@ def test_a_plan_says_what_it_is():
 
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
-    page = pages.fit(written, timed=timed)
+    page = planned_page.fit(written, timed=timed)
     again = plans_json.from_json(plans_json.to_json(page))
-    drawn = pages.drawing(again)
+    drawn = planned_page.drawing(again)
     assert len(drawn.strokes) == len(written.strokes) and again.timed is timed
-    for one, two, stroke in zip(drawn.strokes, pages.drawing(page).strokes, written.strokes, strict=True):
+    for one, two, stroke in zip(drawn.strokes, planned_page.drawing(page).strokes, written.strokes, strict=True):
         assert np.array_equal(one.xy, two.xy)
         assert one.word == stroke.word
         if extent(stroke.xy) > 1:
@@ -116,9 +117,9 @@ def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
 
 def test_a_dot_is_a_plan_of_one_target():
     dot = Drawing((Stroke(np.array([0.0, 0.1]), np.array([[3.0, 4.0], [3.0, 4.01]])),), Page(50, 50))
-    page = pages.fit(dot)
+    page = planned_page.fit(dot)
     assert page.fits[0].plan.strokes == 0
-    assert pages.drawing(page).strokes[0].xy == pytest.approx(np.array([[3, 4.005]] * 21), abs=1e-9)
+    assert planned_page.drawing(page).strokes[0].xy == pytest.approx(np.array([[3, 4.005]] * 21), abs=1e-9)
     assert b"<polyline" in fit_svg.to_svg(dot, page)
 
 
@@ -126,9 +127,9 @@ def test_samples_minutes_apart_tell_only_a_shape(moving):
     stroke = moving[0]
     few = np.linspace(0, len(stroke.xy) - 1, 8).astype(int)
     slow = Stroke(np.linspace(0.0, 1700.0, 8), stroke.xy[few])
-    alone = pages.fit(Drawing((slow,), Page(50, 50)))
+    alone = planned_page.fit(Drawing((slow,), Page(50, 50)))
     assert not alone.timed and alone.fits[0].plan.end < 60 and alone.fits[0].place > 28
-    beside = pages.fit(Drawing((stroke, slow), Page(50, 50)))
+    beside = planned_page.fit(Drawing((stroke, slow), Page(50, 50)))
     assert beside.timed and beside.fits[0].speed is not None and beside.fits[1].speed is None
 
 
@@ -143,7 +144,7 @@ def test_samples_minutes_apart_tell_only_a_shape(moving):
     ],
 )
 def test_changed_plans_that_cannot_be_are_named(moving, change, said):
-    page = pages.fit(Drawing(tuple(moving[:1]), Page(100, 100)))
+    page = planned_page.fit(Drawing(tuple(moving[:1]), Page(100, 100)))
     text = plans_json.to_json(page).decode()
     with pytest.raises(InputError, match=said):
         plans_json.from_json(change(text).encode())

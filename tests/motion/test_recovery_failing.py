@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.motion.recovery.failing import bridges, mended, odds, prior, tips
+from handout.motion.recovery.ink_gaps import bridge_gaps, endpoints, gap_bridges, log_odds, prior_log_odds
 
 HALF = 0.13
 
@@ -32,7 +32,7 @@ def broken(gap: float, taper: float) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def test_a_gap_is_judged_by_its_width_the_taper_and_the_hand(gap, taper, rate, fails):
     xy, radius, edges = broken(gap, taper)
     owner = np.repeat([0, 1], 20)
-    assert bridges(xy, radius, edges, HALF, owner, rate).tolist() == ([[19, 20]] if fails else [])
+    assert gap_bridges(xy, radius, edges, HALF, owner, rate).tolist() == ([[19, 20]] if fails else [])
 
 
 @given(st.floats(0.1, 9.0), st.floats(0.1, 0.9), st.floats(0.5, 1.0))
@@ -40,8 +40,8 @@ def test_a_gap_is_judged_by_its_width_the_taper_and_the_hand(gap, taper, rate, f
 def test_the_wider_the_gap_and_the_line_the_likelier_a_lift(gap, more, taper):
     def chance(width: float, thin: float) -> float:
         xy, radius, edges = broken(width, thin)
-        _, left, right, _ = sorted(tips(xy, radius, edges, HALF), key=lambda one: one.place[0])
-        return odds(left, right, HALF) + prior()
+        _, left, right, _ = sorted(endpoints(xy, radius, edges, HALF), key=lambda one: one.place[0])
+        return log_odds(left, right, HALF) + prior_log_odds()
 
     assert chance(gap + more, taper) < chance(gap, taper)
     assert chance(gap, taper + 0.1) < chance(gap, taper)
@@ -53,7 +53,7 @@ def test_a_hump_whose_ink_failed_at_its_stem_is_led_to_it():
     xy, radius = np.concatenate([stem, hump]), np.full(35, HALF)
     radius[20:25] = 0.4 * HALF
     edges = np.array([(v, v + 1) for v in range(34) if v != 19])
-    added = mended(xy, radius, edges, HALF, set())[len(edges) :]
+    added = bridge_gaps(xy, radius, edges, HALF, set())[len(edges) :]
     assert added.tolist() == [[10, 20]]
-    assert len(mended(xy, radius, edges, HALF, {20})) == len(edges)  # there it goes on in another letter
-    assert len(mended(xy, radius, edges, HALF, set(), least=1.5)) == len(edges)  # a dot is no part of the line
+    assert len(bridge_gaps(xy, radius, edges, HALF, {20})) == len(edges)  # there it goes on in another letter
+    assert len(bridge_gaps(xy, radius, edges, HALF, set(), least=1.5)) == len(edges)  # a dot is no part of the line

@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 from inked import arc, line, strokes
 
-from handout.motion.recovery.letters import write
+from handout.motion.recovery.letter_tracing import trace_letter
 
 
 def test_a_t_is_a_stem_and_then_its_bar():
     t = line([[(0, 1.8), (0, 1)], [(0, 1), (0, 0)], [(-0.4, 1), (0, 1)], [(0, 1), (0.4, 1)]])
-    stem, bar = strokes(t, write(t, "t"))
+    stem, bar = strokes(t, trace_letter(t, "t"))
     assert stem[0] == pytest.approx((0, 1.8)) and stem[-1] == pytest.approx((0, 0))
     assert bar[0] == pytest.approx((-0.4, 1)) and bar[-1] == pytest.approx((0.4, 1))
-    assert write(t, "t").late == (False, False)
+    assert trace_letter(t, "t").delayed == (False, False)
 
 
 def test_a_bar_waits_where_the_pen_goes_on_to_the_next_letter():
     foot = [(0, 1), (0, 0), (0.3, 0.05), (0.6, 0.3)]
     t = line([[(0, 1.8), (0, 1)], foot, [(-0.4, 1), (0, 1)], [(0, 1), (0.4, 1)]], finish=[(0.6, 0.3)])
-    found = write(t, "t")
-    assert found.late == (False, True)
+    found = trace_letter(t, "t")
+    assert found.delayed == (False, True)
     assert strokes(t, found)[0][-1] == pytest.approx((0.6, 0.3))
 
 
@@ -34,21 +34,21 @@ def test_a_crossing_drawn_out_is_still_a_crossing():
             [(0, 0.98), (0.5, 0.94)],
         ]
     )
-    stem, bar = strokes(t, write(t, "t"))
+    stem, bar = strokes(t, trace_letter(t, "t"))
     assert stem[[0, -1]] == pytest.approx(np.array([(0, 1.8), (0, 0)]))
     assert bar[[0, -1]] == pytest.approx(np.array([(-0.5, 1.08), (0.5, 0.94)]))
 
 
 def test_an_x_is_two_straight_strokes():
     x = line([[(0, 1), (0.4, 0.5)], [(0.4, 0.5), (0.8, 0)], [(0.8, 1), (0.4, 0.5)], [(0.4, 0.5), (0, 0)]])
-    found = {(tuple(s[0]), tuple(s[-1])) for s in strokes(x, write(x, "x"))}
+    found = {(tuple(s[0]), tuple(s[-1])) for s in strokes(x, trace_letter(x, "x"))}
     assert found == {((0.0, 1.0), (0.8, 0.0)), ((0.8, 1.0), (0.0, 0.0))}
 
 
 def test_an_e_is_one_stroke_from_its_bar_round():
     loop = arc((0.5, 0.5), 0.5, 0, 180)
     e = line([[(0, 0.5), (1, 0.5), *loop[1:-1], (0, 0.5)], [(0, 0.5), *arc((0.5, 0.5), 0.5, 180, 315)[1:]]])
-    (only,) = strokes(e, write(e, "e"))
+    (only,) = strokes(e, trace_letter(e, "e"))
     assert only[0] == pytest.approx((0, 0.5))
     assert only[3][0] > only[0][0] and only[3][1] == pytest.approx(0.5)
     assert only[-1] == pytest.approx(arc((0.5, 0.5), 0.5, 315, 315)[0])
@@ -56,7 +56,7 @@ def test_an_e_is_one_stroke_from_its_bar_round():
 
 def test_an_o_goes_anticlockwise_from_above():
     o = line([[*arc((0.5, 0.5), 0.5, 20, 379, 40)[:-1], arc((0.5, 0.5), 0.5, 20, 20)[0]]])
-    (only,) = strokes(o, write(o, "o"))
+    (only,) = strokes(o, trace_letter(o, "o"))
     area = 0.5 * float((only[:-1, 0] * only[1:, 1] - only[1:, 0] * only[:-1, 1]).sum())
     assert area > 0 and only[0, 1] > 0.6
 
@@ -65,7 +65,7 @@ def test_the_stem_of_a_d_is_gone_up_and_down():
     top, low = (1.0, 0.8), (1.0, 0.25)
     bowl = [top, *arc((0.5, 0.5), 0.5, 60, 300, 20), low]
     d = line([bowl, [(1, 2), top], [top, low], [low, (1, 0)]])
-    (only,) = strokes(d, write(d, "d"))
+    (only,) = strokes(d, trace_letter(d, "d"))
     assert only[0] == pytest.approx(top)
     assert only[1:].max(axis=0)[1] == pytest.approx(2)
     assert only[-1] == pytest.approx((1, 0))
@@ -75,16 +75,16 @@ def test_the_stem_of_a_d_is_gone_up_and_down():
 
 def test_the_dot_of_an_i_is_last_and_late():
     i = line([[(0, 1), (0, 0)], [(0.05, 1.5), (0.07, 1.5)]])
-    found = write(i, "i")
+    found = trace_letter(i, "i")
     assert strokes(i, found)[0][[0, -1]] == pytest.approx(np.array([(0, 1), (0, 0)]))
-    assert found.late == (False, True)
+    assert found.delayed == (False, True)
 
 
 def test_a_joined_letter_begins_and_ends_where_its_neighbours_are():
     # an n, entered at the foot of its stem: up and down the stem, and up again to its arch
     arch = [(0, 0.7), *arc((0.4, 0.6), 0.4, 150, 0, 8), (0.8, 0.1), (1.1, 0.2)]
     n = line([[(-0.5, 0.05), (0, 0)], [(0, 1), (0, 0.7)], [(0, 0.7), (0, 0)], arch], [(-0.5, 0.05)], [(1.1, 0.2)])
-    (only,) = strokes(n, write(n, "n"))
+    (only,) = strokes(n, trace_letter(n, "n"))
     assert only[0] == pytest.approx((-0.5, 0.05)) and only[-1] == pytest.approx((1.1, 0.2))
     assert int((np.abs(only - (0.0, 1.0)).sum(axis=1) < 1e-9).sum()) == 1
 
@@ -96,14 +96,14 @@ def test_a_bar_from_the_letter_before_goes_through_and_is_late():
          [(0, 0.6), *arc((0.35, 0.5), 0.35, 150, 0, 8), (0.7, 0)]],
         through=[(-0.5, 1.1)],
     )  # fmt: skip
-    found = write(h, "h")
+    found = trace_letter(h, "h")
     body, bar = strokes(h, found)
-    assert found.late == (False, True)
+    assert found.delayed == (False, True)
     assert bar[[0, -1]] == pytest.approx(np.array([(-0.5, 1.1), (0.3, 1.1)]))
     assert body[0] == pytest.approx((0, 2)) and body[-1] == pytest.approx((0.7, 0))
 
 
 def test_a_sign_that_no_hand_has_is_written_all_the_same():
     sign = line([[(0, 0), (1, 0)], [(1, 0), (1, 1)]])
-    (only,) = strokes(sign, write(sign, "\u2603"))
+    (only,) = strokes(sign, trace_letter(sign, "\u2603"))
     assert len(only) == len(sign.xy)

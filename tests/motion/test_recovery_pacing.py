@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
-from handout.motion.air import STROKE, in_the_air
-from handout.motion.recovery.pacing import course, curvature, pace
-from handout.motion.recovery.pages import Path
-from handout.motion.recovery.timing import strokes
+from handout.motion.recovery.pen_paths import PenPath
+from handout.motion.timing import STROKE, curvature, sample_paths, time_in_air, time_paths, timed_strokes
 
 ZIGZAG = np.array([[0.0, 0.0], [0.4, 1.0], [0.8, 0.0], [1.2, 1.0], [1.6, 0.0], [2.0, 1.0]])
 
@@ -24,10 +22,10 @@ def loops(turns=6, samples=600):
 
 def profile(xy):
     """t, speed and curvature at even times."""
-    found = pace(course([xy]))
+    found = time_paths(sample_paths([xy]))
     t = np.arange(0.0, found.t[-1], 0.002)
     along = np.interp(t, found.t, found.along)
-    way = course([xy])
+    way = sample_paths([xy])
     bend = np.interp(along, np.arange(len(way.xy)) * way.step[0], np.abs(curvature(way)))
     return t, np.gradient(along, t), bend
 
@@ -39,8 +37,8 @@ places = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
 @given(st.lists(st.lists(places, min_size=2, max_size=12).map(np.array), min_size=1, max_size=4))
 def test_every_path_is_followed_to_its_end_and_never_backwards(paths):
     paths = [np.concatenate([xy, xy[-1:] + 0.5]) for xy in paths]
-    way = course(paths)
-    found = pace(way)
+    way = sample_paths(paths)
+    found = time_paths(way)
     for n, xy in enumerate(paths):
         own = slice(way.first[n], way.first[n + 1])
         assert way.xy[own][[0, -1]] == pytest.approx(xy[[0, -1]], abs=1e-9)
@@ -54,10 +52,10 @@ def test_every_path_is_followed_to_its_end_and_never_backwards(paths):
 @given(st.permutations(range(3)))
 def test_paths_know_nothing_of_one_another(order):
     paths = [ZIGZAG, loops(2), np.array([[3.0, 0.0], [3.0, 0.2]])]
-    together = pace(course([paths[n] for n in order]))
+    together = time_paths(sample_paths([paths[n] for n in order]))
     for place, n in enumerate(order):
         own = slice(together.first[place], together.first[place + 1])
-        alone = pace(course([paths[n]]))
+        alone = time_paths(sample_paths([paths[n]]))
         assert together.t[own] == pytest.approx(alone.t, abs=1e-9)
         assert together.along[own] == pytest.approx(alone.along, abs=1e-9)
 
@@ -74,8 +72,8 @@ def test_between_two_corners_speed_rises_and_falls_once_and_nearly_stops_in_them
 
 def test_speed_follows_curvature_as_peoples_does():
     t, speed, _ = profile(loops())
-    way = course([loops()])
-    found = pace(way)
+    way = sample_paths([loops()])
+    found = time_paths(way)
     run = np.arange(len(way.xy)) * way.step[0]
     place = np.interp(np.interp(t, found.t, found.along), run, way.xy @ np.array([1, 1j]))
     velocity = np.gradient(place, t)
@@ -88,27 +86,31 @@ def test_speed_follows_curvature_as_peoples_does():
 
 
 def test_what_is_twice_as_large_takes_longer_but_not_twice_as_long():
-    one, two = (pace(course([size * loops(3)])).t[-1] for size in (1.0, 2.0))
+    one, two = (time_paths(sample_paths([size * loops(3)])).t[-1] for size in (1.0, 2.0))
     assert 1.05 * one < two < 1.5 * one
 
 
 def test_pauses_grow_with_the_way_and_are_longer_between_words_and_lines():
-    assert in_the_air(0.5, line=False, word=False) < in_the_air(2.0, line=False, word=False)
-    letter, word, line = (in_the_air(2.0, line=n > 1, word=n > 0) for n in range(3))
+    assert time_in_air(0.5, line=False, word=False) < time_in_air(2.0, line=False, word=False)
+    letter, word, line = (time_in_air(2.0, line=n > 1, word=n > 0) for n in range(3))
     assert letter < 0.5 * word < word < line
-    assert in_the_air(2.0, line=False, word=True, chance=1.0) > word > in_the_air(2.0, line=False, word=True, chance=-1)
+    assert (
+        time_in_air(2.0, line=False, word=True, deviation=1.0)
+        > word
+        > time_in_air(2.0, line=False, word=True, deviation=-1)
+    )
 
 
 def inked(xy, word=0):
     count = len(xy)
-    return Path(np.asarray(xy), np.linspace(0.3, 0.5, count), np.ones(count), word, np.zeros(count, dtype=np.intp))
+    return PenPath(np.asarray(xy), np.linspace(0.3, 0.5, count), np.ones(count), word, np.zeros(count, dtype=np.intp))
 
 
 PATHS = [inked(2.5 * loops(3) + 20), inked([[30.0, 17.0]]), inked(2.5 * ZIGZAG + 40, word=1)]
 
 
 def timed(seed=1, **knobs):
-    return list(strokes(PATHS, [0, 0, 1], 2.5, np.random.default_rng(seed), **knobs))
+    return list(timed_strokes(PATHS, [0, 0, 1], 2.5, np.random.default_rng(seed), **knobs))
 
 
 def test_strokes_lie_on_their_paths_with_the_widths_there():

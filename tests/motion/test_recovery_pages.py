@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from handout.errors import InputError
-from handout.motion.recovery import pages
-from handout.motion.recovery.pages import paths
-from handout.motion.recovery.timing import smoothed
+from handout.motion.recovery import pen_paths as module
+from handout.motion.recovery.pen_paths import pen_paths
+from handout.motion.timing import smoothed
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
@@ -50,19 +50,19 @@ def test_words_come_in_their_order_and_the_clock_runs_on(drawing):
 
 
 def test_joined_letters_are_one_movement(sheet, small_hand):
-    found = paths(sheet.lines[0].placed, small_hand)
+    found = pen_paths(sheet.lines[0].placed, small_hand)
     assert max(len(set(path.of.tolist())) for path in found) >= 3
-    late = [path.late for path in found]
+    late = [path.delayed for path in found]
     assert any(late)
     for word in {path.word for path in found}:
-        own = [path.late for path in found if path.word == word]
+        own = [path.delayed for path in found if path.word == word]
         assert own == sorted(own)  # dots and bars last
 
 
 def test_a_hand_that_dots_at_once_does(sheet, small_hand):
-    found = paths(sheet.lines[0].placed, small_hand, late_after="letter")
-    at_once = [path.late for path in found]
-    waiting = [path.late for path in paths(sheet.lines[0].placed, small_hand, late_after="word")]
+    found = pen_paths(sheet.lines[0].placed, small_hand, late_after="letter")
+    at_once = [path.delayed for path in found]
+    waiting = [path.delayed for path in pen_paths(sheet.lines[0].placed, small_hand, late_after="word")]
     assert len(at_once) >= len(waiting) - 1 and sum(at_once) == sum(waiting)
 
 
@@ -98,7 +98,7 @@ def test_what_strikes_a_word_out_is_written_after_it(small_hand):
     (slipped,) = compose("even minute hens", small_hand, layout, np.random.default_rng(2), slips=100.0)
     struck = [placed for line in slipped.lines for placed in line.placed if placed.strokes]
     assert struck
-    found = paths(slipped.lines[0].placed, small_hand)
+    found = pen_paths(slipped.lines[0].placed, small_hand)
     own = [path for path in found if path.word == struck[0].word]
     ends = [struck[0].strokes[0][0], struck[0].strokes[0][-1]]
     assert np.abs(own[-len(struck[0].strokes)].xy[[0, -1]] - ends).max() < 0.2
@@ -117,11 +117,11 @@ def test_only_the_bar_of_the_letter_before_is_led_on():
     earlier, last, here = (object() for _ in range(3))
     some = np.arange(3)
     done = [
-        pages._Movement([(earlier, some)], 0, bar=True),
-        pages._Movement([(last, some)], 0),
-        pages._Movement([(last, some)], 0, bar=True),
+        module._Movement([(earlier, some)], 0, bar=True),
+        module._Movement([(last, some)], 0),
+        module._Movement([(last, some)], 0, bar=True),
     ]
     kept = done[:2]
-    assert pages._led_on(done, last, 0, (here, some), None)
+    assert module.lead_bar_on(done, last, 0, (here, some), None)
     assert done[:2] == kept and [glyph for glyph, _ in done[2].parts] == [last, here]
-    assert done[2].leaving is None and not pages._led_on(done, last, 0, (here, some), None)
+    assert done[2].leaving is None and not module.lead_bar_on(done, last, 0, (here, some), None)

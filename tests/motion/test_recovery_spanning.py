@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from inked import line, strokes
 
-from handout.motion.recovery.letters import write
-from handout.motion.recovery.placing import PlacedGlyph, PlacedStroke
-from handout.motion.recovery.spanning import Spanning
-from handout.motion.recovery.weaving import unwound, weave
+from handout.motion.recovery.crossbars import WordCrossbars
+from handout.motion.recovery.letter_tracing import trace_letter
+from handout.motion.recovery.placed_strokes import PlacedGlyph, PlacedStroke, merge_interleaved_strokes, orient_loop
 from handout.values import LineGraph
 
 T, H = (0.0, 1.1), (1.0, 1.15)
@@ -33,7 +32,7 @@ def found(ways, letters="th", cut=0.5):
         SimpleNamespace(letter=letter, page=0, line=0, vertices=vertices, before=k - 1, after=1 if k == 0 else -1)
         for k, (letter, vertices) in enumerate(zip(letters, own, strict=True))
     ]
-    return one, Spanning(SimpleNamespace(glyphs=glyphs, pages=[page]), {})[1]
+    return one, WordCrossbars(SimpleNamespace(glyphs=glyphs, pages=[page]), {})[1]
 
 
 def test_a_bar_over_two_letters_is_one():
@@ -41,7 +40,7 @@ def test_a_bar_over_two_letters_is_one():
     (bar,) = bars
     assert one.xy[bar.vertices[[0, -1]]] == pytest.approx(np.array([LEFT, RIGHT]))
     assert (np.diff(one.xy[bar.vertices, 0]) > 0).all()
-    assert bar.loose == (True, True) and bar.letter == 0
+    assert bar.loose == (True, True) and bar.glyph == 0
     assert not len(bar.before) and not len(bar.after)
 
 
@@ -69,9 +68,9 @@ def test_a_bar_known_from_the_word_is_no_part_of_the_letter_it_crosses():
               [(0, 0.6), (0.35, 0.85), (0.7, 0.5), (0.7, 0)]], through=[LEFT])  # fmt: skip
     bar = np.flatnonzero((h.xy[:, 1] > 1.05) & (h.xy[:, 1] < 1.13) & ((h.xy[:, 0] != 0) | (h.xy[:, 1] == T[1])))
     bar = bar[np.argsort(h.xy[bar, 0])]
-    made = write(replace(h, others=(bar,), shared=((bar[:0], bar[:0]),)), "h")
+    made = trace_letter(replace(h, foreign_bars=(bar,), bar_overlaps=((bar[:0], bar[:0]),)), "h")
     body, over = strokes(h, made)
-    assert made.late == (False, True)
+    assert made.delayed == (False, True)
     assert over[[0, -1]] == pytest.approx(np.array([LEFT, (0.3, 1.12)]))
     assert body[0] == pytest.approx((0, 2)) and body[-1] == pytest.approx((0.7, 0))
 
@@ -104,23 +103,23 @@ def pair(over):
 @pytest.mark.parametrize("over", [(0, 1, 2), (2, 1, 0)])
 def test_strokes_to_and_fro_between_two_letters_are_put_together(over):
     t, h = pair(over)
-    weave(t, h, {0: 0, 1: 1, 2: 2})
+    merge_interleaved_strokes(t, h, {0: 0, 1: 1, 2: 2})
     assert len(t.strokes) == 1 and len(h.strokes) == 1
     (whole,) = h.strokes
-    assert whole.begin == 0 and whole.end is None and not whole.late
+    assert whole.begin == 0 and whole.end is None and not whole.delayed
     assert [list(own) for _, own in whole.then] == [[4, 2, 5, 6], [4]]
     assert [g is t for g, _ in whole.then] == [True, False]
 
 
 def test_a_loop_over_two_letters_goes_up_on_its_right():
     t, h = pair((0, 1, 2))
-    weave(t, h, {0: 0, 1: 1, 2: 2})
+    merge_interleaved_strokes(t, h, {0: 0, 1: 1, 2: 2})
     parts = [(t, t.strokes[0].vertices), (h, h.strokes[0].vertices[1:]), *h.strokes[0].then]
     before = np.concatenate([g.graph.xy[own] for g, own in parts])
-    after = np.concatenate([g.graph.xy[own] for g, own in unwound(parts)])
+    after = np.concatenate([g.graph.xy[own] for g, own in orient_loop(parts)])
     assert len(before) == len(after)
     assert after[[0, 1, -1]] == pytest.approx(before[[0, 1, -1]])
     top = int(after[:, 1].argmin())
     assert after[top - 1, 0] > after[top + 1, 0]
-    again = np.concatenate([g.graph.xy[own] for g, own in unwound(unwound(parts))])
+    again = np.concatenate([g.graph.xy[own] for g, own in orient_loop(orient_loop(parts))])
     assert again == pytest.approx(after)

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.motion import lognormal, optimal_control
+from handout.motion import optimal_control
+from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.sigma_lognormal import follow, pulses_through, virtual_chords
 from handout.values import ActionPlan
 

@@ -1,34 +1,34 @@
 import numpy as np
 import pytest
 
-from handout.motion import spread
+from handout.motion import covariance
 from handout.values import ActionPlan
 
 
 def test_oriented_ellipses_have_their_axes_where_they_were_turned_to():
-    (covariance,) = spread.oriented([[3.0, 1.0]], [0.5])
+    (ellipse,) = covariance.oriented([[3.0, 1.0]], [0.5])
     along = np.array([np.cos(0.5), np.sin(0.5)])
-    assert np.allclose(covariance @ along, 9 * along)
-    assert np.linalg.det(covariance) == pytest.approx(9)
+    assert np.allclose(ellipse @ along, 9 * along)
+    assert np.linalg.det(ellipse) == pytest.approx(9)
 
 
 def test_semi_tied_covariances_share_their_shape():
     basis = np.array([[2.0, 1.0], [0.0, 1.0]])
-    first, second = spread.semi_tied(basis, [1.0, 4.0])
+    first, second = covariance.semi_tied(basis, [1.0, 4.0])
     assert np.allclose(first, basis @ basis.T)
     assert np.allclose(second, 4 * first)
 
 
 def test_a_plan_without_covariances_has_circles_in_proportion_to_its_step():
     plan = ActionPlan(np.array([[0, 0], [2.0, 0], [2, 2]]), 0.1, 0.3)
-    assert np.allclose(spread.of_plan(plan), (0.05 * 2) ** 2 * np.eye(2))
-    assert not spread.of_plan(ActionPlan(np.ones((3, 2)), 0.1, 0.3)).any()
+    assert np.allclose(covariance.of_plan(plan), (0.05 * 2) ** 2 * np.eye(2))
+    assert not covariance.of_plan(ActionPlan(np.ones((3, 2)), 0.1, 0.3)).any()
 
 
 def test_only_what_cannot_be_inverted_is_lifted():
     targets = np.array([[0, 0], [10.0, 0], [10, 1]])
     given = np.stack([np.eye(2), np.diag([1.0, 0.0]), np.zeros((2, 2))])
-    settled = spread.settled(given, targets)
+    settled = covariance.settled(given, targets)
     assert (settled[0] == given[0]).all()
     assert np.allclose(settled[1], np.diag([1, 1e-7]), rtol=1e-9, atol=0)
     assert np.allclose(settled[2], 1e-7 * np.eye(2), rtol=1e-9, atol=0)
@@ -37,13 +37,13 @@ def test_only_what_cannot_be_inverted_is_lifted():
 @pytest.mark.parametrize("wrong", [np.eye(2), np.full((1, 2, 2), np.nan), np.array([[[1.0, 2], [2, 1]]])])
 def test_refuses_what_is_no_covariance(wrong):
     with pytest.raises(ValueError):
-        spread.settled(wrong, np.zeros((1, 2)))
+        covariance.settled(wrong, np.zeros((1, 2)))
 
 
 def test_draws_have_their_covariances():
-    covariances = spread.oriented([[3.0, 1.0], [0.5, 0.0]], [0.5, -1.0])
+    covariances = covariance.oriented([[3.0, 1.0], [0.5, 0.0]], [0.5, -1.0])
     rng = np.random.default_rng(0)
-    draws = np.stack([spread.draw(covariances, rng) for _ in range(4000)])
+    draws = np.stack([covariance.draw(covariances, rng) for _ in range(4000)])
     found = np.einsum("kmi,kmj->mij", draws, draws) / len(draws)
     assert np.abs(found - covariances).max() < 0.6
-    assert np.allclose(spread.root(covariances) @ spread.root(covariances), covariances)
+    assert np.allclose(covariance.root(covariances) @ covariance.root(covariances), covariances)

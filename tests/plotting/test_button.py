@@ -8,11 +8,11 @@ from handout import profiles
 from handout.errors import DeviceAlarm
 from handout.plotting.dialect import ButtonPressed
 from handout.plotting.dialects.ebb import DIALECT as ebb
-from handout.plotting.driving.driver import meet
+from handout.plotting.driving.driver import connect
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
 
 AXIDRAW = profiles.find("axidraw-v3", "plotter")
@@ -64,7 +64,7 @@ def test_it_holds_and_goes_on(tmp_path, version, after):
 
 def test_only_who_heeds_it_is_stopped():
     plotter = SimulatedPlotter(AXIDRAW, Simulated())
-    controller = meet(plotter, AXIDRAW, lambda _: None)
+    controller = connect(plotter, AXIDRAW, lambda _: None)
     plotter.firmware.press()
     controller.heed_button()  # what was pressed before does not count
     commands = [b"SM,10,5,5\r"] * 60

@@ -13,7 +13,7 @@ from handout.plotting.dialects.grbl.position_tracking import PositionTracking
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.places import Place
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options
 
 short = functools.cache(lambda: faults.drawing(faults.SHORT))

@@ -41,8 +41,8 @@ def test_servos_have_values_unless_the_pen_is_the_machine_s_own(name):
 
 
 def test_there_is_a_simulated_controller_that_shares_nothing(name):
-    package = importlib.import_module(dialect(name).simulator)
-    assert package.framing() is not None and package.Firmware.__module__.startswith(dialect(name).simulator)
+    controller = importlib.import_module(dialect(name).simulator).Firmware
+    assert controller.framing() is not None and controller.__module__.startswith(dialect(name).simulator)
 
 
 def test_the_simulated_controller_answers_the_question(name):

@@ -10,7 +10,7 @@ from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, PortError
 from handout.plotting import open_port, plan, run
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.driver import draw, meet
+from handout.plotting.driving.driver import Monitor, connect, draw
 
 PROFILE = profiles.find("axidraw-v3", "plotter")
 VERSIONS = ["2.2.7", "2.4.5", "2.6.5", "2.8.1", "3.0.0"]
@@ -73,7 +73,13 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
 
     port, said = opened(f"firmware={version}"), []
     with pytest.raises(KeyboardInterrupt):  # `run` would go back to zero
-        draw(plan(DRAWING, PROFILE), meet(port, PROFILE, said.append), port, PROFILE, progress=stop, log=said.append)
+        draw(
+            plan(DRAWING, PROFILE),
+            connect(port, PROFILE, said.append),
+            port,
+            PROFILE,
+            Monitor(progress=stop, log=said.append),
+        )
     assert not port.pen_is_down and port.at_rest and said == []
     stands = np.array(port.paper.at[:2]) / 160
     controller = ebb.connect(port, PROFILE, said.append)

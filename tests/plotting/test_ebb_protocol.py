@@ -1,5 +1,7 @@
 """The EBB's language: commands as they are sent, answers in all their forms, slices of every firmware."""
 
+from types import SimpleNamespace
+
 import msgspec
 import pytest
 from cursive import page
@@ -9,6 +11,7 @@ from handout.errors import InputError
 from handout.plotting import plan
 from handout.plotting.dialects.ebb import DIALECT as ebb
 from handout.plotting.dialects.ebb import protocol
+from handout.plotting.dialects.ebb.conversation import EbbConversation
 from handout.plotting.dialects.ebb.firmware import UNKNOWN, Version
 from handout.plotting.dialects.ebb.protocol import About, Error, Note, Ok, Values
 from handout.plotting.planning.blocks import Move, Pause, Pen, Timed
@@ -48,13 +51,16 @@ def test_answers_are_understood(line, meant):
 
 
 def test_lines_end_as_they_like():
-    complete, rest = protocol.lines(b"OK\r\n1421,-429\n\rOK\r\nQM,0,0,0,0\n\rLT\nS")
-    assert complete == [b"OK", b"1421,-429", b"OK", b"QM,0,0,0,0", b"LT"] and rest == b"S"
+    pieces = [b"OK\r\n1421,-429\n\rOK\r\nQM,0,0,0,0\n\rLT\nS", b"P\n"]
+    port = SimpleNamespace(read=lambda _: pieces.pop(0))
+    board = EbbConversation(port, 1.0, print, lambda *_: None)
+    told = [Ok(""), Values("", (1421, -429)), Ok(""), Values("QM", (0, 0, 0, 0)), Ok("LT")]
+    assert board.replies(1.0) == told and board.replies(1.0) == [Ok("SP")]
 
 
 def test_errors_are_said_in_words():
-    assert "a command it does not know" in protocol.reply(b"!8 Err: Unknown command 'A:41'").words
-    assert "unknown here" in protocol.reply(b"!99 Err: whatever").words
+    assert "a command it does not know" in protocol.reply(b"!8 Err: Unknown command 'A:41'").description
+    assert "unknown here" in protocol.reply(b"!99 Err: whatever").description
 
 
 @pytest.mark.parametrize(("text", "version"), [("2.8.1", (2, 8, 1)), ("3.0", (3, 0, 0)), ("", UNKNOWN), ("x", UNKNOWN)])

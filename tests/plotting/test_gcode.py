@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout import profiles
 from handout.plotting import open_port, plan, to_gcode
-from handout.plotting.gcode import comment
+from handout.plotting.dialects.gcode import comment
 
 PROFILE = profiles.find("simulated", "plotter")
 MADE = plan(page(words=1), PROFILE)

@@ -112,7 +112,7 @@ def test_anything_is_some_reply(line):
 
 
 def test_errors_and_alarms_have_plain_words():
-    assert protocol.Error(9).words == "error:9, it is locked after an alarm"
-    assert "travel" in protocol.Alarm(2).words
-    assert "unknown" in protocol.Error(99).words
+    assert protocol.Error(9).description == "error:9, it is locked after an alarm"
+    assert "travel" in protocol.Alarm(2).description
+    assert "unknown" in protocol.Error(99).description
     assert set(protocol.ERRORS) == {*range(1, 18), *range(20, 39)} and set(protocol.ALARMS) >= set(range(1, 11))

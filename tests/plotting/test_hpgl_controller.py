@@ -9,7 +9,7 @@ from handout import profiles
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceSilent, DoesNotFit, PortError
 from handout.plotting import open_port, plan, run
 from handout.plotting.dialects.hpgl import protocol
-from handout.plotting.dialects.hpgl.controller import PenPosition, connect
+from handout.plotting.dialects.hpgl.controller import HpglController, PenPosition
 from handout.plotting.driving import fidelity
 from handout.profiles import Length, Time
 
@@ -20,7 +20,7 @@ PLAN = plan(DRAWING, PROFILE)
 
 def met(options="", profile=PROFILE):
     port, said = open_port("sim:?" + options, profile), []
-    return connect(port, profile, said.append), port, said
+    return HpglController(port, profile, said.append), port, said
 
 
 @pytest.mark.parametrize("options", ["", "buffer=128", "buffer=64", "latency=16ms", "queue=8"])
@@ -125,11 +125,11 @@ def test_a_position_is_known_again_after_a_lost_connection_but_not_after_a_lost_
     with pytest.raises(PortError):
         run(PLAN, port, PROFILE)
     port.replug()
-    again = connect(port, PROFILE, lambda _: None)
-    assert not again.restarted
+    again = HpglController(port, PROFILE, lambda _: None)
+    assert not again.conversation.restarted
     assert again.position() == pytest.approx(tuple(np.array(port.paper.at[:2]) / PROFILE.limits.steps_per_mm))
     port.power_on()
-    assert connect(port, PROFILE, lambda _: None).position() is None
+    assert HpglController(port, PROFILE, lambda _: None).position() is None
 
 
 def test_meeting_a_plotter_moves_nothing():
@@ -217,4 +217,4 @@ class Chatter:
 def test_what_is_no_plotter_is_called_so(says, told):
     hasty = msgspec.structs.replace(PROFILE, port=msgspec.structs.replace(PROFILE.port, timeout=Time(0.5)))
     with pytest.raises(DeviceSilent, match=told):
-        connect(Chatter(says), hasty, lambda _: None)
+        HpglController(Chatter(says), hasty, lambda _: None)

@@ -7,7 +7,7 @@ import pytest
 from handout import profiles
 from handout.plotting import open_port
 from handout.simulated.plotter.hpgl.carriage import Carriage
-from handout.simulated.plotter.hpgl.framing import Escapes
+from handout.simulated.plotter.hpgl.parser import Escapes
 
 PROFILE = profiles.find("hpgl", "plotter")
 

@@ -18,7 +18,7 @@ from handout.plotting.jobs.job import Options, load
 from handout.plotting.jobs.page_producer import Program
 from handout.plotting.jobs.pages import Made
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.values import Drawing
 
 PROFILE = profiles.find("simulated", "plotter")

@@ -5,7 +5,7 @@ import pytest
 
 from handout import profiles
 from handout.errors import DeviceAlarm, DoesNotFit, InputError
-from handout.plotting.driving.driver import meet, park
+from handout.plotting.driving.driver import connect, park
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.store import Options
 from handout.plotting.setup import manual, pen_heights
@@ -23,7 +23,7 @@ def machine(request):
 
 def again(plotter):
     """Another program connects; the machine stays as it is."""
-    return meet(plotter, plotter.profile, lambda _: None)
+    return connect(plotter, plotter.profile, lambda _: None)
 
 
 def at(plotter):

@@ -11,7 +11,7 @@ from handout import profiles
 from handout.plotting import plan
 from handout.plotting.dialects.marlin import DIALECT as marlin
 from handout.plotting.dialects.marlin import protocol
-from handout.plotting.dialects.marlin.planner_queue import PlannerQueue
+from handout.plotting.dialects.marlin.controller import PlannerQueue
 from handout.plotting.planning.blocks import Move, Pause, Pen
 
 SERVO, ON_Z = profiles.find("marlin-servo", "plotter"), profiles.find("creality-ender-3", "plotter")
@@ -139,9 +139,9 @@ def test_anything_is_some_reply(line):
 
 
 def test_errors_have_plain_words():
-    assert "switch it off and on" in protocol.Error("Printer halted. kill() called!").words
-    assert "heater" in protocol.Error("Thermal Runaway, system stopped! Heater_ID: bed").words
-    assert protocol.Error("something new").words == "“something new”"
+    assert "switch it off and on" in protocol.Error("Printer halted. kill() called!").description
+    assert "heater" in protocol.Error("Thermal Runaway, system stopped! Heater_ID: bed").description
+    assert protocol.Error("something new").description == "“something new”"
 
 
 def test_what_may_still_be_in_the_queue():

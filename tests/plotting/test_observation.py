@@ -50,7 +50,7 @@ def plotted(name, every=0, away=0.0, clock=True, **options):
 @pytest.mark.parametrize("clock", [True, False], ids=["real", "virtual"])
 def test_a_plot_without_rests_has_none(name, clock):
     plotter, report = plotted(name, clock=clock)
-    told = report.observed
+    told = report.observation
     assert rests(report.plan.intended(), plotter.executed()) == []
     assert told.unknown == "" and told.rests == () and told.least_s <= 0.03 and 0 < told.every_s < 0.1
     _, measured = ebb.in_time(report.plan.intended(), told.executed)
@@ -65,15 +65,15 @@ def test_a_plot_without_rests_has_none(name, clock):
 def test_rests_are_found_where_they_are(name, every, away):
     plotter, report = plotted(name, every, away)
     true = rests(report.plan.intended(), plotter.executed())
-    told = report.observed.rests
+    told = report.observation.rests
     long = [rest for rest in true if rest[2] > 0.1]
     assert len(long) >= 2 and abs(len(told) - len(true)) <= 1
-    assert 0.6 < report.observed.rested_s / sum(seconds for _, _, seconds in true) < 1.2
+    assert 0.6 < report.observation.rested_s / sum(seconds for _, _, seconds in true) < 1.2
     for number in {stroke for stroke, at, _ in long if at > 0.3}:  # one at its very beginning cannot be seen
         true_s = sum(seconds for stroke, _, seconds in true if stroke == number)
         told_s = sum(rest.seconds for rest in told if rest.stroke == number)
         assert math.isclose(told_s, true_s, rel_tol=0.35, abs_tol=0.1)
-    _, measured = ebb.in_time(report.plan.intended(), report.observed.executed)
+    _, measured = ebb.in_time(report.plan.intended(), report.observation.executed)
     _, correlation = ebb.in_time(report.plan.intended(), plotter.executed())
     assert correlation < 0.97 and measured == pytest.approx(correlation, abs=0.15)
 
@@ -88,7 +88,7 @@ def test_slow_going_is_no_rest(share):
         for number, command in enumerate(commands[:-1], 1):
             clock = float(made.begins[min(command.done, len(made.begins) - 1)])
             observer.note(share * clock + stop * (clock > made.duration / 2), number, None)
-        told = observer.observed()
+        told = observer.observation()
         assert told.stretched / made.stretched == pytest.approx(share, rel=0.02 if stop == 0.0 else 0.5)
         assert [rest.seconds for rest in told.rests] == ([] if stop == 0.0 else [pytest.approx(stop, abs=0.1)])
 
@@ -128,7 +128,7 @@ def test_a_real_machine_is_measured_too():
 
 def test_what_a_machine_does_not_say_is_not_known():
     _, report = plotted("hp-7475a")
-    assert "not what it has drawn" in report.observed.unknown and report.observed.executed is None
+    assert "not what it has drawn" in report.observation.unknown and report.observation.executed is None
     facts = plot_report.facts([report])
     assert not facts["measured"] and facts["rests"] is None and facts["rested_s"] is None and facts["unknown"]
     assert plot_report.sentence([report]).startswith("Whether the pen rested is not known: An HP-GL plotter")
@@ -144,7 +144,7 @@ def test_nothing_is_known_of_dots():
     ))  # fmt: skip
     profile = profile_of("simulated")
     report = run(plan(dots, profile), SimulatedPlotter(profile), profile)
-    assert "too short" in report.observed.unknown and not plot_report.facts([report])["measured"]
+    assert "too short" in report.observation.unknown and not plot_report.facts([report])["measured"]
 
 
 def test_a_machine_of_other_limits_is_measured_by_the_plan_that_was_drawn():
@@ -152,4 +152,4 @@ def test_a_machine_of_other_limits_is_measured_by_the_plan_that_was_drawn():
     slow = msgspec.structs.replace(profile.limits, acceleration=Acceleration(600.0))
     plotter = SimulatedPlotter(profile, Options(acceleration=600.0))
     report = run(plan(DRAWING, profile), plotter, profile)
-    assert report.plan.profile.limits.acceleration == slow.acceleration and report.observed.rests == ()
+    assert report.plan.profile.limits.acceleration == slow.acceleration and report.observation.rests == ()

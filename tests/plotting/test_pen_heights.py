@@ -47,7 +47,7 @@ class Looking:
 def met(name):
     profile = profiles.find(name, "plotter")
     port = SimulatedPlotter(profile)
-    return profile, port, driver.meet(port, profile, lambda _: None)
+    return profile, port, driver.connect(port, profile, lambda _: None)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -18,7 +18,7 @@ from handout.plotting.jobs import journal, runner, store
 from handout.plotting.jobs.journal import Journal, read
 from handout.plotting.jobs.places import Place
 from handout.simulated.plotter import SimulatedPlotter
-from handout.simulated.plotter.inked import compare
+from handout.simulated.plotter.ink_comparison import compare
 from handout.simulated.plotter.options import Options as Simulated
 
 MACHINES = ["simulated", "grbl-z", "axidraw-v3", "marlin-servo"]
@@ -68,7 +68,7 @@ def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
     waiting = disk(1.0)
     plotter = SimulatedPlotter(profile_of(name), clock=clock)
     job, report, said = plotted(tmp_path, plotter)
-    assert rests(report.plan.intended(), plotter.executed()) == [] and report.observed.rests == ()
+    assert rests(report.plan.intended(), plotter.executed()) == [] and report.observation.rests == ()
     assert report.unsecured > 20 and report.unsecured <= LONGEST * 1.02
     assert len(said) == 1 and f"up to {LONGEST:.0f} mm may be drawn twice" in said[0] and "overlap of 20 mm" in said[0]
     assert job.standing().finished and waiting.longest <= 3

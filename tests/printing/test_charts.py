@@ -10,7 +10,7 @@ import pytest
 from handout import profiles
 from handout.colour import cgats
 from handout.colour.chart import chart
-from handout.colour.drawing import render
+from handout.colour.chart_files import render
 from handout.errors import DoesNotFit, InputError
 from handout.printing.charts import chart_for, write_chart
 from handout.profiles import Length, Margins, Printer

@@ -7,15 +7,15 @@ from dataclasses import replace
 import pytest
 
 from handout.errors import InputError, PrinterError, ProfileError
-from handout.printing.ipp import words
+from handout.printing.ipp import status
 from handout.printing.ipp.client import Client, Refused
-from handout.printing.ipp.link import Link, LinkError, address, is_address
 from handout.printing.ipp.message import Group, Message, Tag, attribute
 from handout.printing.ipp.queue import IppQueue
-from handout.printing.ipp.request import Abilities, Request, job_attributes
-from handout.printing.ipp.simulated import Faults, SimulatedPrinter
-from handout.printing.ipp.words import JobState
-from handout.printing.queue import Fate, FateUnknown, Ticket
+from handout.printing.ipp.request import Capabilities, Request, job_attributes
+from handout.printing.ipp.status import JobState
+from handout.printing.ipp.transport import Transport, TransportError, is_address, parse_address
+from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
+from handout.simulated.ipp.printer import Faults, SimulatedPrinter
 from handout.values import Page
 
 DL = Ticket("handout abc row 2", "iso_dl_110x220mm", "rear", {}, Page(110, 220), "envelope", "row-002")
@@ -35,7 +35,7 @@ class Waits:
 
 def connected(printer, *, timeout=60.0, format="", uri=""):
     said, waits = [], Waits()
-    client = Client(Link(address(uri or printer.uri), timeout), said.append, waits)
+    client = Client(Transport(parse_address(uri or printer.uri), timeout), said.append, waits)
     return IppQueue(client, said.append, waits, format), said, waits
 
 
@@ -60,7 +60,7 @@ def test_a_page_arrives_byte_for_byte_with_its_sheet_and_tray(page, tmp_path):
         queue, said, _ = connected(printer)
         queue.check(DL)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Fate("completed") == queue.fate(job, DL.title)
+        assert queue.follow(job) == Outcome("completed") == queue.outcome(job, DL.title)
         (kept,) = printer.printed
         assert kept.document == DOCUMENT and (tmp_path / "out" / "job-001.pdf").read_bytes() == DOCUMENT
         assert kept.name == DL.title and kept.format == "application/pdf"
@@ -105,7 +105,7 @@ def test_options_of_a_profile_have_the_type_that_the_printer_gives_them(page):
 
 def test_an_old_printer_is_told_the_name_of_the_sheet():
     sheets = attribute("media-supported", Tag.KEYWORD, "iso_dl_110x220mm")
-    old = Abilities(Message(0, (Group(Tag.PRINTER, (sheets,)),)))
+    old = Capabilities(Message(0, (Group(Tag.PRINTER, (sheets,)),)))
     request = Request("t", "application/pdf", 110, 220, media="iso_dl_110x220mm")
     assert job_attributes(request, old) == (attribute("media", Tag.KEYWORD, "iso_dl_110x220mm"),)
     with pytest.raises(ProfileError, match="nobody choose a tray"):
@@ -115,7 +115,7 @@ def test_an_old_printer_is_told_the_name_of_the_sheet():
 def test_a_printer_of_version_1_1_is_spoken_to_in_it(page):
     with SimulatedPrinter(faults=Faults(old=True)) as printer:
         queue, _, _ = connected(printer)
-        assert queue.follow(queue.send(page, DL)) == Fate("completed")
+        assert queue.follow(queue.send(page, DL)) == Outcome("completed")
 
 
 def test_a_busy_printer_is_asked_again_ever_less_often(page):
@@ -145,7 +145,7 @@ def test_an_empty_tray_is_told_and_waited_for(page):
             printer.clear()
 
         threading.Thread(target=fill, daemon=True).start()
-        assert queue.follow(job) == Fate("completed")
+        assert queue.follow(job) == Outcome("completed")
         assert said == ["Job 1 waits: the tray is empty."]
         assert [kept.document for kept in printer.printed] == [DOCUMENT]
 
@@ -154,7 +154,7 @@ def test_a_job_that_the_printer_gives_up_has_failed(page):
     with SimulatedPrinter(faults=Faults(jam_at=1)) as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Fate("failed", "the printer gave it up, the paper has jammed")
+        assert queue.follow(job) == Outcome("failed", "the printer gave it up, the paper has jammed")
         assert printer.printed == []
 
 
@@ -162,14 +162,14 @@ def test_a_job_that_is_held_is_left_to_the_user(page):
     with SimulatedPrinter(faults=Faults(hold_at=1)) as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Fate("waiting", "it is held at the printer: it is held until a given time")
+        assert queue.follow(job) == Outcome("waiting", "it is held at the printer: it is held until a given time")
 
 
 def test_a_printer_that_lies_is_not_believed(page):
     with SimulatedPrinter(faults=Faults(lie_at=1)) as printer:
         queue, _, _ = connected(printer)
-        fate = queue.follow(queue.send(page, DL))
-        assert fate.state == "unknown" and "jammed" in fate.why and printer.printed == []
+        outcome = queue.follow(queue.send(page, DL))
+        assert outcome.state == "unknown" and "jammed" in outcome.why and printer.printed == []
 
 
 def test_a_sheet_that_the_printer_does_not_take_is_refused_before_any_work(page):
@@ -188,7 +188,7 @@ def test_a_page_that_is_lost_on_the_way_is_sent_again(page, fault):
     with SimulatedPrinter(faults=Faults(**{fault: 1})) as printer:
         queue, said, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.follow(job) == Fate("completed")
+        assert queue.follow(job) == Outcome("completed")
         assert [kept.document for kept in printer.printed] == [DOCUMENT * 40]
         assert len(said) == 1 and "sending it again" in said[0]
 
@@ -197,7 +197,7 @@ def test_a_page_whose_answer_is_lost_is_not_sent_twice(page):
     with SimulatedPrinter(faults=Faults(unanswered_at=1)) as printer:
         queue, said, _ = connected(printer)
         job = queue.send(page, DL)
-        assert job == "1" and queue.follow(job) == Fate("completed")
+        assert job == "1" and queue.follow(job) == Outcome("completed")
         assert len(printer.printed) == 1 and said == []
 
 
@@ -207,19 +207,19 @@ def test_a_printer_that_is_gone_after_taking_a_page_is_unknown(page):
         queue, _, _ = connected(printer)
         answer = printer.answer
         printer.answer = lambda request, document: answer(request, document) if not printer.jobs else None
-        with pytest.raises(FateUnknown, match="Whether the page arrived cannot be told"):
+        with pytest.raises(OutcomeUnknown, match="Whether the page arrived cannot be told"):
             queue.send(page, DL)
     with pytest.raises(PrinterError, match="takes no connections") as caught:
         queue.send(page, DL)
-    assert not isinstance(caught.value, FateUnknown)
+    assert not isinstance(caught.value, OutcomeUnknown)
 
 
 def test_a_slow_printer_is_waited_for_and_a_silent_one_is_not(page):
     with SimulatedPrinter(faults=Faults(slow=0.3)) as printer:
         queue, _, _ = connected(printer)
-        assert queue.follow(queue.send(page, DL)) == Fate("completed")
+        assert queue.follow(queue.send(page, DL)) == Outcome("completed")
         printer.faults = Faults(slow=600)  # however long this test itself is kept waiting
-        with pytest.raises(LinkError, match=r"has not answered for 0\.1 s"):
+        with pytest.raises(TransportError, match=r"has not answered for 0\.1 s"):
             connected(printer, timeout=0.1)
 
 
@@ -227,7 +227,7 @@ def test_a_silent_printer_while_a_job_is_followed(page):
     with SimulatedPrinter(faults=Faults(hold_at=9, printing=60)) as printer:
         queue, said, waits = connected(printer)
         job = queue.send(page, DL)
-    with pytest.raises(FateUnknown, match="What became of job 1 cannot be told"):
+    with pytest.raises(OutcomeUnknown, match="What became of job 1 cannot be told"):
         queue.follow(job)
     assert sum(waits.seconds) >= 60 and len(said) == 1 and "Asking again" in said[0]
 
@@ -236,14 +236,14 @@ def test_a_cancelled_job_does_not_come_out(page):
     with SimulatedPrinter(faults=Faults(printing=60)) as printer:
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
-        assert queue.cancel("", DL.title) == Fate("failed", "it was cancelled by the user")
+        assert queue.cancel("", DL.title) == Outcome("failed", "it was cancelled by the user")
         assert printer.jobs[0].state == JobState.CANCELED and printer.printed == []
-        assert queue.fate(job, DL.title).state == "failed"
+        assert queue.outcome(job, DL.title).state == "failed"
 
 
 def test_a_page_that_has_not_arrived_is_cancelled_by_that(page):
     with SimulatedPrinter() as printer:
-        assert connected(printer)[0].cancel("", DL.title) == Fate("failed", "it did not arrive")
+        assert connected(printer)[0].cancel("", DL.title) == Outcome("failed", "it did not arrive")
 
 
 def test_a_job_that_is_out_cannot_be_cancelled(page):
@@ -251,14 +251,14 @@ def test_a_job_that_is_out_cannot_be_cancelled(page):
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
         queue.follow(job)
-        assert queue.cancel(job, DL.title) == Fate("completed")
+        assert queue.cancel(job, DL.title) == Outcome("completed")
 
 
 def test_what_the_printer_has_forgotten_is_unknown(page):
     with SimulatedPrinter(faults=Faults(forgetful=True)) as printer:
         queue, _, _ = connected(printer)
         assert queue.follow(queue.send(page, DL)).state == "unknown"
-        assert queue.fate("", "handout abc row 3").state == "unknown"
+        assert queue.outcome("", "handout abc row 3").state == "unknown"
 
 
 def test_a_number_that_now_belongs_to_another_job_is_unknown(page):
@@ -266,7 +266,7 @@ def test_a_number_that_now_belongs_to_another_job_is_unknown(page):
         queue, _, _ = connected(printer)
         job = queue.send(page, DL)
         queue.follow(job)
-        assert queue.fate(job, "handout old row 9").state == "unknown"
+        assert queue.outcome(job, "handout old row 9").state == "unknown"
 
 
 @pytest.mark.parametrize(
@@ -307,13 +307,13 @@ def test_what_is_no_ipp_is_a_plain_error():
         threading.Thread(target=answer, daemon=True).start()
         uri = f"ipp://127.0.0.1:{server.getsockname()[1]}/ipp/print"
         with pytest.raises(PrinterError, match="ends in the middle"):
-            Client(Link(address(uri), 60.0)).abilities()
+            Client(Transport(parse_address(uri), 60.0)).capabilities()
 
 
 def test_copies_are_told(page):
     with SimulatedPrinter() as printer:
-        client = Client(Link(address(printer.uri)))
-        client.print(Request("t", "application/pdf", 110, 220, copies=3), client.abilities(), DOCUMENT)
+        client = Client(Transport(parse_address(printer.uri)))
+        client.print(Request("t", "application/pdf", 110, 220, copies=3), client.capabilities(), DOCUMENT)
         assert told(printer.jobs[0])["copies"] == 3
 
 
@@ -326,7 +326,7 @@ def test_copies_are_told(page):
     ],
 )
 def test_addresses(text, uri):
-    assert address(text).uri == uri and is_address(text)
+    assert parse_address(text).uri == uri and is_address(text)
 
 
 @pytest.mark.parametrize(
@@ -334,17 +334,19 @@ def test_addresses(text, uri):
 )
 def test_what_is_no_address(text):
     with pytest.raises(InputError, match="address"):
-        address(text)
+        parse_address(text)
 
 
 def test_reasons_in_words():
-    assert words.reasons(["none"]) == "" == words.reasons([])
-    assert words.reasons(["media-empty-error", "media-needed", "marker-supply-low-warning"]) == (
+    assert status.reason_phrase(["none"]) == "" == status.reason_phrase([])
+    assert status.reason_phrase(["media-empty-error", "media-needed", "marker-supply-low-warning"]) == (
         "the tray is empty, it wants paper or envelopes put in, an ink is low"
     )
-    assert words.reasons(["document-format-error", "com.maker-odd-thing-report"]) == (
+    assert status.reason_phrase(["document-format-error", "com.maker-odd-thing-report"]) == (
         "the printer found an error in the document, com.maker odd thing"
     )
-    assert words.stopping(["media-jam-error"]) and not words.stopping(["marker-supply-low", "media-empty-warning"])
-    assert words.jammed(["media-jam"]) and not words.jammed(["media-empty-error"])
-    assert words.status(0x0507) == "it is busy" and words.status(0x0999) == "it answered with status 0x0999"
+    assert status.blocks_output(["media-jam-error"]) and not status.blocks_output(
+        ["marker-supply-low", "media-empty-warning"]
+    )
+    assert status.jammed(["media-jam"]) and not status.jammed(["media-empty-error"])
+    assert status.phrase(0x0507) == "it is busy" and status.phrase(0x0999) == "it answered with status 0x0999"

@@ -18,10 +18,10 @@ from handout.printing import documents, journal
 from handout.printing.address_table import read_addresses
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.ipp.client import Client, Refused
-from handout.printing.ipp.link import Link, LinkError, address
 from handout.printing.ipp.queue import IppQueue
+from handout.printing.ipp.transport import Transport, TransportError, parse_address
 from handout.printing.media import Feeding
-from handout.printing.queue import Fate, Ticket
+from handout.printing.queue import Outcome, Ticket
 from handout.profiles import Printer
 from handout.values import Page
 
@@ -68,7 +68,7 @@ def queue_of(printer, scheme="ipp", say=lambda message: None):
     def wait(seconds):
         threading.Event().wait(min(seconds, 0.05))
 
-    return IppQueue(Client(Link(address(printer.uri(scheme)), 10.0), say, wait), say, wait)
+    return IppQueue(Client(Transport(parse_address(printer.uri(scheme)), 10.0), say, wait), say, wait)
 
 
 def run(printer, kept=None, queue=None, **given):
@@ -133,7 +133,7 @@ def test_encrypted(started):
     path = printer.folder / "page.pdf"
     path.write_bytes(b"%PDF-1.6" + bytes(200_000))
     ticket = Ticket("handout row 2", "", "main", {}, Page(110, 220), "envelope")
-    assert queue.follow(queue.send(path, ticket)) == Fate("completed")
+    assert queue.follow(queue.send(path, ticket)) == Outcome("completed")
     assert printer.documents == [path.read_bytes()]
 
 
@@ -155,28 +155,28 @@ def test_a_busy_printer_is_waited_for(started):
         threading.Event().wait(0.01)
     threading.Timer(0.3, (printer.folder / "slow").unlink).start()
     second = queue.send(path, ticket)
-    assert queue.follow(second) == Fate("completed") == queue.fate(first, ticket.title)
+    assert queue.follow(second) == Outcome("completed") == queue.outcome(first, ticket.title)
     assert len(printer.documents) == 2
     assert said == [f"{printer.uri()} is busy; waiting for it."]
 
 
-class Failing(Link):
+class Failing(Transport):
     """The way to the printer, which fails at one request: before it goes out, or when it has been answered."""
 
-    def __init__(self, where, at, after, passing):
+    def __init__(self, where, at, after, retryable):
         super().__init__(where, 10.0)
-        self.posts, self.at, self.after, self.passing = 0, at, after, passing
+        self.posts, self.at, self.after, self.retryable = 0, at, after, retryable
 
     def post(self, request, document=b""):
         self.posts += 1
         data = super().post(request, document) if self.posts != self.at or self.after else b""
         if self.posts == self.at:
-            raise LinkError("The printer answered with HTTP status 500.", True, passing=self.passing)
+            raise TransportError("The printer answered with HTTP status 500.", True, retryable=self.retryable)
         return data
 
 
-@pytest.mark.parametrize(("after", "passing"), [(True, False), (False, False), (False, True)])
-def test_a_server_that_fails_at_any_request_prints_every_row_once(started, tmp_path, after, passing):
+@pytest.mark.parametrize(("after", "retryable"), [(True, False), (False, False), (False, True)])
+def test_a_server_that_fails_at_any_request_prints_every_row_once(started, tmp_path, after, retryable):
     printer = started()
     hand = tmp_path / "hand.toml"
     hand.write_text("a hand")
@@ -184,7 +184,7 @@ def test_a_server_that_fails_at_any_request_prints_every_row_once(started, tmp_p
     for at in range(3, 9):  # the first two are asked before there is a batch
         what = journal.batch(tmp_path / f"{at}.csv", rows_, hand, {"at": at})
         printed = len(printer.documents)
-        link = Failing(address(printer.uri()), at, after, passing)
+        link = Failing(parse_address(printer.uri()), at, after, retryable)
         queue = IppQueue(Client(link, wait=_short), wait=_short)
         try:
             report = run(printer, journal.begin(what, 1, tmp_path), queue, select="2-3")

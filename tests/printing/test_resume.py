@@ -17,13 +17,13 @@ from handout.printing import journal
 from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Client
-from handout.printing.ipp.link import Link, address
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.request import Request
-from handout.printing.ipp.simulated import Faults, SimulatedPrinter
-from handout.printing.ipp.words import JobState
-from handout.printing.queue import Fate, FateUnknown, FolderQueue, SimulatedQueue
+from handout.printing.ipp.status import JobState
+from handout.printing.ipp.transport import Transport, parse_address
+from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue
 from handout.profiles import Printer
+from handout.simulated.ipp.printer import Faults, SimulatedPrinter
 
 DL = page("DL")
 PLAIN = Printer(kind="printer", title="Test printer", dpi=72)
@@ -43,7 +43,7 @@ def batch(tmp_path, table, **options):
 
 def queue_of(printer, wait=None):
     wait = wait or (lambda seconds: threading.Event().wait(0.005))
-    return IppQueue(Client(Link(address(printer.uri), 5.0), wait=wait), wait=wait)
+    return IppQueue(Client(Transport(parse_address(printer.uri), 5.0), wait=wait), wait=wait)
 
 
 def run(kept, queue, count=6, **given):
@@ -173,7 +173,7 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         queue = queue_of(printer)
         follow = queue.follow
         # the cable is pulled while the second envelope is printed, and the printer is switched off and on again
-        queue.follow = lambda job: follow(job) if job == "1" else (_ for _ in ()).throw(FateUnknown("Gone."))
+        queue.follow = lambda job: follow(job) if job == "1" else (_ for _ in ()).throw(OutcomeUnknown("Gone."))
         with pytest.raises(PrintingStopped, match="Row 3: Gone"):
             run(begin(what, tmp_path), queue, 3)
     with SimulatedPrinter() as printer:
@@ -341,9 +341,9 @@ def print_server(print_system, **faults):
     """A server that stands for CUPS' own, where ``lpstat -H`` says it is, with the three jobs that ``lp`` gave it."""
     with SimulatedPrinter(faults=Faults(**faults), path="/printers/envelopes") as server:
         (print_system.folder / "server").write_text(server.uri.removeprefix("ipp://").split("/")[0])
-        client = Client(Link(address(server.uri), 5.0))
+        client = Client(Transport(parse_address(server.uri), 5.0))
         for number in (1, 2, 3):
-            client.print(Request(f"job {number}", "application/pdf", 110, 220), client.abilities(), b"%PDF")
+            client.print(Request(f"job {number}", "application/pdf", 110, 220), client.capabilities(), b"%PDF")
         yield server
 
 
@@ -352,11 +352,11 @@ def test_cups_is_asked_what_became_of_a_job(print_system):
     with print_server(print_system, hold_at=3) as server:
         server.jobs[1].state = JobState.CANCELED
         threading.Event().wait(0.05)
-        fates = [queue.fate(f"envelopes-{n}", f"job {n}").state for n in (1, 2, 3, 4)]
-        assert fates == ["completed", "failed", "waiting", "unknown"]
-        assert queue.fate("envelopes-1", "job 9").state == "unknown"
-        assert queue.fate("", "job 1") == Fate("completed", job="1")
-    assert queue.fate("envelopes-1", "job 1") == Fate("unknown", "the print system cannot be asked about it")
+        outcomes = [queue.outcome(f"envelopes-{n}", f"job {n}").state for n in (1, 2, 3, 4)]
+        assert outcomes == ["completed", "failed", "waiting", "unknown"]
+        assert queue.outcome("envelopes-1", "job 9").state == "unknown"
+        assert queue.outcome("", "job 1") == Outcome("completed", job="1")
+    assert queue.outcome("envelopes-1", "job 1") == Outcome("unknown", "the print system cannot be asked about it")
 
 
 def test_jobs_that_cups_keeps_are_not_sent_again(what, tmp_path, print_system):

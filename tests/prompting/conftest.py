@@ -3,22 +3,22 @@
 import pytest
 import scans
 
-from handout.prompting import corpus, counts, fiducials, pages, printing
-from handout.prompting.sheet import SheetLayout
+from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_pdf
+from handout.prompting.sheet_layout import SheetLayout, paper_of_name
 
 
 @pytest.fixture(scope="session")
 def prompt():
-    layout = SheetLayout(fiducials.paper("A4"))
+    layout = SheetLayout(paper_of_name("A4"))
     allowed = frozenset(corpus.PRINTABLE + "é ")
-    target = counts.frequencies(corpus.usable(corpus.shipped(), allowed))
+    target = sentence_choice.frequencies(corpus.usable(corpus.shipped(), allowed))
     characters = corpus.PRINTABLE + "éČ"
-    return pages.prompt(corpus.shipped(), target, characters, pages=2, lines=layout.lines, width=layout.width())
+    return prompt_pages.prompt(corpus.shipped(), target, characters, pages=2, lines=layout.lines, width=layout.width())
 
 
 @pytest.fixture(scope="session")
 def pdf(prompt):
-    return printing.to_pdf(prompt, SheetLayout(fiducials.paper("A4")))
+    return sheet_pdf.to_pdf(prompt, SheetLayout(paper_of_name("A4")))
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.prompting import corpus
-from handout.prompting.choice import pangrams
+from handout.prompting.sentence_choice import pangrams
 
 
 def test_shipped_sentences_are_many_and_of_a_good_length():

@@ -7,7 +7,7 @@ import scans
 from PIL import Image
 
 from handout.errors import InputError
-from handout.tagging.sources import gather
+from handout.tagging.page_sources import gather_sources
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def photo(drawn):
 
 def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, tmp_path):
     Image.fromarray(photo).save(tmp_path / "photo.png")  # no resolution, no text
-    (source,) = gather([str(tmp_path / "photo.png")], [], None, pytest.fail)
+    (source,) = gather_sources([str(tmp_path / "photo.png")], [], None, pytest.fail)
     scan = source.prepared.scan
     assert source.transcript == "\n".join(prompt.pages[1])
     assert scan.dpi == pytest.approx(200, rel=0.15)
@@ -32,10 +32,10 @@ def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, 
 def test_a_mirrored_sheet_is_named(photo, tmp_path):
     Image.fromarray(photo[:, ::-1].copy()).save(tmp_path / "photo.png")
     with pytest.raises(InputError, match=r"photo\.png is mirrored: the marks of a sheet can be read only backwards"):
-        gather([str(tmp_path / "photo.png")], [], None, print)
+        gather_sources([str(tmp_path / "photo.png")], [], None, print)
 
 
 def test_half_a_sheet_is_named_with_its_file(photo, tmp_path):
     Image.fromarray(photo[: len(photo) // 2]).save(tmp_path / "half.png")
     with pytest.raises(InputError, match=r"half\.png: Only the marks at the top left and top right.*Scan the whole"):
-        gather([str(tmp_path / "half.png")], [], None, print)
+        gather_sources([str(tmp_path / "half.png")], [], None, print)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.scanning.page import Scan
+from handout.scanning.scan import Scan
 
 BLUE = (0.25, 0.30, 0.60)
 

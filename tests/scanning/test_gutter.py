@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import scribbles
 
-from handout.scanning.gutter import find_gutter
+from handout.scanning.page_layout import find_gutter
 
 DPI = 150.0
 

@@ -9,12 +9,11 @@ from scipy import ndimage
 from scribbles import coverage, lines_of, page, scan_of
 
 from handout.errors import InputError
-from handout.scanning.cut import Weights, least_cut, minimum_cut
 from handout.scanning.density import find_density
+from handout.scanning.graph_cut import Weights, least_cut, minimum_cut
 from handout.scanning.inks import find_inks
-from handout.scanning.mask import PENS, find_mask, guess_pen
-from handout.scanning.page import Scan
-from handout.scanning.smoothing import signed_distance, smooth
+from handout.scanning.mask import PENS, find_mask, guess_pen, signed_distance, smooth
+from handout.scanning.scan import Scan
 
 SIDE = 4
 NUMBER = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
@@ -77,7 +76,7 @@ def test_windows_do_not_change_the_answer(monkeypatch):
     density = find_density(scan, find_inks(scan)).values
     domain = ndimage.binary_dilation(density > 0, iterations=2)
     whole = least_cut(scan.rgb, density, domain, PENS["fineliner"])
-    monkeypatch.setattr("handout.scanning.cut._TOGETHER", 500)
+    monkeypatch.setattr("handout.scanning.graph_cut._TOGETHER", 500)
     assert np.array_equal(whole, least_cut(scan.rgb, density, domain, PENS["fineliner"]))
 
 

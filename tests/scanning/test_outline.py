@@ -4,8 +4,8 @@ import pytest
 import scribbles
 
 from handout.errors import InputError
-from handout.scanning.outline import outline, refuse_oblique
-from handout.scanning.page import Scan
+from handout.scanning.page_layout import outline, refuse_oblique
+from handout.scanning.scan import Scan
 
 SHEET = np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
 

@@ -3,10 +3,10 @@ import pytest
 from scribbles import BLUE, coverage, lines_of, page, scan_of
 
 from handout.errors import InputError
-from handout.scanning.density import Scale, baked, find_density, find_scale, look_up, pooled
+from handout.scanning.density import Scale, density_table, find_density, find_scale, look_up, pooled_scale
 from handout.scanning.inks import find_inks, paper_mode
-from handout.scanning.page import Scan
 from handout.scanning.paper import crop, find_paper, flatten
+from handout.scanning.scan import Scan
 
 DPI = 300.0
 INK = coverage(lines_of(3, 80.0), 80.0, 40.0, DPI)
@@ -147,7 +147,7 @@ def test_pens_of_other_strength_become_comparable():
 def test_pooled_scale_lies_between():
     a, b = (find_scale(scan, find_inks(scan)) for scan in (page(3), page(3, colour=(0.5, 0.5, 0.65))))
     level = np.array([0.4])
-    both = pooled([a, b]).density(level)
+    both = pooled_scale([a, b]).density(level)
     assert min(a.density(level), b.density(level)) <= both <= max(a.density(level), b.density(level))
 
 
@@ -156,7 +156,7 @@ def test_table_agrees_with_the_formula():
     inks = find_inks(scan)
     scale = find_scale(scan, inks)
     exact = scale.density(np.clip(inks.levels(scan.rgb / 255.0).max(axis=-1), 0, None))
-    found = look_up(baked(inks, scale, scan.rgb), scan.rgb)
+    found = look_up(density_table(inks, scale, scan.rgb), scan.rgb)
     inky = exact > 0
     assert np.abs(found - exact)[inky].mean() < 0.01
     assert np.percentile(np.abs(found - exact)[inky], 99) < 0.06

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from handout.cli.score_ import command
 from handout.errors import InputError
-from handout.scanning.belonging import owners
+from handout.scanning.text_lines import line_owners
 from handout.score.closeness import closeness, half_to_half
 from handout.score.compare import compare
 from handout.score.crowd import style
@@ -45,7 +45,7 @@ def test_lines_are_measured_apart_and_add_up_to_the_page():
 def test_all_ink_has_an_owner_and_an_ascender_its_own_line():
     mask = ink(page(lines=5, pitch=70))
     found = find_lines(mask)
-    own = owners(mask, found.lines)
+    own = line_owners(mask, found.lines)
     assert ((own >= 0) == mask).all()
     count, labels = cv2.connectedComponents(mask.astype(np.uint8))
     assert all(len(np.unique(own[labels == i])) == 1 for i in range(1, count))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from handout.tagging.alphabet import JUNK, LETTERS, SPACE, THIRDS, state
 from handout.tagging.decoder import BAR, TERMS, Reading, decode, in_a_row, read
-from handout.tagging.features import ABOVE, HEIGHT, STEP
+from handout.tagging.line_space import ABOVE, HEIGHT, STEP
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = dict.fromkeys(LETTERS, 8.0)

@@ -6,7 +6,7 @@ import pytest
 from handout.errors import InputError
 from handout.tagging import network
 from handout.tagging.alphabet import LETTERS, THIRDS
-from handout.tagging.features import COUNT
+from handout.tagging.line_space import COUNT
 
 STATES = len(LETTERS) * THIRDS
 WIDTHS = np.full(len(LETTERS), 0.8, np.float32)

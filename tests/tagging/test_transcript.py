@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.hand.places import graphemes
 from handout.tagging.alphabet import INDEX, JUNK, LETTERS, SPACE, fold
-from handout.tagging.transcript import in_one, read_transcript
+from handout.tagging.transcript import in_one_line, read_transcript
 
 
 def test_the_alphabet_has_no_letter_twice():
@@ -54,7 +54,7 @@ def test_lines_have_no_space_at_their_ends_nor_two_in_a_row(rows):
     text = "\n".join(rows)
     if not text.strip():
         return
-    for line in [*read_transcript(text), in_one(read_transcript(text))]:
+    for line in [*read_transcript(text), in_one_line(read_transcript(text))]:
         assert line.letters[0] != SPACE != line.letters[-1]
         assert (SPACE, SPACE) not in set(pairwise(line.letters))
 
@@ -67,7 +67,7 @@ def test_what_was_struck_out_is_one_letter():
 
 
 def test_one_text_of_all_lines():
-    whole = in_one(read_transcript("ab\n\ncd-\nef"))
+    whole = in_one_line(read_transcript("ab\n\ncd-\nef"))
     assert "".join(whole.letters) == "ab cd- ef"
     assert whole.at == (0, 1, 3, 4, 5, 6, 7, 8, 9)
 

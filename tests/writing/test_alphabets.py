@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
+from handout.hand.diacritics import DOTLESS, decomposed, recomposed
 from handout.hand.library import load
 from handout.page_sizes import page
 from handout.writing.accents import accented
 from handout.writing.compose import compose
-from handout.writing.drawn import repertoire
+from handout.writing.drawn_line_writer import repertoire
 from handout.writing.layout import Layout
-from handout.writing.marks import DOTLESS, decomposed, recomposed
 from handout.writing.text import LEFT_OUT, Repertoire, borrow, borrowed, normalise, spell
 
 HANDS = ("house-joined", "house-quick", "house-print")

@@ -6,9 +6,8 @@ import pytest
 from handout.hand.library import load
 from handout.values import Glyph
 from handout.writing.clearance import dotted, is_bar
-from handout.writing.drawn import repertoire
+from handout.writing.drawn_line_writer import WordWriter, repertoire
 from handout.writing.text import normalise, spell
-from handout.writing.words import Writer
 
 HANDS = ("house-joined", "house-quick", "house-print")
 SEEDS = 20
@@ -35,7 +34,7 @@ BARRED = ("boot.", "but", "it.", "to", "left", "that's", "not", "lot", "(it)", "
 def words(name, texts, seeds):
     hand = load(name)
     for seed in range(seeds):
-        writer = Writer(hand, np.random.default_rng(seed), 1.0)
+        writer = WordWriter(hand, np.random.default_rng(seed), 1.0)
         for text in texts:
             yield text, writer.word(list(spell(normalise(text), repertoire(hand))))
 

@@ -9,8 +9,8 @@ from handout.errors import MissingCharacters
 from handout.hand.library import load
 from handout.page_sizes import page
 from handout.writing.compose import compose, each_page
+from handout.writing.drawn_line_writer import WordWriter
 from handout.writing.layout import Layout
-from handout.writing.words import Writer
 
 HAND = load("house-print")
 SMALL = Layout(page("70x50mm"), (6.0,) * 4)
@@ -32,8 +32,8 @@ def sheets(text=MANY, slips=0.0, **options):
 
 @pytest.mark.parametrize("text", [MANY, TEXT * 3], ids=["paragraphs", "one paragraph"])
 def test_the_first_page_waits_for_no_word_behind_it(text, monkeypatch):
-    written, word = [], Writer.word
-    monkeypatch.setattr(Writer, "word", lambda self, letters: written.append(letters) or word(self, letters))
+    written, word = [], WordWriter.word
+    monkeypatch.setattr(WordWriter, "word", lambda self, letters: written.append(letters) or word(self, letters))
     made = sheets(text)
     first = next(made)
     on_it = sum(len({placed.word for placed in line.placed}) for line in first.manuscript.lines)

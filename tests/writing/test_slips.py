@@ -12,11 +12,10 @@ from handout.hand.library import load
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
-from handout.writing.drawn import DrawnScribe
+from handout.writing.drawn_line_writer import DrawnLineWriter
 from handout.writing.layout import Layout
-from handout.writing.pieces import paragraphs_of
-from handout.writing.slips import Struck, slip
-from handout.writing.striking import Striking
+from handout.writing.line_writer import paragraphs_of
+from handout.writing.slips import StrikeThrough, Struck, slip
 from handout.writing.text import Letter, spelt
 
 HAND = load("house-joined")
@@ -59,8 +58,8 @@ def test_only_words_go_wrong_and_what_was_meant_is_written_after(words, seed):
     assert [without(pieces) for pieces in made] == given_
     for pieces in made:
         for wrong, right in [(a, pieces[i + 2]) for i, a in enumerate(pieces) if isinstance(a, Struck)]:
-            assert word(right) == wrong.meant and len(wrong) >= 2
-            core = wrong.meant.strip("'’-.,")
+            assert word(right) == wrong.intended and len(wrong) >= 2
+            core = wrong.intended.strip("'’-.,")
             assert core.isalpha() and core[1:].islower() and len(core) > 1
             assert all(letter.base.isalpha() for letter in wrong) and not core.startswith(word(wrong))
 
@@ -96,8 +95,8 @@ def test_a_rate_out_of_bounds_is_refused(rate):
 
 def test_the_other_words_are_written_as_they_would_be_without():
     plain, wrong = paragraphs_of(tokens(TEXT)), slipped(TEXT, 20.0)
-    ((_, lazily),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
-    ((_, others),) = DrawnScribe(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
+    ((_, lazily),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
+    ((_, others),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
     units, more = list(lazily), list(others)
     kept = [u for u, piece in zip(more, [p for p in wrong[0] if not isinstance(p, int)], strict=True)
             if not isinstance(piece, Struck)]  # fmt: skip
@@ -167,7 +166,7 @@ def test_a_word_is_struck_out_before_the_next_is_begun():
 def test_words_are_struck_in_several_ways_most_in_the_usual_one():
     ways = []
     for seed in range(40):
-        striking = Striking(np.random.default_rng(seed))
+        striking = StrikeThrough(np.random.default_rng(seed))
         for _ in range(5):
             strokes = striking.strokes(0.0, 5.0)
             turns = [(np.diff(np.sign(np.diff(s[:, 0]))) != 0).sum() for s in strokes]
@@ -179,5 +178,5 @@ def test_words_are_struck_in_several_ways_most_in_the_usual_one():
 
 def test_short_words_are_not_struck_with_a_wave():
     for seed in range(60):
-        for stroke in Striking(np.random.default_rng(seed)).strokes(0.0, 1.5):
+        for stroke in StrikeThrough(np.random.default_rng(seed)).strokes(0.0, 1.5):
             assert (np.diff(np.sign(np.diff(stroke[:, 1]))) != 0).sum() < 6

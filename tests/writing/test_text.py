@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError, MissingCharacters
 from handout.hand.library import load
-from handout.writing.drawn import repertoire
+from handout.writing.drawn_line_writer import repertoire
 from handout.writing.text import Letter, normalise, runs, spell
 
 HAND = repertoire(load("house-joined"))

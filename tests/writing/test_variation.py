@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from handout.values import Glyph
 from handout.writing.clearance import too_near
+from handout.writing.drawn_line_writer import slurred
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
-from handout.writing.words import slurred
 
 
 @settings(max_examples=20, deadline=None)

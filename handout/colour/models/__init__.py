@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.colour import convert
-from handout.colour.models import inverse, preparing, splines
+from handout.colour import conversions
+from handout.colour.models import inverse, splines
 from handout.colour.models.forward import Forward, fit_forward, lattice, missed
-from handout.colour.models.settling import settled
+from handout.colour.models.inverse import optimised_nodes
 from handout.colour.patches import Patches
 from handout.errors import InputError
 from handout.values import Array
@@ -42,7 +42,7 @@ class Model:
     def nodes(self, side: int) -> Array:
         """(side³, 3) device RGB, unclamped, for a table over the cube of scanned RGB, blue fastest."""
         exact = self.invert(lattice(side))
-        return exact if self.direct is not None else settled(self.forward, exact, side)
+        return exact if self.direct is not None else optimised_nodes(self.forward, exact, side)
 
 
 def fit(patches: Patches, method: str = "forward") -> Model:
@@ -87,23 +87,23 @@ def _check(method: str, misses: Array, patches: Patches) -> None:
 
 
 def _direct(patches: Patches, exact: bool) -> splines.Spline:
-    variances = preparing.noise(patches.device, patches.scanned, patches.deviation)
+    variances = splines.noise(patches.device, patches.scanned, patches.deviation)
     if exact:
-        ready = preparing.merged(patches.scanned, patches.device, np.ones(len(patches)))
+        ready = splines.merged(patches.scanned, patches.device, np.ones(len(patches)))
         return splines.exact(ready.x, ready.y)
-    ready = preparing.merged(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
+    ready = splines.merged(patches.scanned, patches.device, variances * _steepness(patches) ** 2)
     return splines.smooth(ready.x, ready.y, ready.variances, ("r2 log r",), degree=1)
 
 
 def _steepness(patches: Patches) -> Array:
     """(n,) how much device RGB changes with scanned RGB at every patch, from a cubic through all of them."""
-    light = convert.linear(patches.scanned)
+    light = conversions.linear(patches.scanned)
     design = np.column_stack([splines.terms(patches.scanned, 2), light, light**2])
     fitted = np.linalg.lstsq(design, patches.device, rcond=None)[0]
     slopes = []
     for channel in range(3):
         moved = patches.scanned + 1e-3 * np.eye(3)[channel]
-        light = convert.linear(moved)
+        light = conversions.linear(moved)
         there = np.column_stack([splines.terms(moved, 2), light, light**2]) @ fitted
         slopes.append((there - design @ fitted) / 1e-3)
     return np.asarray(np.sqrt((np.array(slopes) ** 2).sum(axis=(0, 2)) / 3))

@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from handout.colour import convert
-from handout.colour.models import preparing, splines
+from handout.colour import conversions
+from handout.colour.interpolation import Nodes
+from handout.colour.models import splines
 from handout.colour.patches import Patches
-from handout.colour.tetrahedra import Nodes
 from handout.values import Array
 
 SIZE = 33  # of the baked grid
@@ -55,7 +55,7 @@ class Forward:
     @cached_property
     def looks(self) -> Nodes:
         """(33, 33, 33, 3) float32: L*a*b* of the grid."""
-        return convert.lab(self.grid).astype(np.float32)
+        return conversions.lab(self.grid).astype(np.float32)
 
     @property
     def white(self) -> Array:
@@ -117,7 +117,7 @@ def spline(patches: Patches) -> splines.Spline:
     kept = np.ones(len(patches), dtype=bool)
     for _ in range(_ROUNDS):
         device, scanned = patches.device[kept], patches.scanned[kept]
-        ready = preparing.merged(device, scanned, preparing.noise(device, scanned, patches.deviation[kept]))
+        ready = splines.merged(device, scanned, splines.noise(device, scanned, patches.deviation[kept]))
         made = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
         off = np.linalg.norm(made(patches.device) - patches.scanned, axis=1)
         near = off <= max(_FAR * float(np.median(off)), _HARMLESS)
@@ -134,4 +134,4 @@ def fit_forward(patches: Patches) -> Forward:
 
 def missed(forward: Forward, device: Array, scanned: Array) -> Array:
     """(n,) ΔE00 between scanned colours and what is seen of the device colours, cut to 0–1, meant to give them."""
-    return convert.delta_e(convert.lab(forward.inside(np.clip(device, 0, 1))), convert.lab(scanned))
+    return conversions.delta_e(conversions.lab(forward.inside(np.clip(device, 0, 1))), conversions.lab(scanned))

@@ -5,8 +5,8 @@ file ─► opening ─► registration ─► sampling ─► flatness ─► m
 """
 
 from handout.colour.reading.findings import Finding, Refused
-from handout.colour.reading.opening import Scan, open_scans
+from handout.colour.reading.pen_field import Scribble
 from handout.colour.reading.pipeline import Reading, SheetReading, read
-from handout.colour.reading.scribble import Scribble
+from handout.colour.reading.scan_files import Scan, open_scans
 
 __all__ = ["Finding", "Reading", "Refused", "Scan", "Scribble", "SheetReading", "open_scans", "read"]

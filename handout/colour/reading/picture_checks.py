@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from handout import units
 from handout.colour.chart import MARKS
 from handout.colour.reading.findings import Finding, listed
-from handout.colour.reading.opening import GREY, Scan
+from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import Placement
-from handout.colour.reading.sampling import Sampled
+from handout.colour.reading.scan_files import GREY, Scan
 
 LEAST_PIXELS = 10.0  # a patch's side
 _TRUE = 0.01  # share by which scanners and printers may be off

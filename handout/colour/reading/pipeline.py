@@ -11,15 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.colour.chart import Chart, ChartPage, whole
-from handout.colour.contrast import of_chart
-from handout.colour.reading import picture_checks, print_checks, printer_checks
+from handout.colour.ink_match import chart_contrast
+from handout.colour.reading import picture_checks, print_checks
 from handout.colour.reading.findings import Finding, Refused
-from handout.colour.reading.flatness import Field, field_of
-from handout.colour.reading.opening import Scan, open_scans
+from handout.colour.reading.patch_means import Sampled, Shading, sample, shading_of
+from handout.colour.reading.pen_field import Scribble, scribble_of
 from handout.colour.reading.print_checks import Seen
 from handout.colour.reading.registration import Placement, place
-from handout.colour.reading.sampling import Sampled, sample
-from handout.colour.reading.scribble import Scribble, scribble_of
+from handout.colour.reading.scan_files import Scan, open_scans
 from handout.summary import one_line
 from handout.values import Array, readonly
 
@@ -40,7 +39,7 @@ class SheetReading:
         Where the page lies.
     sampled : Sampled
         What was seen in each patch, and how even it was.
-    field : Field
+    shading : Shading
         The shading that was taken out.
     values : (n, 3), 0–1, patches in the order of the page without the shading.
     used : (n,) bool, patches that lie in the picture and are not spoilt.
@@ -51,7 +50,7 @@ class SheetReading:
     scan: Scan
     placement: Placement
     sampled: Sampled
-    field: Field
+    shading: Shading
     values: Array
     used: NDArray[np.bool_]
     findings: tuple[Finding, ...]
@@ -100,7 +99,7 @@ class Reading:
     def scribble(self) -> Scribble | None:
         """What was written in the chart's field with a pen, on the first page that has something."""
         written = next((sheet.scribble for sheet in self.sheets if sheet.scribble is not None), None)
-        return written and replace(written, contrast=of_chart(self.device, self.scanned))
+        return written and replace(written, contrast=chart_contrast(self.device, self.scanned))
 
 
 def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequence[float] | None = None) -> Reading:
@@ -146,7 +145,7 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
     if len(device) > 200 and not any(one.code == "grey" for one in findings):
-        findings += printer_checks.of_printer(device, scanned, deviation)
+        findings += print_checks.of_printer(device, scanned, deviation)
     findings += _of_paper(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 
@@ -166,7 +165,7 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     page = placement.page
     sampled = sample(scan.pixels, placement)
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
-    shading = field_of(sampled.values, page.device, middles, sampled.inside)
+    shading = shading_of(sampled.values, page.device, middles, sampled.inside)
     values = sampled.values / shading.at(middles)
     seen = Seen(page, values, sampled, shading, scan.source)
     findings = [

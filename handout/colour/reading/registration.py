@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from handout import markers
 from handout.colour.chart import CELLS, MARKS, Chart, ChartPage, page_of_marks, whole
-from handout.colour.drawing import dictionary
+from handout.colour.chart_files import dictionary
 from handout.colour.reading.findings import Refused, refused
-from handout.colour.reading.opening import Scan
+from handout.colour.reading.scan_files import Scan
 from handout.values import Array, readonly, readonly_indices
 
 _SEARCHED = 1400.0  # pixels, long side of the picture in which marks are looked for first

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from handout.motion import lognormal
-from handout.motion.lognormal import Complex, Pulses
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.sigma_lognormal_model import Complex, Pulses
 from handout.summary import one_line
 from handout.values import Array, readonly
 

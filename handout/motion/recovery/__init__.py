@@ -1,13 +1,16 @@
-"""How the pen went: from the line that it left to paths in the order of writing.
+"""How the pen went: from scanned ink to paths in the order of writing.
 
-- `network` makes branches between knots of a line graph, and `walks` finds ways over all of them that cost a hand the
-  least (`prices`);
-- `models` and `likeness` compare those with how a letter is usually written, which the drawn hands and `ductus` know;
-  `guide` leads the search along it, `marks` says where strokes may begin in mid-branch;
-- `letters` does that for one letter's line (`lines`), with its `dots`, `bars` and `loops`;
-- `scribe` does it for the glyphs of a scanned hand: `spanning` finds the bars that run over several letters, `author`
-  tells how the same letter is written elsewhere, `failing` where ink has failed and where the pen was lifted;
-- `pages` joins the letters (`placing`) along the ligatures of a written page; `weaving` does where the pen went to and
-  fro between two letters, `stitching` where it went back over its own ink;
-- `pacing` and `timing` say how fast, and `recorded` keeps what a recorded pen has told.
+A glyph is traced alone, with what its word tells of it; then the glyphs of a word are joined:
+
+- `network`: a line graph as branches between nodes, and what movements over them cost a hand;
+- `letter_forms`, `form_matching`: how letters are usually written, and how far a traversal is from that (DTW);
+- `traversal`: beam search of the cheapest ways of a pen over all branches, alone or guided by a form;
+- `letter_line`: the line of one letter, its dots, and loops that run the wrong way round;
+- `crossbars`: bars of t, f and x, in a letter and over several;
+- `ink_gaps`: where ink failed and where the pen was lifted;
+- `letter_tracing`: one letter's line as strokes, from all of these;
+- `writer_habits`, `stroke_order`: a hand's glyphs, each as its writer writes that letter elsewhere;
+- `placed_strokes`, `pen_paths`: the strokes of a placed word, merged and joined: the paths of a page.
+
+`motion.timing` says how fast the pen goes along them.  A way of writing a letter is added in `ductus.toml`.
 """

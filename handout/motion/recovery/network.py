@@ -1,14 +1,14 @@
-"""A line graph as what a pen can do on it: branches between knots, and how it turns from one into another.
+"""A line graph as what a pen can do on it: branches between nodes, and what each movement over them costs a hand.
 
-Every branch has two ends: end 2 b is where branch b begins, end 2 b + 1 where it ceases.  A pen that leaves a knot by
-an end arrives at the next by that end's other one, `end ^ 1`.  Lengths are in half widths of the line.
+Every branch has two ends: end 2 b is where branch b begins, end 2 b + 1 where it ceases.  A pen that leaves a node by
+an end arrives at the next node by the other end of that branch, `end ^ 1`.  Lengths are in half widths of the line.
 """
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -22,130 +22,149 @@ from handout.values import Array, Indices
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
-_NEAR, _FAR = 1.4, 8.0  # half widths from a knot between which a branch shows its direction
-_BENT = 0.51  # how far the turn of the branch beyond is carried on into the knot
+SHORT = 5.0  # half widths: so short a branch is a crossing drawn out, and may be passed at any time
+_NEAR, _FAR = 1.4, 8.0  # half widths from a node between which a branch shows its direction
+_BENT = 0.51  # how far the turn of the branch beyond is carried on into the node
 _MOST_BENT = 0.6  # rad
+_AHEAD = 0.5  # cosine: a gap left by failing ink lies along the way
+_BESIDE = 2.5  # half widths: over so small a gap the pen may go on in any direction
+_HABITUAL = np.array([0.5, -0.866])  # direction in which writing costs nothing: down and to the right
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Branches between knots.
+    """Branches between nodes.
 
     xy : (n, 2) float, vertices, y up, in any unit.
     radius, density : (n,) float.
-    half : half the usual width of the line, in that unit.
-    branches : vertices in order along each, both knots included; a dot is a branch of one vertex.
-    knot : (2 b,) int: the knot at each end.
+    half_width : half the usual width of the line, in that unit.
+    branches : vertices in order along each, both nodes included; a dot is a branch of one vertex.
+    node : (2 b,) int: the node at each end.
     length : (b,) float, half widths.
-    leaving : (2 b, 2) float: unit vector in which the pen leaves the knot by each end.
+    leaving : (2 b, 2) float: unit vector in which the pen leaves the node by each end.
     """
 
     xy: Array
     radius: Array
     density: Array
-    half: float
+    half_width: float
     branches: tuple[Indices, ...]
-    knot: Indices
+    node: Indices
     length: Array
     leaving: Array
 
     @cached_property
-    def at(self) -> dict[int, list[int]]:
-        """Knot → ends that meet there."""
-        found: dict[int, list[int]] = {}
-        for end, knot in enumerate(self.knot.tolist()):
-            found.setdefault(knot, []).append(end)
-        return found
+    def ends_at(self) -> dict[int, list[int]]:
+        """Node → ends that meet there."""
+        meeting: dict[int, list[int]] = {}
+        for end, node in enumerate(self.node.tolist()):
+            meeting.setdefault(node, []).append(end)
+        return meeting
 
-    def way(self, end: int) -> Indices:
+    def is_loose(self, end: int) -> bool:
+        """Whether no other branch meets the node at an end."""
+        return len(self.ends_at[int(self.node[end])]) == 1
+
+    def is_crossing(self, end: int) -> bool:
+        """Whether the branch of an end is no more than a crossing drawn out."""
+        return bool(self.length[end >> 1] < SHORT) and not self.is_loose(end) and not self.is_loose(end ^ 1)
+
+    def vertices_from(self, end: int) -> Indices:
         """Vertices of a branch in the order in which the pen passes them that leaves by an end."""
         vertices = self.branches[end >> 1]
         return vertices[::-1] if end & 1 else vertices
 
     @cached_property
     def _extents(self) -> list[tuple[float, float, float]]:
-        found = []
+        extents = []
         for path in self.branches:
             x, y = self.xy[path].T
             low, high, twice = float(y.min()), float(y.max()), float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
-            found += [(low, high, twice), (low, high, -twice)]
-        return found
+            extents += [(low, high, twice), (low, high, -twice)]
+        return extents
 
     def extent(self, end: int) -> tuple[float, float, float]:
-        """Lowest and highest place of a branch, and twice the area that it sweeps seen from (0, 0), left by an end."""
+        """Lowest and highest y of a branch, and twice the area that it sweeps seen from (0, 0), left by an end."""
         return self._extents[end]
 
-    def place(self, end: int) -> Array:
+    def position(self, end: int) -> Array:
         """(2,): where an end is."""
         return np.asarray(self.xy[self.branches[end >> 1][-1 if end & 1 else 0]])
 
 
-def network(xy: Array, radius: Array, density: Array, edges: Indices, half: float | None = None) -> Network:
+def build_network(xy: Array, radius: Array, density: Array, edges: Indices, half_width: float | None = None) -> Network:
     """The branches of a line graph.
 
     Parameters
     ----------
     xy, radius, density, edges : as in `values.LineGraph`, y up.
-    half : half the usual width of the line; default: the median radius.
+    half_width : half the usual width of the line; default: the median radius.
     """
-    wide = half if half is not None else float(np.median(radius))
+    half = half_width if half_width is not None else float(np.median(radius))
     paths = branches(edges, len(xy))
-    places = complexes(xy)
-    return _made(xy, radius, density, wide, paths, [_measured(places[path], wide) for path in paths])
+    places = as_complex(xy)
+    return _assemble(xy, radius, density, half, paths, [_measure(places[path], half) for path in paths])
 
 
-def part(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
-    """Some branches of a network, with knots at some more of their vertices."""
+def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> Network:
+    """Some branches of a network, with further nodes at the vertices `cuts`."""
     if not cuts:
         ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
         kept = tuple(net.branches[b] for b in keep)
         rows = list(keep)
         return Network(
-            net.xy, net.radius, net.density, net.half, kept, net.knot[ends], net.length[rows], net.leaving[ends]
+            net.xy, net.radius, net.density, net.half_width, kept, net.node[ends], net.length[rows], net.leaving[ends]
         )
-    places, found, measured = complexes(net.xy), list[Indices](), list[tuple[float, Array]]()
+    places, paths, measures = as_complex(net.xy), list[Indices](), list[tuple[float, Array]]()
     for b in keep:
         path = net.branches[b]
-        closed = len(path) > 1 and path[0] == path[-1] and len(net.at[int(path[0])]) == 2
+        closed = len(path) > 1 and path[0] == path[-1] and len(net.ends_at[int(path[0])]) == 2
         parts = _cut(path, cuts, closed)
-        found += parts
+        paths += parts
         if len(parts) == 1 and parts[0] is path:
-            measured.append((float(net.length[b]), net.leaving[2 * b : 2 * b + 2]))
+            measures.append((float(net.length[b]), net.leaving[2 * b : 2 * b + 2]))
         else:
-            measured += [_measured(places[own], net.half) for own in parts]
-    return _made(net.xy, net.radius, net.density, net.half, found, measured)
+            measures += [_measure(places[part], net.half_width) for part in parts]
+    return _assemble(net.xy, net.radius, net.density, net.half_width, paths, measures)
 
 
-def _made(
+def _assemble(
     xy: Array,
     radius: Array,
     density: Array,
-    half: float,
-    found: Sequence[Indices],
-    measured: Sequence[tuple[float, Array]],
+    half_width: float,
+    paths: Sequence[Indices],
+    measures: Sequence[tuple[float, Array]],
 ) -> Network:
-    knots = np.array([path[side] for path in found for side in (0, -1)], dtype=np.intp)
-    length = np.array([length for length, _ in measured])
-    leaving = np.concatenate([np.zeros((0, 2)), *(directions for _, directions in measured)])
-    return Network(xy, radius, density, half, tuple(found), knots, length, leaving)
+    nodes = np.array([path[side] for path in paths for side in (0, -1)], dtype=np.intp)
+    length = np.array([length for length, _ in measures])
+    leaving = np.concatenate([np.zeros((0, 2)), *(directions for _, directions in measures)])
+    return Network(xy, radius, density, half_width, tuple(paths), nodes, length, leaving)
 
 
-def complexes(xy: Array) -> Complexes:
+def as_complex(xy: Array) -> Complexes:
     """(n,) complex, of places (n, 2)."""
     return np.ascontiguousarray(xy, dtype=np.float64).view(np.complex128)[:, 0]
 
 
-def _measured(places: Complexes, half: float) -> tuple[float, Array]:
+def chain_vertices(net: Network, chain: Sequence[int]) -> Indices:
+    """Vertices along some ends, by which the pen leaves one node after the other; over gaps, too."""
+    paths = [net.vertices_from(end) for end in chain]
+    return np.concatenate([paths[0], *(b[1:] if b[0] == a[-1] else b for a, b in pairwise(paths))])
+
+
+def _measure(places: Complexes, half_width: float) -> tuple[float, Array]:
     """Length of a branch, half widths, and (2, 2) the directions in which the pen leaves by its two ends."""
     step = places[1:] - places[:-1]
     run = np.zeros(len(places))
     np.hypot(step.real, step.imag).cumsum(out=run[1:])
     whole = float(run[-1])
-    return whole / half, np.array([_direction(places, run, half), _direction(places[::-1], whole - run[::-1], half)])
+    ahead = _direction(places, run, half_width)
+    return whole / half_width, np.array([ahead, _direction(places[::-1], whole - run[::-1], half_width)])
 
 
 def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
-    """A path in parts, cut at some of its vertices; a closed one, which has no knot of its own, is opened there."""
+    """A path in parts, cut at some of its vertices; a closed one, which has no node of its own, is opened there."""
     inside = [i for i in range(1, len(path) - 1) if path[i] in cuts]
     if not inside:
         return [path]
@@ -156,14 +175,197 @@ def _cut(path: Indices, cuts: Sequence[int], closed: bool) -> list[Indices]:
     return [path[a : b + 1] for a, b in pairwise(bounds)]
 
 
-def _direction(places: Complexes, run: Array, half: float) -> tuple[float, float]:
-    """In which a way leaves its first vertex, beyond the ink that it shares there with others."""
+def _direction(places: Complexes, run: Array, half_width: float) -> tuple[float, float]:
+    """In which a path leaves its first vertex, beyond the ink that it shares there with others."""
     whole = float(run[-1])
     if whole < 1e-9:
         return 0.0, 0.0
-    far = (min(_NEAR * half, 0.3 * whole), min(_FAR * half, 0.7 * whole), min((2 * _FAR - _NEAR) * half, whole))
+    reaches = (_NEAR, 0.3), (_FAR, 0.7), (2 * _FAR - _NEAR, 1.0)
+    far = [min(reach * half_width, share * whole) for reach, share in reaches]
     a, b, c = np.interp(far, run, places).tolist()
     near, beyond = cmath.phase(b - a), cmath.phase(c - b)
     turn = (near - beyond + math.pi) % (2 * math.pi) - math.pi
     angle = near + min(max(_BENT * turn, -_MOST_BENT), _MOST_BENT)
     return math.cos(angle), math.sin(angle)
+
+
+@dataclass(frozen=True)
+class CostWeights:
+    """What movements cost a hand; a right angle turned at a node costs about half of `turn`.
+
+    The figures were found by random search on pages of the simulated author and on recorded letters, such that the
+    share of strokes recovered and that of words all right were greatest; `benchmarks.order_search` searches anew.
+    """
+
+    turn: float = 1.6  # of turning back at a node
+    corner: float = 0.8  # of turning back in a bend where forms of the letter turn
+    tip: float = 0.71  # of turning back at a loose end
+    cross: float = 1.0  # more, of not going straight on where two lines cross
+    retrace: float = 0.18  # of passing a branch once more
+    retraced: float = 0.28  # and for each x-height of that
+    third: float = 0.4  # more, of passing it a third time
+    lift: float = 4.2  # of lifting the pen
+    after: float = 2.0  # more, where it has left for the next letter
+    landing: float = 0.59  # of setting the pen down where other strokes pass
+    leaving: float = 0.9  # of lifting it there
+    passing: float = 0.92  # of either in the middle of a branch
+    jump: float = 0.25  # for each x-height that the pen goes in the air
+    against: float = 0.46  # for each x-height that is written against the habit, up and to the left
+    first: float = (
+        1.97  # of beginning elsewhere than where the pen comes from the letter before, or of going back there
+    )
+    gap: float = 1.5  # of going on over a gap in the ink of `gap_far`
+    gap_far: float = 9.4  # half widths, the widest gap
+
+
+WEIGHTS = CostWeights()
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Ends of a network at loose nodes where a letter is cut off from others, so that no pen turns there.
+
+    entries, exits : where the pen comes from the letter before, and where it goes to the next.
+    bar_entries : where a delayed stroke of another letter comes in.
+    """
+
+    entries: Sequence[int] = ()
+    exits: Sequence[int] = ()
+    bar_entries: Sequence[int] = ()
+
+
+NO_ENDS = Ends()
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeCosts:
+    """What movements by the ends of a network cost.
+
+    turning : for each end that the pen arrives at, those by which it may go on, and what turning there costs.
+    passing, again : of the branch passed from each end, first and once more.
+    landing, leaving : of beginning and of ending a stroke.
+    air : for each end where a stroke ends, the others with the cost of going there in the air and landing, cheapest
+        first.
+    crossings : bits of the branches that are no more than a crossing drawn out.
+    exits : ends where the pen goes to the next letter.
+    """
+
+    turning: list[list[tuple[int, float]]]
+    passing: list[float]
+    again: list[float]
+    landing: list[float]
+    leaving: list[float]
+    air: list[list[tuple[float, int]]]
+    crossings: int
+    exits: frozenset[int]
+
+
+def edge_costs(net: Network, x_height: float, ends: Ends, weights: CostWeights) -> EdgeCosts:
+    """What movements over a network cost, see `traversal.beam_search`."""
+    count = 2 * len(net.branches)
+    run = net.length * (net.half_width / x_height)
+    passing = _against_habit(net, x_height, weights)
+    again = [weights.retrace + weights.retraced * float(run[e >> 1]) + passing[e] for e in range(count)]
+    landing, leaving = (_stroke_ends(net, weights.passing, other) for other in (weights.landing, weights.leaving))
+    for end in ends.exits:
+        landing[end] += weights.first
+    for end in (*ends.entries, *ends.bar_entries):
+        leaving[end] += weights.first
+    air = _air_moves(net, x_height, weights, landing)
+    crossings = sum(1 << b for b in np.flatnonzero(net.length < SHORT).tolist())
+    turning = _turning(net, {*ends.entries, *ends.exits, *ends.bar_entries}, weights)
+    return EdgeCosts(turning, passing, again, landing, leaving, air, crossings, frozenset(ends.exits))
+
+
+def _turning(net: Network, cut_off: set[int], weights: CostWeights) -> list[list[tuple[int, float]]]:
+    """`EdgeCosts.turning`; at the ends `cut_off` the pen does not turn back."""
+    # cosines of the turns from each end to each other
+    straight = np.negative(net.leaving @ np.ascontiguousarray(net.leaving.T)).tolist()
+    turning = []
+    for a, node in enumerate(net.node.tolist()):
+        ends = net.ends_at[node]
+        crossed = _not_straight_on(straight, a, ends, weights)
+        turns = [(b, _turn(straight, a, b, len(ends), weights) + more) for b, more in zip(ends, crossed, strict=True)]
+        turning.append([(b, cost) for b, cost in turns if a != b or a not in cut_off])
+    loose = [e for e in range(len(net.node)) if net.is_loose(e) and e not in cut_off]
+    for a, b, cost in _gap_costs(net, loose, weights):
+        turning[a].append((b, cost))
+    return turning
+
+
+def _stroke_ends(net: Network, passing: float, meeting: float) -> list[float]:
+    """What beginning or ending a stroke costs at each end: nothing at a loose one, `passing` where only its own line
+    goes on, else `meeting`."""
+    nodes, costs = net.node.tolist(), []
+    for end, node in enumerate(nodes):
+        degree, loop = len(net.ends_at[node]), node == nodes[end ^ 1]
+        costs.append(0.0 if degree == 1 else passing if degree == 2 and not loop else meeting)
+    return costs
+
+
+def _air_moves(
+    net: Network, x_height: float, weights: CostWeights, landing: Sequence[float]
+) -> list[list[tuple[float, int]]]:
+    """`EdgeCosts.air`."""
+    places = net.xy[net.node]
+    away = places[None] - places[:, None]
+    # a pen goes back to the left only for what it has left out
+    jump = weights.jump * (np.hypot(away[..., 0], away[..., 1]) + np.maximum(-away[..., 0], 0)) / x_height
+    jump += np.array(landing)
+    order = np.argsort(jump, axis=1, kind="stable")
+    ranked = zip(np.take_along_axis(jump, order, axis=1).tolist(), order.tolist(), strict=True)
+    return [list(zip(row, ends, strict=True)) for row, ends in ranked]
+
+
+def _gap_costs(net: Network, loose: Sequence[int], weights: CostWeights) -> Iterator[tuple[int, int, float]]:
+    """Loose ends that a pen may go on between though it left no ink there: (arrived, end, cost), either way."""
+    for a in loose:
+        for b in loose:
+            if a == b:
+                continue
+            way = net.position(b) - net.position(a)
+            far = float(np.hypot(*way)) / net.half_width
+            if far > weights.gap_far or far < 1e-9:
+                continue
+            aim = way / (far * net.half_width)
+            straight = min(-float(net.leaving[a] @ aim), float(net.leaving[b] @ aim))
+            if straight > _AHEAD or far < _BESIDE:
+                yield a, b, weights.gap * far / weights.gap_far + weights.turn * (max(0.0, 1 - straight) / 2) ** 1.5
+
+
+def _turn(straight: Sequence[Sequence[float]], arrived: int, end: int, degree: int, weights: CostWeights) -> float:
+    """Of arriving by one end and leaving by another of the same node."""
+    if arrived == end:
+        return weights.tip if degree == 1 else weights.corner if degree == 2 else weights.turn
+    return float(weights.turn * (max(0.0, 1 - straight[arrived][end]) / 2) ** 1.5)
+
+
+def _not_straight_on(
+    straight: Sequence[Sequence[float]], arrived: int, ends: Sequence[int], weights: CostWeights
+) -> list[float]:
+    """Of leaving by each end of a node where two lines cross, without going straight on; 0 at other nodes."""
+    free = [0.0] * len(ends)
+    if len(ends) < 4:
+        return free
+    ahead = max((e for e in ends if e != arrived), key=straight[arrived].__getitem__)
+    back = max((e for e in ends if e != ahead), key=straight[ahead].__getitem__)
+    if back != arrived:
+        return free
+    cost = weights.cross * max(0.0, straight[arrived][ahead])
+    return [0.0 if end == ahead else cost for end in ends]
+
+
+def _against_habit(net: Network, x_height: float, weights: CostWeights) -> list[float]:
+    """Of passing each branch, left by each of its ends, in another direction than the habitual one."""
+    costs: list[float] = []
+    for path in net.branches:
+        way: Array = net.xy[path]
+        if len(way) < 2:
+            costs += [0.0, 0.0]
+            continue
+        step = way[1:] - way[:-1]
+        size = np.hypot(step[:, 0], step[:, 1])
+        along = (step @ _HABITUAL) / np.maximum(size, 1e-12)
+        there, back = size * (1 - along) / 2, size * (1 + along) / 2
+        costs += [float(weights.against * sums / x_height) for sums in (there.sum(), back[::-1].copy().sum())]
+    return costs

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.motion import spread
+from handout.motion import covariance
 from handout.motion.guides import Guide
 from handout.motion.optimal_control import HOLD, targets_through
 from handout.motion.styles.style import Style
@@ -120,7 +120,7 @@ def covariances(corner: NDArray[np.bool_], style: Style, rng: np.random.Generato
     sizes = np.exp(shape.spread * rng.standard_normal(len(corner)))
     sizes[corner] *= shape.corners**2
     sizes[[0, -1]] *= ends
-    return spread.semi_tied(_basis(style), sizes)
+    return covariance.semi_tied(_basis(style), sizes)
 
 
 def _basis(style: Style) -> Array:

@@ -13,11 +13,11 @@ import numpy as np
 
 from handout.errors import DeviceError, DeviceGarbled
 from handout.plotting import bed
-from handout.plotting.dialect import Command, Controller, StateReport
+from handout.plotting.dialect import Controller, StateReport
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
-from handout.plotting.driving.observation import Observed, Observer
-from handout.plotting.driving.overlap import Secure, Securing
+from handout.plotting.driving.observation import Observation, Observer
+from handout.plotting.driving.overlap import OVERLAP, OverlapGuard, Secure
 from handout.plotting.planning.plan import Plan
 from handout.plotting.planning.planner import plan as replan
 from handout.plotting.planning.toolpath import DRAW
@@ -27,15 +27,7 @@ from handout.values import Array
 
 Progress = Callable[[float, float], None]
 Watch = Callable[[int, int, int, int], None]
-Proved = Callable[[int], None]
-_OFTEN = 0.2  # s of plotting between two calls of `progress`
-OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for
-_AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
-
-
-def usual_overlap(profile: Plotter, fast: bool) -> float:
-    """mm of ink that may be under way where nothing else is asked for; more for what is drawn as fast as can be."""
-    return max(OVERLAP, _AHEAD * profile.limits.draw_speed) if fast else OVERLAP
+_OFTEN = 0.2  # s of plotting between two calls of `progress`; a terminal is redrawn four times a second
 
 
 @dataclass(frozen=True)
@@ -51,7 +43,7 @@ class Report:
     min_queue : the fewest moves the machine had in hand in the middle of a stroke; None: no stroke was long enough to
         fill its queue, or it does not say.
     unsecured : mm of ink at most that were sent and not certain on the disk: what a power cut may have drawn twice.
-    observed : what was executed, as far as the machine's answers tell.
+    observation : what was executed, as far as the machine's answers tell.
     plan : what was plotted: the plan that was given, or the one made anew for the machine's own limits; None where
         reports are kept for long.
     """
@@ -63,8 +55,31 @@ class Report:
     segments: int
     min_queue: int | None
     unsecured: float
-    observed: Observed
+    observation: Observation
     plan: Plan | None
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """Who follows a plot, and how much of it may be under way.
+
+    progress : called with the share that is done, 0 to 1, and the time that is left, s.
+    watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
+        how many blocks of the plan have certainly been done.
+    proved : called before `watch` whenever more is known to be right, with how many blocks that are.
+    secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
+        what is secured counts as executed.  It is waited for with the pen lifted.
+    overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
+        with by drawing no more than that twice; more where `secure` takes too long, which is told.
+    log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
+    """
+
+    progress: Progress | None = None
+    watch: Watch | None = None
+    proved: Callable[[int], None] | None = None
+    secure: Secure | None = None
+    overlap: float = OVERLAP
+    log: Callable[[str], None] = lambda _: None
 
 
 def run(
@@ -76,11 +91,10 @@ def run(
     watch: Watch | None = None,
     secure: Secure | None = None,
     overlap: float = OVERLAP,
-    log: Callable[[str], None] | None = None,
+    log: Callable[[str], None] = lambda _: None,
 ) -> Report:
-    """Plot a plan from the machine's zero, on a fresh sheet; see `draw`."""
-    log = log or (lambda _: None)
-    controller = meet(port, profile, log)
+    """Plot a plan from the machine's zero, on a fresh sheet; see `draw`, and `Monitor` for the other parameters."""
+    controller = connect(port, profile, log)
     bed.check(plan.toolpath.points[:, :2], controller.profile)
     try:
         if profile.homing:
@@ -91,9 +105,8 @@ def run(
         controller.halt()
         raise
     try:
-        return draw(
-            plan, controller, port, profile, progress=progress, watch=watch, secure=secure, overlap=overlap, log=log
-        )
+        monitor = Monitor(progress=progress, watch=watch, secure=secure, overlap=overlap, log=log)
+        return draw(plan, controller, port, profile, monitor)
     except KeyboardInterrupt:
         park(controller)
         raise
@@ -109,7 +122,7 @@ def park(controller: Controller) -> None:
                 controller.halt()
 
 
-def meet(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
+def connect(port: Port, profile: Plotter, log: Callable[[str], None]) -> Controller:
     """Connect to a machine; it does not move."""
     return dialect(profile.dialect).connect(port, profile, log)
 
@@ -119,29 +132,15 @@ def draw(
     controller: Controller,
     port: Port,
     profile: Plotter,
+    monitor: Monitor | None = None,
     *,
     fresh: bool = True,
-    progress: Progress | None = None,
-    watch: Watch | None = None,
-    proved: Proved | None = None,
-    secure: Secure | None = None,
-    overlap: float = OVERLAP,
-    log: Callable[[str], None] | None = None,
 ) -> Report:
     """Plot a plan with a machine that is connected and stands at its zero.
 
     Parameters
     ----------
     fresh : whether the sheet is new; a simulated plotter asks.
-    progress : called with the share that is done, 0 to 1, and the time that is left, s.
-    watch : called whenever a count changes, with how many commands have been sent, taken and certainly executed, and
-        how many blocks of the plan have certainly been done.
-    proved : called before `watch` whenever more is known to be right, with how many blocks that are.
-    secure : begins to make sure that what `watch` was told last outlives a power cut, and says when that is done; only
-        what is secured counts as executed.  It is waited for with the pen lifted.
-    overlap : mm of ink that may be sent without being certainly executed, so that a plot that breaks off can be gone on
-        with by drawing no more than that twice; more where `secure` takes too long, which is told.
-    log : told in plain words what the user should know, such as limits of the machine that differ from the profile's.
 
     Raises
     ------
@@ -152,24 +151,16 @@ def draw(
     KeyboardInterrupt
         As it came; the machine has been stopped and its pen lifted.  It is still where it was stopped: see `park`.
     """
-    log = log or (lambda _: None)
+    monitor = monitor or Monitor()
     bed.check(plan.toolpath.points[:, :2], controller.profile)
-    own = msgspec.structs.replace(controller.profile, bed=profile.bed)
-    if _moves_differently(own, plan.profile):
-        log("The plot is planned anew for the plotter's own limits.")
-        plan = replan(plan.drawing, own, speed=plan.speed, order=plan.order)
-    if plan.placement.turned and fresh:
-        log("The page is turned to fit the bed: its top edge lies to the left.")
-    if fresh and (said := bed.beyond_paper(plan.drawing)) is not None:
-        log(said)
-    if isinstance(port, InstrumentedPort) and fresh:
-        port.lay(plan.drawing.page, plan.placement)
-    commands = list(dialect(profile.dialect).program(plan.blocks, controller.profile))
-    before = port.executed_s if isinstance(port, InstrumentedPort) else time.monotonic()
-    clock = (lambda: port.time) if isinstance(port, InstrumentedPort) else time.monotonic
-    stands = isinstance(port, InstrumentedPort) and not port.keeps_real_time
-    securing = Securing(plan, commands, secure, overlap, None if stands else clock, log)
-    stream = _Stream(plan, commands, controller, progress, watch, securing, clock, proved)
+    plan = _for_its_limits(plan, msgspec.structs.replace(controller.profile, bed=profile.bed), monitor)
+    instrumented = port if isinstance(port, InstrumentedPort) else None
+    if fresh:
+        _warn_of_the_sheet(plan, monitor)
+        if instrumented is not None:
+            instrumented.lay(plan.drawing.page, plan.placement)
+    stream = _Stream(plan, controller, monitor, instrumented)
+    before = time.monotonic() if instrumented is None else instrumented.executed_s
     try:
         with _few_garbage():
             stream.run()
@@ -182,7 +173,24 @@ def draw(
             controller.halt()
         stream.note()  # what had come to rest by then; or less than before, where it says that something was damaged
         raise
-    return _report(stream, port, before, fresh)
+    return _report(stream, instrumented, before, fresh)
+
+
+def _for_its_limits(plan: Plan, profile: Plotter, monitor: Monitor) -> Plan:
+    """The plan, made anew where the machine's own limits are others than those it was made for."""
+    planned = plan.profile
+    if (profile.limits, profile.pen, profile.port.queue) == (planned.limits, planned.pen, planned.port.queue):
+        return plan
+    monitor.log("The plot is planned anew for the plotter's own limits.")
+    return replan(plan.drawing, profile, speed=plan.speed, order=plan.order)
+
+
+def _warn_of_the_sheet(plan: Plan, monitor: Monitor) -> None:
+    """Say how a fresh sheet has to lie, and what would not be drawn on it."""
+    if plan.placement.turned:
+        monitor.log("The page is turned to fit the bed: its top edge lies to the left.")
+    if (warning := bed.beyond_paper(plan.drawing)) is not None:
+        monitor.log(warning)
 
 
 @contextlib.contextmanager
@@ -195,48 +203,41 @@ def _few_garbage() -> Iterator[None]:
         gc.unfreeze()
 
 
-def _moves_differently(own: Plotter, planned: Plotter) -> bool:
-    return (own.limits, own.pen, own.port.queue) != (planned.limits, planned.pen, planned.port.queue)
-
-
 class _Stream:
     """A program under way."""
 
     def __init__(
-        self,
-        plan: Plan,
-        commands: list[Command],
-        controller: Controller,
-        progress: Progress | None,
-        watch: Watch | None,
-        securing: Securing,
-        clock: Callable[[], float],
-        proved: Proved | None = None,
+        self, plan: Plan, controller: Controller, monitor: Monitor, instrumented: InstrumentedPort | None
     ) -> None:
-        self.plan, self.commands, self.controller = plan, commands, controller
-        self.progress, self.watch, self.securing, self.proved = progress, watch, securing, proved
+        self.plan, self.controller, self.monitor = plan, controller, monitor
+        self.commands = list(dialect(plan.profile.dialect).program(plan.blocks, controller.profile))
+        self._clock = time.monotonic if instrumented is None else lambda: instrumented.time
+        stands = instrumented is not None and not instrumented.keeps_real_time
+        self.guard = OverlapGuard(
+            plan, self.commands, monitor.secure, monitor.overlap, None if stands else self._clock, monitor.log
+        )
         self.min_queue: int | None = None
-        self.observer, self._clock = Observer(plan, commands), clock
+        self.observer = Observer(plan, self.commands)
         self._before = controller.sent  # commands of the programs before this one
         self._counts = (0, 0, 0)
         controller.listener = self._listen
         self._proven = 0
         self._told = 0.0
-        self._strokes = _strokes(plan)[np.array([command.done for command in commands])]
+        self._strokes = _strokes(plan)[np.array([command.done for command in self.commands])]
 
     def run(self) -> None:
         """Send all commands, and wait until the last has been executed."""
         for number, command in enumerate(self.commands):
-            while not self.securing.ready(number, max(self._counts[2], 0)):
+            while not self.guard.ready(number, max(self._counts[2], 0)):
                 self.controller.wait()
                 self.note()
             self.controller.send(command.data)
             self.note()
         self.controller.finish()
         self.note()
-        self.securing.finish(self._counts[2])
-        if self.progress is not None:
-            self.progress(1.0, 0.0)
+        self.guard.finish(self._counts[2])
+        if self.monitor.progress is not None:
+            self.monitor.progress(1.0, 0.0)
 
     def under_way(self) -> str:
         """A sentence that names the stroke that was being drawn, or was drawn last; empty before the first."""
@@ -254,19 +255,19 @@ class _Stream:
             return
         executed = max(self._counts[2], 0)
         done = self.commands[executed - 1].done if executed else 0
-        if self.watch is not None:
-            self.watch(*self._counts, done)
+        if self.monitor.watch is not None:
+            self.monitor.watch(*self._counts, done)
         at, whole = float(self.plan.begins[min(done, len(self.plan.begins) - 1)]), max(self.plan.duration, 1e-9)
-        if self.progress is not None and at - self._told >= _OFTEN:
+        if self.monitor.progress is not None and at - self._told >= _OFTEN:
             self._told = at
-            self.progress(at / whole, whole - at)
+            self.monitor.progress(at / whole, whole - at)
 
     def _note_proof(self, proven: int) -> None:
         """Tell of how much is known that no command came over wrong."""
         if proven > self._proven:
             self._proven = proven
-            if self.proved is not None:
-                self.proved(self.commands[proven - 1].done)
+            if self.monitor.proved is not None:
+                self.monitor.proved(self.commands[proven - 1].done)
 
     def _listen(self, report: StateReport) -> None:
         """Note what it says when it says it: by the time that a command is sent it may be old."""
@@ -277,7 +278,7 @@ class _Stream:
     def _watch_queue(self, queued: int, taken: int) -> None:
         """In the middle of a stroke, when the queue has had time to fill, the machine must not run out of moves."""
         first = taken - self.plan.profile.port.queue
-        if first < 1 or taken >= len(self.commands) or not self.securing.draws(taken):
+        if first < 1 or taken >= len(self.commands) or not self.guard.draws(taken):
             return
         stroke = self._strokes[first]
         if stroke >= 0 and self._strokes[taken] == stroke:
@@ -290,26 +291,24 @@ def _strokes(plan: Plan) -> Array:
     return np.array([-1, *(drawn[row] if block is None else -1 for block, row in plan.toolpath.instructions)])
 
 
-def _report(stream: _Stream, port: Port, before: float, fresh: bool) -> Report:
+def _report(stream: _Stream, instrumented: InstrumentedPort | None, before: float, fresh: bool) -> Report:
     plan, stretched = stream.plan, stream.plan.stretched
-    observed = stream.observer.observed(stream.controller.silent)
-    if isinstance(port, InstrumentedPort):
-        executed_s = port.executed_s - (0.0 if fresh else before)
+    observation = stream.observer.observation(stream.controller.silent)
+    if instrumented is not None:
+        executed_s = instrumented.executed_s - (0.0 if fresh else before)
         if fresh:
-            stretched = fidelity.stretched(plan.intended(), port.executed())
+            stretched = fidelity.stretched(plan.intended(), instrumented.executed())
     else:
         executed_s = time.monotonic() - before
-        stretched = stretched if observed.unknown else observed.stretched
-    segments = int(np.count_nonzero(plan.toolpath.kind == DRAW))
-    lines = len(stream.commands)
+        stretched = stretched if observation.unknown else observation.stretched
     return Report(
-        executed_s,
-        plan.duration,
-        stretched,
-        lines,
-        segments,
-        stream.min_queue,
-        stream.securing.most,
-        observed,
-        plan,
+        executed_s=executed_s,
+        announced_s=plan.duration,
+        stretched=stretched,
+        lines=len(stream.commands),
+        segments=int(np.count_nonzero(plan.toolpath.kind == DRAW)),
+        min_queue=stream.min_queue,
+        unsecured=stream.guard.most,
+        observation=observation,
+        plan=plan,
     )

@@ -53,7 +53,7 @@ class Rest(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Observed:
+class Observation:
     """What was executed, from the machine's own answers.
 
     unknown : why that cannot be told; "" if it can: else the fields below are empty.
@@ -100,20 +100,20 @@ class Observer:
             self._executed.append(executed)
             self._places.append(place or (np.nan, np.nan))
 
-    def observed(self, unknown: str = "") -> Observed:
+    def observation(self, unknown: str = "") -> Observation:
         """What can be said at the end.
 
         unknown : why the machine's answers say nothing.
         """
         if unknown:
-            return Observed(unknown)
+            return Observation(unknown)
         time = np.array(self._times)
         if not (len(time) and self.plan.toolpath.draws.any()):
-            return Observed("The strokes are too short for the plotter's answers.")
+            return Observation("The strokes are too short for the plotter's answers.")
         stroke, reached = self._reached()
         drawn = stroke >= 0
         if np.count_nonzero(drawn) < _MANY:
-            return Observed("The strokes are too short for the plotter's answers.")
+            return Observation("The strokes are too short for the plotter's answers.")
         delays, apart, lost = dict[int, tuple[Array, Array]](), list[Array](), list[Array]()
         for number in np.unique(stroke[drawn]).tolist():
             within = np.flatnonzero(stroke == number)
@@ -127,7 +127,7 @@ class Observer:
         found = [rest for number, known in delays.items() for rest in self._rests(number, *known, least)]
         every, meant, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
         comparable = any(map(fidelity.comparable, meant.strokes, executed.strokes))
-        return Observed(
+        return Observation(
             rests=tuple(found),
             least_s=least,
             every_s=float(np.median(every)) if every.size else 0.0,

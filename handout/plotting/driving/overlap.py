@@ -21,16 +21,24 @@ from handout.plotting.dialect import Command
 from handout.plotting.planning.blocks import Pen
 from handout.plotting.planning.lookahead import Flags
 from handout.plotting.planning.plan import Plan
+from handout.profiles import Plotter
 from handout.values import Array
 
 Secure = Callable[[], "Future[None]"]
+OVERLAP = 20.0  # mm of ink that may be under way if nothing else is asked for: a letter or two
+_AHEAD = 0.25  # s at full speed; with less on its way a machine that draws as fast as it can would brake in mid-line
 _WORTH = 0.25  # share of the overlap that is secured at a time
 _EARLY = 0.5  # share of the overlap that may be on its way before the disk is asked
 _RESERVE = 0.12  # s of motion that a machine keeps in hand, or half of it all; what is heard of it is 0.06 s old
 _BRIEF = 0.02  # s that a pen may stand: it leaves no more ink than in a sharp corner
 
 
-class Securing:
+def usual_overlap(profile: Plotter, fast: bool) -> float:
+    """mm of ink that may be under way where nothing else is asked for; more for what is drawn as fast as can be."""
+    return max(OVERLAP, _AHEAD * profile.limits.draw_speed) if fast else OVERLAP
+
+
+class OverlapGuard:
     """What of a program has been secured, and whether its next command may be sent.
 
     Parameters
@@ -94,14 +102,22 @@ class Securing:
 
     def _may_go(self, number: int, executed: int) -> bool:
         self._look(number, executed)
-        way = self._way(number)
+        if self._secured >= number:
+            self._outruns &= not self._lowers[number]
+            return True
         if self._lowers[number]:
             self._outruns = False
-            whole = way + float(self._stroke[number] - self._ink[number + 1])
-            return self._secured >= number or (way <= self.overlap and (whole <= self.overlap or not self._is_slow()))
-        if self._secured >= number or way <= self.overlap or not self.draws(number):
-            return True
-        if self._time is None or (self._own(number, executed) > self.overlap and executed < number):
+            return self._may_lower(number)
+        return self._way(number) <= self.overlap or not self.draws(number) or self._may_exceed(number, executed)
+
+    def _may_lower(self, number: int) -> bool:
+        """Whether a stroke may begin: if it may have to outrun a slow disk, only once all before it is secured."""
+        whole = self._way(number) + float(self._stroke[number] - self._ink[number + 1])
+        return self._way(number) <= self.overlap and (whole <= self.overlap or not self._is_slow())
+
+    def _may_exceed(self, number: int, executed: int) -> bool:
+        """Whether a stroke may go on beyond the overlap: where the machine would run dry before the disk is done."""
+        if self._time is None or (self._in_hand(number, executed) > self.overlap and executed < number):
             return False
         if self._pending is None and not self._is_worth_it(number, executed):
             return False  # the machine's turn
@@ -128,7 +144,7 @@ class Securing:
         """Ink that is not secured once command `number` is sent, mm."""
         return float(self._ink[number + 1] - self._ink[self._secured])
 
-    def _own(self, number: int, executed: int) -> float:
+    def _in_hand(self, number: int, executed: int) -> float:
         """Ink that the machine has in hand once command `number` is sent, mm."""
         return float(self._ink[number + 1] - self._ink[executed])
 

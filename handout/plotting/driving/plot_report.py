@@ -12,7 +12,7 @@ import numpy as np
 from handout import atomic
 from handout.plotting.driving import fidelity
 from handout.plotting.driving.driver import Report
-from handout.plotting.driving.observation import Observed
+from handout.plotting.driving.observation import Observation
 from handout.plotting.planning import feed_segments
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import InstrumentedPort, Port
@@ -31,7 +31,7 @@ def row(
     *,
     executed: Drawing | None = None,
     min_queue: int | None = None,
-    observed: Observed | None = None,
+    observation: Observation | None = None,
 ) -> Row:
     """What is to be said of one page.
 
@@ -71,18 +71,18 @@ def row(
         "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
         "min_queue": min_queue,
         "stretched_at": stretches(meant, done),
-        **_rests(observed),
+        **_rests(observation),
     }
 
 
-def _rests(observed: Observed | None) -> Row:
-    if observed is None or observed.unknown:
-        unknown = "" if observed is None else observed.unknown
+def _rests(observation: Observation | None) -> Row:
+    if observation is None or observation.unknown:
+        unknown = "" if observation is None else observation.unknown
         return {"unknown": unknown, "rests": None, "rested_s": None, "least_rest_s": None}
     rests = [
-        rest._asdict() | {"at_s": round(rest.at_s, 3), "seconds": round(rest.seconds, 3)} for rest in observed.rests
+        rest._asdict() | {"at_s": round(rest.at_s, 3), "seconds": round(rest.seconds, 3)} for rest in observation.rests
     ]
-    known = {"rested_s": round(observed.rested_s, 3), "least_rest_s": round(observed.least_s, 3)}
+    known = {"rested_s": round(observation.rested_s, 3), "least_rest_s": round(observation.least_s, 3)}
     return {"unknown": "", "rests": rests, **known}
 
 
@@ -106,12 +106,12 @@ def plotted(report: Report, port: Port, page: int) -> Row:
     it is what the plan predicts.
     """
     assert report.plan is not None
-    executed, many = report.observed.executed, len(report.plan.drawing.strokes)
+    executed, many = report.observation.executed, len(report.plan.drawing.strokes)
     if isinstance(port, InstrumentedPort):
         executed, sheet = None, port.executed()
         if len(sheet.strokes) >= many:  # what was drawn on the same sheet before comes first
             executed = Drawing(sheet.strokes[-many:], sheet.page)
-    return row(report.plan, page, executed=executed, min_queue=report.min_queue, observed=report.observed)
+    return row(report.plan, page, executed=executed, min_queue=report.min_queue, observation=report.observation)
 
 
 def facts(reports: Sequence[Report]) -> Row:
@@ -124,13 +124,13 @@ def facts(reports: Sequence[Report]) -> Row:
         rests, rested_s : how often and how long the pen stood within strokes; None if that is not known.
         unsecured_mm : ink that was drawn and not yet certain on the disk, at most.
     """
-    unknown = next((report.observed.unknown for report in reports if report.observed.unknown), "")
+    unknown = next((report.observation.unknown for report in reports if report.observation.unknown), "")
     known = bool(reports) and not unknown
     return {
         "measured": known,
         **({"unknown": unknown} if unknown else {}),
-        "rests": sum(len(report.observed.rests) for report in reports) if known else None,
-        "rested_s": round(sum(report.observed.rested_s for report in reports), 2) if known else None,
+        "rests": sum(len(report.observation.rests) for report in reports) if known else None,
+        "rested_s": round(sum(report.observation.rested_s for report in reports), 2) if known else None,
         "unsecured_mm": round(max((report.unsecured for report in reports), default=0.0), 1),
     }
 
@@ -142,14 +142,14 @@ def sentence(reports: Sequence[Report]) -> str:
         return ""
     if not told["measured"]:
         return f"Whether the pen rested is not known: {told['unknown']}"
-    least = max(report.observed.least_s for report in reports)
-    fits = [report.observed.correlation for report in reports if report.observed.correlation is not None]
+    least = max(report.observation.least_s for report in reports)
+    fits = [report.observation.correlation for report in reports if report.observation.correlation is not None]
     kept = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
-    time = max(report.observed.stretched for report in reports)
+    time = max(report.observation.stretched for report in reports)
     measured = f"Measured: {kept}strokes in {time:.3f} of their time;"
     if not told["rests"]:
         return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
-    words = dict.fromkeys(rest.text for report in reports for rest in report.observed.rests if rest.text)
+    words = dict.fromkeys(rest.text for report in reports for rest in report.observation.rests if rest.text)
     times = "once" if told["rests"] == 1 else f"{told['rests']} times"
     named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
     where = f", in: {', '.join(named)}" if words else ""

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import msgspec
 
 from handout.errors import InputError
-from handout.plotting.driving.driver import OVERLAP
+from handout.plotting.driving.overlap import OVERLAP
 from handout.plotting.jobs import journal, pages
 from handout.plotting.jobs.journal import Journal, Standing
 from handout.plotting.jobs.pages import Record

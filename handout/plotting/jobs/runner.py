@@ -21,7 +21,7 @@ import numpy as np
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, InputError
 from handout.plotting import bed
 from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
-from handout.plotting.driving.driver import Progress, Report, draw, meet, park
+from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
 from handout.plotting.jobs.page_producer import Supply
@@ -166,7 +166,7 @@ class _Run:
             raise
 
     def _meet(self, port: Port, patience: float) -> Controller:
-        controller = meet(port, self.job.profile, self.log)
+        controller = connect(port, self.job.profile, self.log)
         controller.patience = patience
         return controller
 
@@ -254,19 +254,7 @@ class _Run:
         made = plan(left, own, speed=job.options.speed)
         keeper = _Keeper(kept, whole, left, made)
         try:
-            report = draw(
-                made,
-                controller,
-                port,
-                job.profile,
-                fresh=fresh,
-                progress=self._progress(number, made),
-                watch=keeper.note,
-                proved=keeper.proved,
-                secure=keeper.secure,
-                overlap=job.options.overlap,
-                log=self.log,
-            )
+            report = draw(made, controller, port, job.profile, self._monitor(number, made, keeper), fresh=fresh)
         except DeviceError as error:
             keeper.write()
             if isinstance(error, DeviceGarbled):
@@ -279,8 +267,18 @@ class _Run:
             raise
         if self.plotted is not None:
             self.plotted(report, port)
-        observed = dataclasses.replace(report.observed, executed=None)
-        self.reports.append(dataclasses.replace(report, observed=observed, plan=None))
+        observation = dataclasses.replace(report.observation, executed=None)
+        self.reports.append(dataclasses.replace(report, observation=observation, plan=None))
+
+    def _monitor(self, number: int, made: Plan, keeper: _Keeper) -> Monitor:
+        return Monitor(
+            progress=self._progress(number, made),
+            watch=keeper.note,
+            proved=keeper.proved,
+            secure=keeper.secure,
+            overlap=self.job.options.overlap,
+            log=self.log,
+        )
 
     def _progress(self, number: int, made: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""

@@ -18,7 +18,7 @@ from handout.errors import InputError
 from handout.plotting import bed, pen_lift
 from handout.plotting.dialect import Controller, Log
 from handout.plotting.dialects import dialect
-from handout.plotting.driving.driver import draw
+from handout.plotting.driving.driver import Monitor, draw
 from handout.plotting.planning.planner import plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.panels import line
@@ -153,7 +153,7 @@ class Bench:
         self.take(up=heights.up, down=heights.down)
         own = self.controller.profile
         made = plan(Drawing(tuple(_strokes(number)), _PAGE), own)
-        draw(made, self.controller, self.port, own, fresh=not self._drawn, log=self.log)
+        draw(made, self.controller, self.port, own, Monitor(log=self.log), fresh=not self._drawn)
         self._drawn += 1
         self.at = heights.up
 

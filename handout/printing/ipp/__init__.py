@@ -1,5 +1,12 @@
 """The Internet Printing Protocol, versions 1.1 and 2.0: what is needed to print one page and to know what became of it.
 
-`message` is pure (values ↔ bytes), `link` moves bytes, `client` knows the operations, `words` says what printers say
-in words, and `simulated` is a printer inside the computer, with faults on demand.
+    message.py      messages as values and as bytes: pure functions
+    transport.py    bytes to a printer and back: one HTTP POST a request
+    status.py       status codes, states and reasons, and their meaning in words (a printer's unknown reason: here)
+    request.py      what is asked for a page, within what the printer can do
+    client.py       the operations, repeated while the printer is busy
+    submission.py   one page handed over once, whatever the connection does meanwhile
+    queue.py        a printer as a `printing.queue.Queue`: sends, follows, judges the outcome of a job
+
+The printer of the tests is `handout.simulated.ipp`.
 """

@@ -12,17 +12,20 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from handout.errors import PrinterError
-from handout.printing.ipp import words
-from handout.printing.ipp.link import Link, LinkError
 from handout.printing.ipp.message import Attribute, Group, Message, Tag, Value, attribute, decode, encode
-from handout.printing.ipp.patience import Patience
-from handout.printing.ipp.request import Abilities, Request, job_attributes
-from handout.printing.ipp.words import JobState, Status
+from handout.printing.ipp.request import Capabilities, Request, job_attributes
+from handout.printing.ipp.status import DOUBTFUL, RETRYABLE, JobState, Status, phrase
+from handout.printing.ipp.transport import Transport, TransportError
 
 _USER = "handout"  # nobody's name is told to the printer; the same one every time, so that a job may be cancelled
-_OF_JOBS = ("job-id", "job-name", "job-state", "job-state-reasons")
+_JOB_ATTRIBUTES = ("job-id", "job-name", "job-state", "job-state-reasons")
 
 Say = Callable[[str], object]
+
+
+# s, set by eye: the first pause (each is twice as long as the one before), the longest, and how long in all
+_FIRST, _LONGEST, _BOUND = 0.5, 10.0, 600.0
+_POLL, _STOPPING = 0.25, 15.0  # s, set by eye: between questions about a job that is being stopped, and in all
 
 
 class Operation(IntEnum):
@@ -39,7 +42,35 @@ class Operation(IntEnum):
 
 
 # a page goes with these only once: whether it was taken has to be found out before it goes again
-_TAKING = (Operation.PRINT_JOB, Operation.SEND_DOCUMENT)
+_PAGE_OPERATIONS = (Operation.PRINT_JOB, Operation.SEND_DOCUMENT)
+
+
+class Backoff:
+    """Pauses between attempts at a printer that cannot answer now, ever longer, up to a bound."""
+
+    def __init__(self, wait: Callable[[float], object], say: Callable[[str], object]) -> None:
+        """`wait` is called with seconds; `say` is told once that there is something to wait for."""
+        self._wait, self._say = wait, say
+        self._pause, self._waited = _FIRST, 0.0
+
+    def pause(self, why: str, after: float | None = None) -> bool:
+        """Wait before the next attempt; False, and no waiting, where the bound has been or would be passed.
+
+        Parameters
+        ----------
+        why : what is said the first time, a sentence.
+        after : s that the printer asks for; otherwise ever longer pauses.
+        """
+        seconds = self._pause if after is None else max(after, _FIRST)
+        if self._waited >= _BOUND or (after is not None and self._waited + after > _BOUND):
+            return False
+        if not self._waited:
+            self._say(why)
+        self._wait(seconds)
+        self._waited += seconds
+        if after is None:
+            self._pause = min(2 * self._pause, _LONGEST)
+        return True
 
 
 class Refused(PrinterError):
@@ -77,26 +108,26 @@ class Search:
 
 
 class Client:
-    """One printer, asked and told."""
+    """The operations of one printer."""
 
     def __init__(
         self,
-        link: Link,
+        transport: Transport,
         say: Say = lambda message: None,
         wait: Callable[[float], object] = time.sleep,
         user: str = _USER,
     ) -> None:
         """`say` is told when the printer has to be waited for; `wait` is called with the seconds."""
-        self._link, self._say, self._wait, self._user = link, say, wait, user
+        self._transport, self._say, self._wait, self._user = transport, say, wait, user
         self._numbers = itertools.count(1)
         self._version = (2, 0)
 
     @property
     def uri(self) -> str:
         """The printer's address."""
-        return self._link.where.uri
+        return self._transport.address.uri
 
-    def abilities(self) -> Abilities:
+    def capabilities(self) -> Capabilities:
         """What the printer can do, and how it is (Get-Printer-Attributes).
 
         Raises
@@ -105,9 +136,9 @@ class Client:
             It cannot be reached or refuses.
         """
         wanted = attribute("requested-attributes", Tag.KEYWORD, "all")
-        return Abilities(self._ask(Operation.GET_PRINTER_ATTRIBUTES, (wanted,)))
+        return Capabilities(self._ask(Operation.GET_PRINTER_ATTRIBUTES, (wanted,)))
 
-    def validate(self, request: Request, abilities: Abilities) -> None:
+    def validate(self, request: Request, capabilities: Capabilities) -> None:
         """Ask whether the printer would take such a page (Validate-Job); nothing is printed.
 
         Raises
@@ -115,27 +146,27 @@ class Client:
         Refused
             It would not; the message says what it does not do.
         """
-        if Operation.VALIDATE_JOB not in abilities.operations:
+        if Operation.VALIDATE_JOB not in capabilities.operations:
             return
-        self._ask(Operation.VALIDATE_JOB, _about(request), job_attributes(request, abilities))
+        self._ask(Operation.VALIDATE_JOB, _about(request), job_attributes(request, capabilities))
 
-    def print(self, request: Request, abilities: Abilities, document: bytes) -> int:
+    def print(self, request: Request, capabilities: Capabilities, document: bytes) -> int:
         """Print a document (Print-Job); the number of the job.
 
         Raises
         ------
         Refused
-            The printer does not take it: nothing is printed, unless the status is one of `words.DOUBTFUL`.
-        LinkError
+            The printer does not take it: nothing is printed, unless the status is one of `DOUBTFUL`.
+        TransportError
             The connection broke, or what answers HTTP has failed: what became of the page is not known.
         """
-        job = job_attributes(request, abilities)
-        return self._taken(self._ask(Operation.PRINT_JOB, _about(request), job, document))
+        job = job_attributes(request, capabilities)
+        return self._job_number(self._ask(Operation.PRINT_JOB, _about(request), job, document))
 
-    def create(self, request: Request, abilities: Abilities) -> int:
+    def create(self, request: Request, capabilities: Capabilities) -> int:
         """Begin a job (Create-Job), which prints nothing before it has its document; its number."""
-        about = tuple(one for one in _about(request) if one.name != "document-format")
-        return self._taken(self._ask(Operation.CREATE_JOB, about, job_attributes(request, abilities)))
+        about = tuple(entry for entry in _about(request) if entry.name != "document-format")
+        return self._job_number(self._ask(Operation.CREATE_JOB, about, job_attributes(request, capabilities)))
 
     def send(self, number: int, request: Request, document: bytes) -> None:
         """Give a job that has been begun its only document (Send-Document); raises as `print` does."""
@@ -146,19 +177,19 @@ class Client:
         )
         self._ask(Operation.SEND_DOCUMENT, about, document=document)
 
-    def patience(self) -> Patience:
+    def backoff(self) -> Backoff:
         """For whoever has to wait for the printer between two requests."""
-        return Patience(self._wait, self._say)
+        return Backoff(self._wait, self._say)
 
-    def _taken(self, answer: Message) -> int:
+    def _job_number(self, answer: Message) -> int:
         number = answer.all("job-id", Tag.JOB)
         if not number or not isinstance(number[0].value, int):
-            raise LinkError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
+            raise TransportError(f"{self.uri} took a page without giving its job a number.", handed_over=True)
         return number[0].value
 
     def job(self, number: int) -> JobStatus | None:
         """What became of a job (Get-Job-Attributes); None where the printer does not know it (any longer)."""
-        wanted = attribute("requested-attributes", Tag.KEYWORD, *_OF_JOBS)
+        wanted = attribute("requested-attributes", Tag.KEYWORD, *_JOB_ATTRIBUTES)
         try:
             answer = self._ask(Operation.GET_JOB_ATTRIBUTES, (_number(number), wanted))
         except Refused as error:
@@ -175,17 +206,17 @@ class Client:
         PrinterError
             The printer does not tell.
         """
-        found: list[JobStatus] = []
+        named: list[JobStatus] = []
         over: frozenset[str] = frozenset()
         for which in ("not-completed", "completed"):
             asked = (
-                attribute("requested-attributes", Tag.KEYWORD, *_OF_JOBS),
+                attribute("requested-attributes", Tag.KEYWORD, *_JOB_ATTRIBUTES),
                 attribute("which-jobs", Tag.KEYWORD, which),
             )
             listed = _jobs(self._ask(Operation.GET_JOBS, asked))
-            found += [job for job in listed if job.name == name]
+            named += [job for job in listed if job.name == name]
             over = frozenset(job.name for job in listed if job.name != name)
-        return Search(max(found, key=lambda job: job.number, default=None), over)
+        return Search(max(named, key=lambda job: job.number, default=None), over)
 
     def cancel(self, number: int) -> None:
         """Stop a job (Cancel-Job); one that is over already stays as it is."""
@@ -195,28 +226,50 @@ class Client:
             if error.code not in (Status.NOT_POSSIBLE, Status.NOT_FOUND):
                 raise
 
+    def cancel_and_wait(self, number: int) -> JobStatus | None:
+        """Cancel a job and wait until it has ended; its last status, None where the printer forgets it at once.
+
+        Raises
+        ------
+        PrinterError
+            It does not end, or the printer does not answer.
+        """
+        self.cancel(number)
+        waited = 0.0
+        while waited < _STOPPING:
+            status = self.job(number)
+            if status is None or status.state.over:
+                return status
+            self._wait(_POLL)
+            waited += _POLL
+        raise PrinterError(f"{self.uri} does not stop job {number}: cancel it at the printer.")
+
     def _ask(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...] = (), document: bytes = b""
     ) -> Message:
         """One operation, again and again while the printer says that it cannot answer now."""
-        patience = self.patience()
+        backoff = self.backoff()
         while True:
             try:
-                answer = self._once(operation, about, job, document)
-            except LinkError as error:
-                if error.passing and operation not in _TAKING and patience.pause(f"{error} Waiting.", error.after):
+                answer = self._request(operation, about, job, document)
+            except TransportError as error:
+                if (
+                    error.retryable
+                    and operation not in _PAGE_OPERATIONS
+                    and backoff.pause(f"{error} Waiting.", error.after)
+                ):
                     continue
                 raise
-            passing = answer.code in words.PASSING and (operation not in _TAKING or answer.code not in words.DOUBTFUL)
+            retryable = answer.code in RETRYABLE and (operation not in _PAGE_OPERATIONS or answer.code not in DOUBTFUL)
             if answer.code == Status.VERSION_NOT_SUPPORTED and self._version > (1, 1):
                 self._version = (1, 1)
-            elif not (passing and patience.pause(f"{self.uri} {_busy(answer.code)}; waiting for it.")):
+            elif not (retryable and backoff.pause(f"{self.uri} {_busy(answer.code)}; waiting for it.")):
                 break
         if answer.code >= 0x0100:
             raise Refused(f"{self.uri} refused: {_why(answer)}.", answer.code)
         return answer
 
-    def _once(
+    def _request(
         self, operation: Operation, about: tuple[Attribute, ...], job: tuple[Attribute, ...], document: bytes
     ) -> Message:
         head = (
@@ -224,24 +277,24 @@ class Client:
             attribute("attributes-natural-language", Tag.LANGUAGE, "en"),
             attribute("printer-uri", Tag.URI, self.uri),
             # RFC 8011 §4.1.5: the number of a job follows the printer's address at once
-            *(one for one in about if one.name == "job-id"),
+            *(entry for entry in about if entry.name == "job-id"),
             attribute("requesting-user-name", Tag.NAME, self._user),
-            *(one for one in about if one.name != "job-id"),
+            *(entry for entry in about if entry.name != "job-id"),
         )
         groups = (Group(Tag.OPERATION, head), *([Group(Tag.JOB, job)] if job else []))
         request = next(self._numbers)
-        data = self._link.post(encode(Message(operation, groups, request, self._version)), document)
+        data = self._transport.post(encode(Message(operation, groups, request, self._version)), document)
         try:
             answer, _ = decode(data)
         except PrinterError as error:
-            raise LinkError(f"{self.uri} answers what is no IPP. {error}", handed_over=True) from error
+            raise TransportError(f"{self.uri} answers what is no IPP. {error}", handed_over=True) from error
         if answer.request != request:
-            raise LinkError(f"{self.uri} answered another question than was asked.", handed_over=True)
+            raise TransportError(f"{self.uri} answered another question than was asked.", handed_over=True)
         return answer
 
 
 def _busy(code: int) -> str:
-    return words.status(code).removeprefix("it ")
+    return phrase(code).removeprefix("it ")
 
 
 def _about(request: Request) -> tuple[Attribute, ...]:
@@ -259,15 +312,15 @@ def _number(job: int) -> Attribute:
 
 
 def _jobs(answer: Message) -> list[JobStatus]:
-    found = []
+    jobs = []
     for group in answer.groups:
         if group.tag == Tag.JOB:
-            one = Message(0, (group,))
-            number, state = _int(one.all("job-id")), _int(one.all("job-state"))
-            reasons = tuple(str(value.value) for value in one.all("job-state-reasons"))
-            known = JobState(state) if state in set(JobState) else JobState.PENDING
-            found.append(JobStatus(number, text(one.all("job-name")), known, reasons))
-    return found
+            job = Message(0, (group,))
+            code = _int(job.all("job-state"))
+            state = JobState(code) if code in set(JobState) else JobState.PENDING
+            reasons = tuple(str(value.value) for value in job.all("job-state-reasons"))
+            jobs.append(JobStatus(_int(job.all("job-id")), text(job.all("job-name")), state, reasons))
+    return jobs
 
 
 def _int(values: tuple[Value, ...]) -> int:
@@ -278,20 +331,20 @@ def text(values: tuple[Value, ...]) -> str:
     """The first of some values as text; a text with a language (RFC 8010 §3.9) without its language."""
     if not values:
         return ""
-    held = values[0].value
-    if isinstance(held, bytes) and values[0].tag in (Tag.NAME_WITH_LANGUAGE, Tag.TEXT_WITH_LANGUAGE):
-        skipped = 2 + int.from_bytes(held[:2], "big") + 2
-        return held[skipped:].decode("utf-8", "replace")
-    return str(held)
+    value = values[0].value
+    if isinstance(value, bytes) and values[0].tag in (Tag.NAME_WITH_LANGUAGE, Tag.TEXT_WITH_LANGUAGE):
+        start = 2 + int.from_bytes(value[:2], "big") + 2
+        return value[start:].decode("utf-8", "replace")
+    return str(value)
 
 
 def _why(answer: Message) -> str:
     """The status in words, what exactly was not supported, and the printer's own sentence."""
-    said = [words.status(answer.code)]
-    names = [one.name for group in answer.groups if group.tag == Tag.UNSUPPORTED_GROUP for one in group.attributes]
+    reasons = [phrase(answer.code)]
+    names = [entry.name for group in answer.groups if group.tag == Tag.UNSUPPORTED_GROUP for entry in group.attributes]
     if names:
-        said.append(f"it does not support what was asked for as {', '.join(names)}")
-    own = text(answer.all("status-message", Tag.OPERATION)).strip().rstrip(".")
-    if own and not own.startswith("successful"):
-        said.append(f"in its words: {own}")
-    return "; ".join(said)
+        reasons.append(f"it does not support what was asked for as {', '.join(names)}")
+    message = text(answer.all("status-message", Tag.OPERATION)).strip().rstrip(".")
+    if message and not message.startswith("successful"):
+        reasons.append(f"in its words: {message}")
+    return "; ".join(reasons)

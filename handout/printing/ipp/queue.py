@@ -1,23 +1,24 @@
-"""A printer that is spoken to directly: pages sent, followed until they are out, and asked about later."""
+"""A printer that is spoken to directly, as a queue: pages sent, followed until they are out, and asked about later."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
 
 from handout.errors import InputError, PrinterError
 from handout.printing.documents import MIME
-from handout.printing.ipp import words
 from handout.printing.ipp.client import Client, JobStatus
-from handout.printing.ipp.fates import asked, judged, stopped
-from handout.printing.ipp.handover import PAUSES, Handover
 from handout.printing.ipp.request import Request
-from handout.printing.ipp.words import JobState
-from handout.printing.queue import Fate, FateUnknown, Say, Ticket
+from handout.printing.ipp.status import JobState, blocks_output, jammed, reason_phrase
+from handout.printing.ipp.submission import PAUSES, Submission
+from handout.printing.ipp.transport import TransportError
+from handout.printing.queue import Outcome, OutcomeUnknown, Say, Ticket
 
-# seconds: between questions about a job, and how long an unreachable printer is asked again
+# s, set by eye: between questions about a job, and how long an unreachable printer is asked again
 _POLL, _SLOWEST_POLL, _PATIENCE = 0.25, 2.0, 60.0
+_SLOWER = 1.5  # each pause to the one before
 _FORMATS = ("pdf", "pwg", "urf")  # in the order of preference
 
 
@@ -41,16 +42,16 @@ class IppQueue:
             It cannot be reached, accepts no jobs, or prints none of the formats that can be made.
         """
         self._client, self._say, self._wait = client, say, wait
-        self._handover: Handover | None = None
+        self._submission: Submission | None = None
         self.name = client.uri
-        self._abilities = client.abilities()
+        self._capabilities = client.capabilities()
         self.format = self._choose(format)
-        accepting = self._abilities.message.all("printer-is-accepting-jobs")
+        accepting = self._capabilities.message.all("printer-is-accepting-jobs")
         if accepting and not accepting[0].value:
-            raise PrinterError(f"{self.name} accepts no jobs at present{_because(self._abilities.reasons)}.")
+            raise PrinterError(f"{self.name} accepts no jobs at present{_because(self._capabilities.reasons)}.")
 
     def _choose(self, wanted: str) -> str:
-        known = self._abilities.formats
+        known = self._capabilities.formats
         able = [name for name in _FORMATS if MIME[name] in known or (name == "pdf" and not known)]
         if wanted and wanted not in able:
             raise InputError(f"format: {self.name} prints no {wanted}; it prints {', '.join(able) or 'none of ours'}.")
@@ -61,75 +62,73 @@ class IppQueue:
     def resolution(self, wanted: int) -> int:
         """For PDF the profile's; for raster one that the printer takes."""
         if self.format == "pwg":
-            return self._abilities.raster_dpi(wanted)
-        return self._abilities.urf_dpi(wanted) if self.format == "urf" else wanted
+            return self._capabilities.raster_dpi(wanted)
+        return self._capabilities.urf_dpi(wanted) if self.format == "urf" else wanted
 
     def check(self, ticket: Ticket) -> None:
         """Ask the printer whether it takes such a sheet from such a tray, and say what it complains of now."""
-        self._client.validate(self._request(ticket), self._abilities)
-        complaint = words.reasons(self._abilities.reasons)
+        self._client.validate(self._request(ticket), self._capabilities)
+        complaint = reason_phrase(self._capabilities.reasons)
         if complaint:
             self._say(f"{self.name} says: {complaint}.")
 
     def send(self, page: Path, ticket: Ticket) -> str:
         """Print one page, once: where the way to the printer fails, it is asked before the page is sent again."""
-        self._handover = Handover(self._client, self._abilities, self._request(ticket), self._say, self._wait)
-        return str(self._handover.run(page.read_bytes()))
+        self._submission = Submission(self._client, self._capabilities, self._request(ticket), self._say, self._wait)
+        return str(self._submission.run(page.read_bytes()))
 
-    def follow(self, job: str) -> Fate:
+    def follow(self, job: str) -> Outcome:
         """Wait until a job is over or held, saying what keeps the printer from it.
 
         Raises
         ------
-        FateUnknown
+        OutcomeUnknown
             The printer has not answered for a minute, or could not for ten.
         """
-        said, silent, pause = "", 0.0, _POLL
+        complaint, silence, pause = "", 0.0, _POLL
         while True:
             try:
                 status = self._client.job(int(job))
-                if status is None or status.state.over or _held(status):
-                    return judged(self._client, status)
-                complaint, silent = self._complaint(status), 0.0
+                if status is None or status.state.over or _is_held(status):
+                    return outcome_of(self._client, status)
+                latest, silence = self._complaint(status), 0.0
             except PrinterError as error:
-                if silent >= _PATIENCE or getattr(error, "passing", False):
-                    raise FateUnknown(f"{error} What became of job {job} cannot be told.") from error
-                if not silent:
+                if silence >= _PATIENCE or (isinstance(error, TransportError) and error.retryable):
+                    raise OutcomeUnknown(f"{error} What became of job {job} cannot be told.") from error
+                if not silence:
                     self._say(f"{error} Asking again for a minute.")
-                silent += pause
-                complaint = said
-            if complaint != said and complaint:
-                self._say(f"Job {job} waits: {complaint}.")
-            said = complaint
+                silence += pause
+                latest = complaint
+            if latest and latest != complaint:
+                self._say(f"Job {job} waits: {latest}.")
+            complaint = latest
             self._wait(pause)
-            pause = min(pause * 1.5, _SLOWEST_POLL)
+            pause = min(pause * _SLOWER, _SLOWEST_POLL)
 
-    def fate(self, job: str, title: str, earlier: Collection[str] = ()) -> Fate:
+    def outcome(self, job: str, title: str, earlier: Collection[str] = ()) -> Outcome:
         """Ask about an earlier job."""
-        return asked(self._client, job, title, earlier, self._wait)
+        return earlier_outcome(self._client, job, title, earlier)
 
-    def cancel(self, job: str, title: str) -> Fate:
+    def cancel(self, job: str, title: str) -> Outcome:
         """Stop a job, found by its name if its number is not known, and wait a little until it has stopped."""
         try:
             if not job:
                 self._wait(PAUSES[0])  # what had been sent of it may still be on its way
             status = self._client.job(int(job)) if job else self._client.find(title).job
-            if status is None and not job and not (self._handover and self._handover.gone):
-                return Fate("failed", "it did not arrive")
+            if status is None and not job and not (self._submission and self._submission.gone):
+                return Outcome("failed", "it did not arrive")
             if status is not None and not status.state.over:
-                status = stopped(self._client, status, self._wait)
-            return judged(self._client, status)
+                status = self._client.cancel_and_wait(status.number)
+            return outcome_of(self._client, status)
         except PrinterError as error:
-            return Fate("unknown", str(error).rstrip("."))
+            return Outcome("unknown", str(error).rstrip("."))
 
-    def _complaint(self, status: JobStatus | None) -> str:
+    def _complaint(self, status: JobStatus) -> str:
         """What stands between a job and its end; empty while the printer is at work."""
-        if status is None or status.state.over:
-            return ""
-        own = words.reasons([reason for reason in self._client.abilities().reasons if words.stopping([reason])])
-        if own or status.state == JobState.PROCESSING:
-            return own
-        return words.reasons([reason for reason in status.reasons if reason != "printer-stopped"])
+        blocking = _blocking_phrase(self._client)
+        if blocking or status.state == JobState.PROCESSING:
+            return blocking
+        return reason_phrase([reason for reason in status.reasons if reason != "printer-stopped"])
 
     def _request(self, ticket: Ticket) -> Request:
         # the kind of paper belongs to the sheet in IPP, and is an option beside it for a CUPS queue
@@ -140,11 +139,61 @@ class IppQueue:
         return Request(ticket.title, format, *size, ticket.source, ticket.media, kind, options=options)
 
 
-def _held(status: JobStatus) -> bool:
+def earlier_outcome(client: Client, job: str, title: str, earlier: Collection[str]) -> Outcome:
+    """Ask about an earlier job by its number, or by its title where `job` is empty.
+
+    The title has to agree, because a printer may number anew when it is switched on.
+
+    Parameters
+    ----------
+    earlier : titles of jobs that were over before this one was begun: a printer that still lists one of them would
+        list this one, so that, where it does not, this one never came.
+    """
+    number = ""
+    if job:
+        status = client.job(int(job))
+        status = status if status is not None and status.name == title else None
+    else:
+        search = client.find(title)
+        status = search.job
+        if status is None and search.over & set(earlier):
+            return Outcome("failed", "it did not arrive")
+        number = str(status.number) if status is not None else ""
+    if status is not None and status.lacking:  # whoever was sending the page has gone
+        status = client.cancel_and_wait(status.number)
+        if status is None:
+            return Outcome("failed", "its page did not arrive whole")
+    return replace(outcome_of(client, status), job=number)
+
+
+def outcome_of(client: Client, status: JobStatus | None) -> Outcome:
+    """What a job's status means for the sheet; None for a job that the printer does not know."""
+    if status is None:
+        return Outcome("unknown", "the printer does not know the job (any longer)")
+    why = reason_phrase(status.reasons)
+    if status.state in (JobState.CANCELED, JobState.ABORTED):
+        phrases = (why or "the printer gave it up", _blocking_phrase(client))
+        return Outcome("failed", ", ".join(phrase for phrase in phrases if phrase))
+    if status.state != JobState.COMPLETED:
+        held = status.state == JobState.HELD
+        return Outcome("waiting", (f"it is held at the printer{': ' if why else ''}" if held else "") + why)
+    if "job-completed-with-errors" in status.reasons:
+        return Outcome("unknown", "the printer says that it is done, but that there were errors")
+    if jammed(client.capabilities().reasons):
+        return Outcome("unknown", "the printer says that it is done, but also that the paper has jammed")
+    return Outcome("completed")
+
+
+def _blocking_phrase(client: Client) -> str:
+    """Why the printer cannot be bringing out sheets now; empty if it can."""
+    return reason_phrase([reason for reason in client.capabilities().reasons if blocks_output([reason])])
+
+
+def _is_held(status: JobStatus) -> bool:
     # a printer may also hold a job until the sheet it asks for has been put in: that is waited for
     return status.state == JobState.HELD and "resources-are-not-ready" not in status.reasons and not status.lacking
 
 
 def _because(reasons: tuple[str, ...]) -> str:
-    said = words.reasons(reasons)
-    return f": {said}" if said else ""
+    phrase = reason_phrase(reasons)
+    return f": {phrase}" if phrase else ""

@@ -39,7 +39,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Abilities:
+class Capabilities:
     """A printer's attributes, as it told them."""
 
     message: Message
@@ -83,7 +83,7 @@ class Abilities:
         return next((dpi for dpi in square if dpi >= wanted), square[-1] if square else wanted)
 
 
-def job_attributes(request: Request, abilities: Abilities) -> tuple[Attribute, ...]:
+def job_attributes(request: Request, capabilities: Capabilities) -> tuple[Attribute, ...]:
     """The attributes of a job: the sheet by its size, tray and kind of paper; never scaled.
 
     Raises
@@ -91,43 +91,43 @@ def job_attributes(request: Request, abilities: Abilities) -> tuple[Attribute, .
     ProfileError
         A tray or an option that the printer does not have.
     """
-    made = [_sheet(request, abilities)]
-    if "none" in abilities.texts("print-scaling-supported"):
+    made = [_sheet(request, capabilities)]
+    if "none" in capabilities.texts("print-scaling-supported"):
         made.append(attribute("print-scaling", Tag.KEYWORD, "none"))
-    if abilities.message.all("copies-supported", Tag.PRINTER):
+    if capabilities.message.all("copies-supported", Tag.PRINTER):
         made.append(attribute("copies", Tag.INTEGER, request.copies))
-    if "one-sided" in abilities.texts("sides-supported"):
+    if "one-sided" in capabilities.texts("sides-supported"):
         made.append(attribute("sides", Tag.KEYWORD, "one-sided"))
-    options = {name: _option(name, value, abilities) for name, value in request.options.items()}
+    options = {name: _option(name, value, capabilities) for name, value in request.options.items()}
     return (*(one for one in made if one.name not in options), *options.values())
 
 
-def _sheet(request: Request, abilities: Abilities) -> Attribute:
+def _sheet(request: Request, capabilities: Capabilities) -> Attribute:
     """The sheet with its tray and kind; by its name alone for a printer so old that it knows nothing else."""
-    if abilities.texts("media-col-supported") or not abilities.texts("media-supported"):
-        return attribute("media-col", Tag.COLLECTION, _media_col(request, abilities))
+    if capabilities.texts("media-col-supported") or not capabilities.texts("media-supported"):
+        return attribute("media-col", Tag.COLLECTION, _media_col(request, capabilities))
     if request.source:
         raise ProfileError("The printer lets nobody choose a tray: leave the tray out.")
     return attribute("media", Tag.KEYWORD, request.media)
 
 
-def _media_col(request: Request, abilities: Abilities) -> tuple[Attribute, ...]:
+def _media_col(request: Request, capabilities: Capabilities) -> tuple[Attribute, ...]:
     across, along = (round(side * _HUNDREDTHS) for side in (request.width, request.height))
     size = (attribute("x-dimension", Tag.INTEGER, across), attribute("y-dimension", Tag.INTEGER, along))
     members = [attribute("media-size", Tag.COLLECTION, size)]
-    trays = abilities.texts("media-source-supported")
+    trays = capabilities.texts("media-source-supported")
     if request.source:
         if request.source not in trays:
             raise ProfileError(f"The printer has no tray {request.source!r}; {_listed('trays', trays)}.")
         members.append(attribute("media-source", Tag.KEYWORD, request.source))
-    if request.type and request.type in abilities.texts("media-type-supported"):
+    if request.type and request.type in capabilities.texts("media-type-supported"):
         members.append(attribute("media-type", Tag.KEYWORD, request.type))
     return tuple(members)
 
 
-def _option(name: str, value: str, abilities: Abilities) -> Attribute:
+def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
     """An option with the type that the printer's list of its values has."""
-    listed = abilities.message.all(f"{name}-supported", Tag.PRINTER)
+    listed = capabilities.message.all(f"{name}-supported", Tag.PRINTER)
     if not listed:
         raise ProfileError(f"The printer has no option {name!r}: leave it out of the profile's options.")
     ranged = any(isinstance(one.value, Range) for one in listed)
@@ -135,7 +135,7 @@ def _option(name: str, value: str, abilities: Abilities) -> Attribute:
     if tag not in _PLAIN:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")
     if tag in (Tag.KEYWORD, Tag.NAME):
-        if value not in abilities.texts(f"{name}-supported"):
+        if value not in capabilities.texts(f"{name}-supported"):
             raise ProfileError(f"{name} = {value!r} is not among {_listed('the values', _words(listed))}.")
         return attribute(name, tag, value)
     if tag == Tag.BOOLEAN:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from handout.motion.trace import STEPS
 from handout.simulated.author.truth import Letter, Path, Split
-from handout.simulated.scanner.bed import Bed
+from handout.simulated.scanner.placement import Placement
 from handout.values import Array, Drawing, Indices, Manuscript
 
 _STEP = 0.4  # pixels between two places of a path as it is drawn
@@ -21,14 +21,14 @@ _ROWS = 1024
 _GRAPHEME = regex.compile(r"\X")
 
 
-def paths(drawing: Drawing, of: Sequence[Indices], bed: Bed, line: float) -> tuple[Path, ...]:
+def paths(drawing: Drawing, of: Sequence[Indices], place: Placement, line: float) -> tuple[Path, ...]:
     """The pen's way on the picture.
 
     of : what `motion.trace.written` says of its strokes; line : pixels, width of the pen's line.
     """
     found = []
     for stroke, letters in zip(drawing.strokes, of, strict=True):
-        xy = bed.pixels(stroke.xy)
+        xy = place.pixels(stroke.xy)
         found.append(Path(xy, parted(xy, letters, line), _ligature(letters)))
     return tuple(found)
 
@@ -181,14 +181,14 @@ def _spelt(manuscript: Manuscript) -> Iterator[tuple[str, int, int, int]]:
             yield grapheme, placed.at, number, placed.word
 
 
-def baselines(manuscript: Manuscript, bed: Bed) -> tuple[Array, ...]:
+def baselines(manuscript: Manuscript, place: Placement) -> tuple[Array, ...]:
     """For each line (n, 2) pixels, every 2 mm from its first letter to its last."""
     found = []
     for line in manuscript.lines:
         points = [stroke[:, 0] for placed in line.placed for stroke in placed.strokes]
         left, right = min(p.min() for p in points), max(p.max() for p in points)
         x = np.linspace(left, right, max(2, round((right - left) / 2)))
-        found.append(bed.pixels(np.column_stack([x, line.height_at(x)])))
+        found.append(place.pixels(np.column_stack([x, line.height_at(x)])))
     return tuple(found)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph
-from handout.scanning.page import Scan
-from handout.scanning.reading import WrittenPage, read_page
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import WrittenPage, read_page
 from handout.simulated.author import judge
 from handout.simulated.author.truth import Simulated, Truth
-from handout.tagging.making import MadePage
+from handout.tagging.page_tagging import TaggedPage
 from handout.values import Array, Indices
 
 
@@ -43,7 +43,7 @@ def read(simulated: Simulated, source: str = "the scan", *, method: str = "cut")
     return read_page(Scan(np.asarray(simulated.image), float(simulated.dpi), source), method=method)
 
 
-def score(truth: Truth, made: MadePage) -> LetterScore:
+def score(truth: Truth, made: TaggedPage) -> LetterScore:
     """Judge the letters of a page that was made from the whole of its own transcript."""
     uv, own = made.page.graph.uv, given(made, [letter.at for letter in truth.letters])
     texts = {letter.at: letter.text for letter in truth.letters}
@@ -51,7 +51,7 @@ def score(truth: Truth, made: MadePage) -> LetterScore:
     return LetterScore(right, judge.letters_own(truth, uv, own), judge.splits(truth, cuts(made)))
 
 
-def given(made: MadePage, written: Iterable[int]) -> Indices:
+def given(made: TaggedPage, written: Iterable[int]) -> Indices:
     """(n,) for every vertex the letter it was given to, −1 for none.
 
     Parameters
@@ -67,7 +67,7 @@ def given(made: MadePage, written: Iterable[int]) -> Indices:
     return found
 
 
-def cuts(made: MadePage) -> Array:
+def cuts(made: TaggedPage) -> Array:
     """(k, 2) pixels: where ligatures pass from one letter to the next."""
     uv = made.page.graph.uv
     ways = ((way.path, _passed(glyph, way.path)) for glyph in made.glyphs for way in glyph.ligatures)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,9 @@ from handout.motion.trace import trace, written
 from handout.page_sizes import page
 from handout.simulated.author import owning
 from handout.simulated.author.truth import Simulated, Truth
-from handout.simulated.scanner import bed as beds
-from handout.simulated.scanner.dust import specks
-from handout.simulated.scanner.optics import FULL, look, tone
-from handout.simulated.scanner.scanner import Scanner
+from handout.simulated.scanner import written as scanned
+from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner.placement import Placement, dust, lay
 from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -31,127 +31,104 @@ _SEEN = 0.01  # of the light that ink must take to be seen
 _PLAIN = Paper("plain")
 
 
-def simulate(
-    text: str,
-    hand: Hand,
-    *,
-    rng: np.random.Generator,
-    pen: Pen | None = None,
-    paper: Paper = _PLAIN,
-    dpi: float = 300.0,
-    layout: Layout | None = None,
-    scanner: Scanner | None = None,
-    bits: int = 8,
-) -> Simulated:
+@dataclass(frozen=True)
+class Desk:
+    """What the author writes with and on, and how the page is scanned.
+
+    pen : None: the usual ballpoint.
+    paper : ruled paper has its lines under those of the writing.
+    layout : None: A4 with the usual margins.
+    dpi : 72 to 1200; flatbed : None: the one for handwriting; bits : of the picture, 8 or 16.
+
+    Raises
+    ------
+    InputError
+        A resolution or a number of bits out of its bounds.
+    """
+
+    pen: Pen | None = None
+    paper: Paper = _PLAIN
+    layout: Layout | None = None
+    dpi: float = 300.0
+    flatbed: Flatbed = field(default_factory=Flatbed.of_handwriting)
+    bits: int = 8
+
+    def __post_init__(self) -> None:
+        if not LEAST_DPI <= self.dpi <= MOST_DPI:
+            raise InputError(f"dpi: {self.dpi:g} is outside {LEAST_DPI:g} to {MOST_DPI:g}.")
+        if self.bits not in (8, 16):
+            raise InputError(f"bits: {self.bits} is not possible; a scan has 8 or 16.")
+
+    def check(self, sheet_: Page) -> None:
+        """Raise InputError for a sheet with more pixels than memory is meant for."""
+        sides = (sheet_.width + 2 * self.flatbed.border) * (sheet_.height + 2 * self.flatbed.border)
+        pixels = sides * (self.dpi / 25.4) ** 2
+        if pixels > _MOST:
+            raise InputError(
+                f"A page of {sheet_.width:g} x {sheet_.height:g} mm at {self.dpi:g} dpi has {pixels / 1e6:.0f} "
+                f"megapixels, more than {_MOST / 1e6:.0f}: use a lower resolution or a smaller page."
+            )
+
+
+def simulate(text: str, hand: Hand, desk: Desk | None = None, *, rng: np.random.Generator) -> Simulated:
     """Write one page and scan it.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-        The same state gives the same writing, ink and place of the sheet at any resolution, pen, paper and scanner.
-    pen : Pen, optional
-        Default: the usual ballpoint.
-    paper : Paper
-        Ruled paper has its lines under those of the writing.
-    dpi : float
-        72 to 1200.
-    layout : Layout, optional
-        Default: A4 with the usual margins.
-    scanner : Scanner, optional
-        Default: the usual one.
-    bits : {8, 16}
-        Of the picture.
+    The same state of `rng` gives the same writing, ink and place of the sheet at any resolution, pen, paper and
+    scanner.
 
     Raises
     ------
     InputError, MissingCharacters, DoesNotFit
-        As `compose`; a resolution out of its bounds; more text than a page holds.
+        As `compose`; more text than a page holds.
     """
-    layout = layout or Layout(page("A4"))
-    (only,) = _pages(text, hand, layout, rng, 1, (pen, paper, dpi, scanner, bits))
+    (only,) = simulate_pages(text, hand, desk, rng=rng, pages=1)
     return only
 
 
 def simulate_pages(
-    text: str,
-    hand: Hand,
-    *,
-    rng: np.random.Generator,
-    pen: Pen | None = None,
-    paper: Paper = _PLAIN,
-    dpi: float = 300.0,
-    layout: Layout | None = None,
-    scanner: Scanner | None = None,
-    bits: int = 8,
+    text: str, hand: Hand, desk: Desk | None = None, *, rng: np.random.Generator, pages: int | None = None
 ) -> Iterator[Simulated]:
     """As `simulate`, for as many pages as the text takes, one after the other; indices run on over the pages."""
-    yield from _pages(text, hand, layout or Layout(page("A4")), rng, None, (pen, paper, dpi, scanner, bits))
-
-
-def _pages(
-    text: str, hand: Hand, layout: Layout, rng: np.random.Generator, pages: int | None, options: tuple[Any, ...]
-) -> Iterator[Simulated]:
-    pen, paper, dpi, scanner, bits = options
-    _check(layout.page, dpi, scanner or Scanner(), bits)
-    author, desk = rng.spawn(2)
-    for manuscript in compose(text, hand, layout, author, pages=pages):
-        moving, scanning = desk.spawn(2)
-        drawing = trace(manuscript, hand, moving)
-        yield scan(manuscript, drawing, hand, rng=scanning, pen=pen, paper=paper, dpi=dpi, scanner=scanner, bits=bits)
+    desk = desk or Desk()
+    layout = desk.layout or Layout(page("A4"))
+    desk.check(layout.page)
+    writing, scanning = rng.spawn(2)
+    for manuscript in compose(text, hand, layout, writing, pages=pages):
+        moving, rest = scanning.spawn(2)
+        yield scan(manuscript, trace(manuscript, hand, moving), hand, desk, rng=rest)
 
 
 def scan(
-    manuscript: Manuscript,
-    drawing: Drawing,
-    hand: Hand,
-    *,
-    rng: np.random.Generator,
-    pen: Pen | None = None,
-    paper: Paper = _PLAIN,
-    dpi: float = 300.0,
-    scanner: Scanner | None = None,
-    bits: int = 8,
+    manuscript: Manuscript, drawing: Drawing, hand: Hand, desk: Desk | None = None, *, rng: np.random.Generator
 ) -> Simulated:
     """Put a page that is already traced on paper, and scan it; `drawing` is what `trace` made of `manuscript`."""
-    scanner = scanner or Scanner()
-    pen = pen or usual("ballpoint")
-    _check(manuscript.page, dpi, scanner, bits)
+    desk = desk or Desk()
+    desk.check(manuscript.page)
+    flatbed, pen = desk.flatbed, desk.pen or usual("ballpoint")
     placing, inking, making, glass, sensor = rng.spawn(5)
-    bed = beds.lay(manuscript.page, dpi, scanner, placing)
-    light, density = _inked(bed.lay(drawing), bed, pen, inking)
-    ground = beds.seen(bed, _sheet(paper, manuscript, dpi, making), scanner)
-    image, clean, alpha = _scanned(ground, light, specks(bed, scanner, glass), dpi, scanner, sensor, bits)
+    place = lay(manuscript.page, desk.dpi, flatbed, placing)
+    light, density = _inked(place.lay(drawing), place, pen, inking)
+    ground = scanned.ground(place, _sheet(desk.paper, manuscript, desk.dpi, making), flatbed)
+    rows = scanned.layers(place, ground, light, dust(place, flatbed, glass), flatbed, sensor)
+    image, clean, alpha = _pictures(rows, ground.shape, desk.bits)
     del light, ground
-    truth = _truth(manuscript, drawing, hand, bed, (density, alpha, clean), _usual(pen, paper, scanner), pen.width)
-    return Simulated(image, dpi, truth, manuscript, drawing)
-
-
-def _check(sheet_: Page, dpi: float, scanner: Scanner, bits: int) -> None:
-    if not LEAST_DPI <= dpi <= MOST_DPI:
-        raise InputError(f"dpi: {dpi:g} is outside {LEAST_DPI:g} to {MOST_DPI:g}.")
-    if bits not in (8, 16):
-        raise InputError(f"bits: {bits} is not possible; a scan has 8 or 16.")
-    sides = (sheet_.width + 2 * scanner.border) * (sheet_.height + 2 * scanner.border)
-    pixels = sides * (dpi / 25.4) ** 2
-    if pixels > _MOST:
-        raise InputError(
-            f"A page of {sheet_.width:g} x {sheet_.height:g} mm at {dpi:g} dpi has {pixels / 1e6:.0f} megapixels, more "
-            f"than {_MOST / 1e6:.0f}: use a lower resolution or a smaller page."
-        )
+    usual_alpha = _usual_alpha(pen, desk.paper, flatbed)
+    truth = _truth(manuscript, drawing, hand, place, (density, alpha, clean), usual_alpha, pen.width)
+    return Simulated(image, desk.dpi, truth, manuscript, drawing)
 
 
 def _inked(
-    drawing: Drawing, bed: beds.Bed, pen: Pen, rng: np.random.Generator
+    drawing: Drawing, place: Placement, pen: Pen, rng: np.random.Generator
 ) -> tuple[NDArray[np.uint16], NDArray[np.float32]]:
     """(h, w, 3) light that the ink lets pass, of `FULL`, and (h, w) its density."""
     colour = np.asarray(rgb(pen.colour))
     darkest = int(colour.argmin())
     # black ink is shown no darker than this by the pens either
     depth = np.float32(-np.log(min(max(float(colour[darkest]), 0.02), 0.98)))
-    light = np.full((*bed.shape, 3), FULL, dtype=np.uint16)
-    density = np.zeros(bed.shape, dtype=np.float32)
-    for at, through in passed(drawing, bed.dpi, pen, rng):
-        light.reshape(-1, 3)[at] = np.rint(through * FULL)
+    light = np.full((*place.shape, 3), scanned.FULL, dtype=np.uint16)
+    density = np.zeros(place.shape, dtype=np.float32)
+    for at, through in passed(drawing, place.dpi, pen, rng):
+        light.reshape(-1, 3)[at] = np.rint(through * scanned.FULL)
         density.reshape(-1)[at] = -np.log(np.maximum(through[:, darkest], 1e-4)) / depth
     return light, density
 
@@ -164,20 +141,14 @@ def _sheet(paper: Paper, manuscript: Manuscript, dpi: float, rng: np.random.Gene
     return np.full((*size, 3), 255, dtype=np.uint8)
 
 
-def _scanned(
-    ground: NDArray[np.uint8],
-    light: NDArray[np.uint16],
-    dust: NDArray[np.float32] | None,
-    dpi: float,
-    scanner: Scanner,
-    rng: np.random.Generator,
-    bits: int,
+def _pictures(
+    layers: Iterator[scanned.Rows], shape: tuple[int, ...], bits: int
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float32]]:
     """The picture (h, w, 3), the same of the clean sheet, and the matte (h, w)."""
     kind, full = (np.uint8, 255) if bits == 8 else (np.uint16, 65535)
-    image, clean = np.empty(ground.shape, dtype=kind), np.empty(ground.shape, dtype=kind)
-    alpha = np.empty(ground.shape[:2], dtype=np.float32)
-    for rows in look(ground, light, dust, dpi, scanner, rng):
+    image, clean = np.empty(shape, dtype=kind), np.empty(shape, dtype=kind)
+    alpha = np.empty(shape[:2], dtype=np.float32)
+    for rows in layers:
         here = slice(rows.start, rows.start + len(rows.sheet))
         image[here], clean[here] = np.rint(rows.picture * full), np.rint(rows.sheet * full)
         alpha[here] = _matte(rows.inked, rows.sheet)
@@ -190,26 +161,26 @@ def _matte(inked: NDArray[np.float32], bare: NDArray[np.float32]) -> NDArray[np.
     return np.asarray(np.clip(hidden.max(axis=2), 0, 1))
 
 
-def _usual(pen: Pen, paper: Paper, scanner: Scanner) -> float:
+def _usual_alpha(pen: Pen, paper: Paper, flatbed: Flatbed) -> float:
     """Alpha of one usual pass on the paper's usual white."""
     made = sheet(Paper("none") if paper.name == "none" else paper, Page(4, 4), 72, np.random.default_rng(0))
     white = np.ones(3) if made is None else np.median(made.reshape(-1, 3), axis=0) / 255
     bare, inked = (np.asarray(light, dtype=np.float32)[None, None] for light in (white, white * rgb(pen.colour)))
-    return float(_matte(tone(inked, scanner), tone(bare, scanner))[0, 0])
+    return float(_matte(flatbed.shown(inked), flatbed.shown(bare))[0, 0])
 
 
 def _truth(
     manuscript: Manuscript,
     drawing: Drawing,
     hand: Hand,
-    bed: beds.Bed,
+    place: Placement,
     pixels: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[Any]],
     full: float,
     line: float,
 ) -> Truth:
     density, alpha, clean = pixels
-    unit = 25.4 / bed.dpi
-    paths = owning.paths(drawing, written(manuscript, hand), bed, line / unit)
+    unit = 25.4 / place.dpi
+    paths = owning.paths(drawing, written(manuscript, hand), place, line / unit)
     owned = owning.labels(paths, alpha > _SEEN, unit)
     return Truth(
         labels=owned,
@@ -220,10 +191,10 @@ def _truth(
         letters=owning.letters(manuscript, owned),
         paths=paths,
         splits=owning.splits(paths),
-        baselines=owning.baselines(manuscript, bed),
+        baselines=owning.baselines(manuscript, place),
         pixel=unit,
         rule=owning.rule(manuscript) / unit,
         x_height=manuscript.x_height / unit,
         line=line / unit,
-        to_pixels=bed.to_pixels,
+        to_pixels=place.to_pixels,
     )

@@ -1,14 +1,14 @@
 """What every simulated controller has in common: it reads instructions, obeys, answers, and has a clock of its own.
 
-A firmware is a package here, called as its dialect is; it offers ``framing()``, a `Framing`, and a class ``Firmware``
-with the arguments of `make`.  It shares no code with the dialect that drives it.
+The module that a dialect names as its simulator is a package here with a `Firmware`, which shares no code with the
+dialect that drives it.
 """
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from handout.plotting.dialects import dialect
 from handout.profiles import Plotter
@@ -23,14 +23,27 @@ Say = Callable[[bytes], None]
 class Firmware(Protocol):
     """One controller.
 
+    Parameters
+    ----------
+    wire : its receive buffer, of which it may report size and room; paper : where its carriage stands.
+    say : takes its answers, with their terminators.
+
+    Attributes
+    ----------
     now : s, its clock; it is set from outside.
     read_time : s it takes to read one instruction.
     acknowledgement : how an answer begins that acknowledges an instruction, in small letters; b"": every answer does.
     """
 
-    now: float
+    now: float = 0.0
     read_time: float
-    acknowledgement: bytes
+    acknowledgement: bytes = b"ok"
+
+    def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None: ...
+
+    @staticmethod
+    def framing() -> Framing:
+        """How it cuts what it receives into instructions."""
 
     def start(self) -> None:
         """Power comes on: nothing is remembered, where it stands is its zero; says its greeting, if it has one."""
@@ -52,10 +65,12 @@ class Firmware(Protocol):
 
     def urgent(self, data: bytes) -> bool:
         """Obey bytes that act on reception; whether the main program starts anew and all that was received is lost."""
+        return False
 
     @property
     def deaf(self) -> bool:
         """Whether it reads no instructions (after an alarm, say)."""
+        return False
 
     @property
     def resting(self) -> bool:
@@ -78,19 +93,6 @@ class Firmware(Protocol):
         """Somebody puts it on hold; nothing where that cannot be."""
 
 
-def make(profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> Firmware:
-    """The controller of a profile's dialect.
-
-    wire : its receive buffer, of which it may report size and room; paper : where its carriage stands.
-    say : takes its answers, with their terminators.
-    """
-    return cast(Firmware, _package(profile).Firmware(profile, options, wire, paper, say))
-
-
-def framing(profile: Plotter) -> Framing:
-    """How the controller of a profile's dialect cuts what it receives into instructions."""
-    return cast(Framing, _package(profile).framing())
-
-
-def _package(profile: Plotter) -> Any:
-    return importlib.import_module(dialect(profile.dialect).simulator)
+def firmware_of(profile: Plotter) -> type[Firmware]:
+    """The controller of a profile's dialect."""
+    return cast(type[Firmware], importlib.import_module(dialect(profile.dialect).simulator).Firmware)

@@ -17,15 +17,13 @@ from handout.errors import PortError
 from handout.plotting.bed import Placement, place
 from handout.plotting.ports import InstrumentedPort
 from handout.profiles import Plotter
-from handout.simulated.plotter import firmware
-from handout.simulated.plotter.faults import Faults
-from handout.simulated.plotter.firmware import Wait
-from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.firmware import Wait, firmware_of
+from handout.simulated.plotter.options import Faults, Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.wire import Wire
 from handout.values import Drawing, Page
 
-_Z_STEPS = 250.0
+_Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
 _HANDS = 5.0  # s a person takes to push the carriage somewhere
 
 
@@ -70,11 +68,11 @@ class SimulatedPlotter(InstrumentedPort):
         self._clock: Clock | None = clock or (time if self.options.realtime else None)
         self._epoch = 0.0 if self._clock is None else self._clock.monotonic()  # on the real clock
         self.faults = Faults(self.options)
-        framing = firmware.framing(profile)
-        self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, framing)
+        kind = firmware_of(profile)
+        self._wire = Wire(self.options.buffer or profile.port.buffer, 10.0 / profile.port.baud, kind.framing())
         self.paper = Paper(profile, [profile.limits.steps_per_mm, profile.limits.steps_per_mm, _Z_STEPS])
         # of the dialect's own kind, which tests and tools of that dialect look into
-        self.firmware: Any = firmware.make(profile, self.options, self._wire, self.paper, self._say)
+        self.firmware: Any = kind(profile, self.options, self._wire, self.paper, self._say)
         self._program: Iterator[Wait] = self._main()
         self._waits: Wait = "line"
         self._wakes = 0.0

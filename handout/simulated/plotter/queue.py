@@ -9,7 +9,7 @@ from dataclasses import dataclass
 Steps = tuple[int, int, int]
 Vector = tuple[float, float, float]
 
-_STRAIGHT = 0.999999
+_STRAIGHT = 0.999999  # cosine of a junction that counts as straight, as in GRBL 1.1's planner
 
 
 @dataclass

@@ -10,8 +10,8 @@ from typing import Protocol
 
 from handout.simulated.plotter.queue import Line, Steps
 
-_SLICE = 0.010
-_AHEAD = 6
+_SLICE = 0.010  # s of a step segment, ACCELERATION_TICKS_PER_SECOND of GRBL 1.1
+_AHEAD = 6  # step segments prepared, SEGMENT_BUFFER_SIZE of GRBL 1.1
 
 
 class Planned(Protocol):

@@ -14,7 +14,7 @@ from handout.simulated.printer.inkjet import Inkjet
 from handout.simulated.printer.measured import Measured
 from handout.simulated.printer.press import Press
 from handout.simulated.printer.stock import PAPERS
-from handout.simulated.scanner.flatbed import SETTINGS, Flatbed
+from handout.simulated.scanner import SETTINGS, Flatbed
 from handout.simulated.sheet import Sheet
 
 __all__ = ["FAULTS", "PAPERS", "SETTINGS", "Flatbed", "Inkjet", "Measured", "Press", "Sheet", "rip"]

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.hand.pictures import UNIT, cell_of, lay
+from handout.hand.report import UNIT, cell_of, lay
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices
-from handout.writing.scanned.choosing import Used, solve
-from handout.writing.scanned.pools import Pool, pools_of
-from handout.writing.scanned.stock import Stock
-from handout.writing.scanned.wanted import Wanted
+from handout.writing.scanned.candidates import Candidates, TargetLetter, candidates_of
+from handout.writing.scanned.choice_costs import UsageHistory
+from handout.writing.scanned.choosing import solve
+from handout.writing.scanned.glyph_index import GlyphIndex
 
 _MOST = 9  # candidates of a place that the picture shows
 _WIDE, _HIGH, _MARGIN = 150, round(4.4 * UNIT), 20  # pixels of a candidate and of the sheet's edge
@@ -28,16 +28,16 @@ _TAKEN, _GREY = (0, 120, 60), (110, 110, 110)
 class Explained:
     """One place of a text and what might have been written there; all arrays are over the candidates, (k,).
 
-    wanted : the letter.
+    targets : the letter.
     numbers : the candidates.
-    own : cost of not being quite what is wanted: from another place in its word, of the other case, doubtful.
+    own : cost of not being quite what is targets: from another place in its word, of the other case, doubtful.
     again : cost of having been written not long ago.
     noise : what chance added.
     left, right : costs beside the glyphs taken before and after; 0 where the choice did not know of one.
     taken : index of the one taken.
     """
 
-    wanted: Wanted
+    targets: TargetLetter
     numbers: Indices
     own: Array
     again: Array
@@ -58,12 +58,12 @@ class Explained:
 
 
 def explain(
-    stock: Stock,
-    wanted: Sequence[Wanted],
+    index: GlyphIndex,
+    targets: Sequence[TargetLetter],
     rng: np.random.Generator,
     *,
     variation: float = 1.0,
-    used: Used | None = None,
+    history: UsageHistory | None = None,
 ) -> list[Explained]:
     """Choose as `choosing.choose` does with the same generator, and tell for each letter what there was to choose from.
 
@@ -72,36 +72,41 @@ def explain(
     MissingCharacters
         The hand has no glyph for some letters.
     """
-    pools = pools_of(stock, wanted, rng if variation > 0 else None)
-    solved = list(solve(stock, wanted, pools, rng, variation, used))
+    candidates = candidates_of(index, targets, rng if variation > 0 else None)
+    solved = list(solve(index, targets, candidates, rng, variation, history))
     numbers = np.concatenate([np.zeros(0, dtype=np.intp), *(part.numbers for part in solved)])
     found = []
     for part in solved:
         for k, (noise, again) in enumerate(zip(part.noise, part.again, strict=True)):
-            left, right = _beside(stock, wanted, pools, numbers, part.first + k, part.first + len(part.numbers))
-            pool = pools[part.first + k]
-            taken = int(np.flatnonzero(pool.numbers == part.numbers[k])[0])
-            one = Explained(wanted[part.first + k], pool.numbers, pool.cost, again, noise, left, right, taken)
+            left, right = _beside(index, targets, candidates, numbers, part.first + k, part.first + len(part.numbers))
+            each = candidates[part.first + k]
+            taken = int(np.flatnonzero(each.numbers == part.numbers[k])[0])
+            one = Explained(targets[part.first + k], each.numbers, each.cost, again, noise, left, right, taken)
             found.append(one)
     return found
 
 
 def _beside(
-    stock: Stock, wanted: Sequence[Wanted], pools: Sequence[Pool], numbers: Indices, i: int, last: int
+    index: GlyphIndex,
+    targets: Sequence[TargetLetter],
+    candidates: Sequence[Candidates],
+    numbers: Indices,
+    i: int,
+    last: int,
 ) -> tuple[Array, Array]:
     """Costs of the candidates of place i beside the glyphs taken on both sides, before `last` on the right."""
-    own, cost = pools[i].numbers, stock.meetings.cost
+    own, cost = candidates[i].numbers, index.transitions.cost
     left = right = np.zeros(len(own))
     if i:
-        left = cost(numbers[i - 1 : i], own, wanted[i - 1].word != wanted[i].word)[0]
+        left = cost(numbers[i - 1 : i], own, targets[i - 1].word != targets[i].word)[0]
     if i + 1 < last:
-        right = cost(own, numbers[i + 1 : i + 2], wanted[i].word != wanted[i + 1].word)[:, 0]
+        right = cost(own, numbers[i + 1 : i + 2], targets[i].word != targets[i + 1].word)[:, 0]
     else:
-        right = stock.meetings.cut(own)
+        right = index.transitions.cut(own)
     return left, right
 
 
-def reasons(stock: Stock, explained: Sequence[Explained]) -> list[str]:
+def reasons(index: GlyphIndex, explained: Sequence[Explained]) -> list[str]:
     """One line for each place: what was taken, what it cost, and what speaks for it or against it."""
     taken = [one.numbers[one.taken] for one in explained]
     lines = []
@@ -110,14 +115,14 @@ def reasons(stock: Stock, explained: Sequence[Explained]) -> list[str]:
         said = [f"{one.own[k]:.2f} for itself"] if one.own[k] else ["exactly what is wanted"]
         if one.again[k] > 0:
             said.append(f"{one.again[k]:.2f} for having been written lately")
-        beside = stock.before[number]
+        beside = index.before[number]
         if i and beside != NOBODY and beside == taken[i - 1]:
             said.append("it followed the one before it in the source")
         elif i:
             said.append(f"{one.left[k]:.2f} beside the one before it")
         rank = int(np.flatnonzero(one.order == k)[0]) + 1
         lines.append(
-            f"{one.wanted.letter} {one.wanted.place}: glyph {number}, {rank} of {len(one.numbers)}, {'; '.join(said)}"
+            f"{one.targets.letter} {one.targets.place}: glyph {number}, {rank} of {len(one.numbers)}, {'; '.join(said)}"
         )
     return lines
 
@@ -143,8 +148,8 @@ def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int =
     draw, large, small = ImageDraw.Draw(image), ImageFont.load_default(26.0), ImageFont.load_default(11.0)
     for row, (one, shown) in enumerate(zip(explained, rows, strict=True)):
         y = _MARGIN + _HIGH * row
-        draw.text((_MARGIN, y + 2.3 * UNIT), one.wanted.letter, fill=(150, 0, 0), font=large, anchor="ls")
-        draw.text((_MARGIN, y + 2.9 * UNIT), f"{one.wanted.place}, {len(one.numbers)}", fill=_GREY, font=small)
+        draw.text((_MARGIN, y + 2.3 * UNIT), one.targets.letter, fill=(150, 0, 0), font=large, anchor="ls")
+        draw.text((_MARGIN, y + 2.9 * UNIT), f"{one.targets.place}, {len(one.numbers)}", fill=_GREY, font=small)
         for column, k in enumerate(shown):
             x = _MARGIN + _WIDE * (column + 1)
             if k == one.taken:

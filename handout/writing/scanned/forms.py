@@ -1,8 +1,9 @@
-"""Glyphs of a scanned hand taken off their pages: the line of each body, and the ways to its neighbours.
+"""Forms: the line of every glyph's body, and the connectors to its neighbours, taken off the pages of a scanned hand.
 
-A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.
+A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.  Here too: how long a
+connector is where nothing joins it (`tails`), and what the hand aimed at in a body (`targets`).
 
-Source: seed 000, §6.3, §6.4.
+Source: seed 000, §6.3, §6.4; seed 002, §3.2 (key points).
 """
 
 from __future__ import annotations
@@ -15,17 +16,94 @@ from typing import TypeAlias
 
 import numpy as np
 
-from handout.hand.scanned import ScannedHand
+from handout.branching import branches
+from handout.hand.scanned import NOBODY, ScannedHand
+from handout.peaks import peaks
 from handout.values import Array, Indices, readonly, readonly_indices
-from handout.writing.scanned.tails import tails
-from handout.writing.scanned.taking import Strokes, Taken
-from handout.writing.scanned.targets import targets
+from handout.writing.scanned.extraction import Connectors, ExtractedStrokes, Lines
+
+_ARM = 8  # vertices on either side, whose directions are compared
+_BEND = 0.35  # rad that a bend must stand out
+_BENDS_APART = 5  # vertices between two bends
+_TARGETS_APART = 3.2  # half widths between two targets
+
+
+def targets(xy: Array, radius: Array, edges: Indices) -> Array:
+    """(k, 2): the targets of a line, none very near another.
+
+    Parameters
+    ----------
+    xy, radius, edges : as in `values.LineGraph`.
+    """
+    apart = _TARGETS_APART * float(np.median(radius))
+    kept: list[Array] = []
+    for branch in branches(edges, len(xy)):
+        line = xy[branch]
+        for place in line[[0, len(line) - 1, *_bends(line)]]:
+            if all(np.hypot(*(place - other)) > apart for other in kept):
+                kept.append(place)
+    return np.array(kept)
+
+
+def _bends(line: Array) -> list[int]:
+    """Where a line (n, 2) bends most."""
+    if len(line) < 2 * _ARM:
+        return []
+    arm = min(_ARM, len(line) // 4)
+    ahead = line[arm:] @ np.array([1.0, 1j]) - line[:-arm] @ np.array([1.0, 1j])
+    turned = np.abs(np.angle(ahead[arm:] * np.conj(ahead[:-arm])))
+    return [int(peak) + arm for peak in peaks(turned, prominence=_BEND, apart=_BENDS_APART)]
+
+
+_ENOUGH = 8  # instances, of letters that there are both joined and free, that the length of tails is told by
+
+
+def tails(hand: ScannedHand, taken: ExtractedStrokes) -> tuple[float, float]:
+    """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1."""
+    entry = _share(hand, taken.bodies, taken.entries, leaving=False)
+    return entry, _share(hand, taken.bodies, taken.exits, leaving=True)
+
+
+def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool) -> float:
+    letters = np.array([glyph.letter for glyph in hand.glyphs], dtype=np.str_)
+    named = np.array([glyph.letter.isalpha() for glyph in hand.glyphs], dtype=bool)
+    alone = np.array([(glyph.after if leaving else glyph.before) == NOBODY for glyph in hand.glyphs], dtype=bool)
+    met = np.zeros(len(letters), dtype=bool)
+    met[ways.of] = True
+    free, joined = named & alone & ~met, named & met
+    body, own, whole = _widths(hand, bodies, ways, leaving)
+    rows = []
+    for letter in np.intersect1d(letters[free], letters[joined]):
+        ended, led = (of & (letters == letter) for of in (free, joined))
+        count = min(ended.sum(), led.sum())
+        rows.append((count, np.median(body[ended]), np.median(own[led]), np.median(whole[led])))
+    counts, wanted, short, long = np.array(rows).reshape(-1, 4).T
+    if counts.sum() < _ENOUGH:
+        return 0.0
+    return float(np.clip(counts @ (wanted - short) / max(counts @ (long - short), 1e-9), 0.0, 1.0))
+
+
+def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -> Array:
+    """(3, n) line space, upright: of each body alone, with the glyph's own part of its ways, and with all of them."""
+    slant = np.array([hand.pages[glyph.page].slant for glyph in hand.glyphs])
+    letter, way = (
+        (1 if leaving else -1) * (lines.xy[:, 0] - np.repeat(slant[of], lines.count) * lines.xy[:, 1])
+        for lines, of in ((bodies, np.arange(len(slant))), (ways.lines, ways.of))
+    )
+    begin = bodies.first[:-1]
+    ends = np.tile(np.maximum.reduceat(letter, begin), (3, 1))
+    of, own = np.repeat(ways.of, ways.lines.count), ways.within(ways.own)
+    np.maximum.at(ends[1], of[own], way[own])
+    np.maximum.at(ends[2], of, way)
+    thick = np.add.reduceat(bodies.radius, begin) / bodies.count
+    return np.asarray(ends - np.minimum.reduceat(letter, begin) + 2 * thick)
+
 
 _CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class Connector:
     """One ligature as one of its two glyphs has it, from the letter on the left to the one on the right.
 
     xy, radius : (n, 2), (n,) float, line space, from the glyph's centre.
@@ -68,8 +146,8 @@ class Form:
     density: Array
     uv: Array
     edges: Indices
-    entries: tuple[Way, ...]
-    exits: tuple[Way, ...]
+    entries: tuple[Connector, ...]
+    exits: tuple[Connector, ...]
 
     @cached_property
     def targets(self) -> Array:
@@ -98,9 +176,9 @@ class Forms:
         self.hand = hand
         self.centre = hand.centres
         self.marks = np.array([is_mark(glyph.letter) for glyph in hand.glyphs], dtype=bool)
-        self.paths, self._taken, self._edges, self._loose = _taken(hand)
-        self.bodies = self._taken.bodies
-        self._exits, self._entries = _grouped(self._taken.exits), _grouped(self._taken.entries)
+        self.paths, self._extracted, self._edges, self._loose = _extracted(hand)
+        self.bodies = self._extracted.bodies
+        self._exits, self._entries = _grouped(self._extracted.exits), _grouped(self._extracted.entries)
         self._made: dict[int, Form] = {}
 
     def __len__(self) -> int:
@@ -116,25 +194,25 @@ class Forms:
         return Form(
             *self.bodies[number],
             self._edges[number],
-            tuple(self._way(self._taken.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
-            tuple(self._way(self._taken.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
+            tuple(self._way(self._extracted.entries, way, self._loose[0]) for way in self._entries.get(number, ())),
+            tuple(self._way(self._extracted.exits, way, self._loose[1]) for way in self._exits.get(number, ())),
         )
 
-    def _way(self, strokes: Strokes, way: int, loose: Indices) -> Way:
+    def _way(self, strokes: Connectors, way: int, loose: Indices) -> Connector:
         place, radius, density, uv = strokes.lines[way]
         height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
         anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
-        return Way(place, radius, density, uv, anchor, own, int(loose[way]), height)
+        return Connector(place, radius, density, uv, anchor, own, int(loose[way]), height)
 
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
-        return self._taken.vertices(number)
+        return self._extracted.vertices(number)
 
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""
         found = []
-        for strokes in (self._taken.exits, self._taken.entries):
+        for strokes in (self._extracted.exits, self._extracted.entries):
             rank = np.arange(len(strokes.of)) - np.searchsorted(strokes.of, strokes.of)
             ends = np.full((len(self), int(rank.max(initial=0)) + 1, 2), np.nan)
             first, y = strokes.lines.first, strokes.lines.xy[:, 1]
@@ -145,7 +223,7 @@ class Forms:
     def wholes(self) -> tuple[Indices, Array, Array]:
         """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
-        for strokes, loose in zip((self._taken.entries, self._taken.exits), self._loose, strict=True):
+        for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
             own = strokes.within(loose)
             of.append(np.repeat(strokes.of, strokes.lines.count)[own])
             xy.append(strokes.lines.xy[own])
@@ -181,14 +259,14 @@ _Loose: TypeAlias = "tuple[Indices, Indices]"
 
 
 @lru_cache(maxsize=4)
-def _taken(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], Taken, list[Indices], _Loose]:
+def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
     """A hand's ways between glyphs, all its lines, the edges of its bodies, and how much of entries and exits is there
     where nothing joins.
 
     A hand's forms are asked for when a text is set and again when it is traced; to take them off takes a while.
     """
     paths = ways(hand)
-    taken = Taken(hand, paths, hand.centres)
+    taken = ExtractedStrokes(hand, paths, hand.centres)
     entry, leave = tails(hand, taken)
     clear = _CLEAR / hand.pitch
     loose = (
@@ -198,7 +276,7 @@ def _taken(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], Taken, l
     return paths, taken, taken.edges(), loose
 
 
-def _loose(strokes: Strokes, share: float, clear: float, *, entering: bool) -> Indices:
+def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:
     """(ways,): how many vertices each has where nothing meets it; `share` of the other letter's, see `tails`."""
     lines = strokes.lines
     end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
@@ -207,7 +285,7 @@ def _loose(strokes: Strokes, share: float, clear: float, *, entering: bool) -> I
     return np.asarray(strokes.own + np.rint(share * theirs).astype(np.intp))
 
 
-def _grouped(strokes: Strokes) -> Mapping[int, range]:
+def _grouped(strokes: Connectors) -> Mapping[int, range]:
     """Glyph → the numbers of its ways."""
     glyphs, first, count = np.unique(strokes.of, return_index=True, return_counts=True)
     found = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)

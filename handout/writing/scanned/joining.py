@@ -9,7 +9,7 @@ import numpy as np
 
 from handout.hand.scanned import NOBODY
 from handout.values import Array, Indices
-from handout.writing.scanned.forms import Form, Way, along
+from handout.writing.scanned.forms import Connector, Form, along
 
 _ALIKE, _APART = 0.12, 0.35  # x-heights between two ways: up to here they are blended, from here on not at all
 _TANGENT = 0.2  # of a way, that its direction at an end is taken over
@@ -45,7 +45,7 @@ def rises(first: Form, second: Form, pairs: tuple[tuple[int, int], ...]) -> Arra
     return np.array(found)
 
 
-def meets(out: Way, into: Way) -> tuple[float, float]:
+def meets(out: Connector, into: Connector) -> tuple[float, float]:
     """By how much the second centre must stand to the right of the first for two ways to lie on each other, on the
     mean, and the deviation of that along them."""
     apart = along(out.xy, _COMPARED)[:, 0] - along(into.xy, _COMPARED)[:, 0]
@@ -57,7 +57,7 @@ def smooth(t: Array) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * t))
 
 
-def blend(out: Way, into: Way, out_xy: Array, into_xy: Array, unit: float) -> tuple[Array, Array, Array]:
+def blend(out: Connector, into: Connector, out_xy: Array, into_xy: Array, unit: float) -> tuple[Array, Array, Array]:
     """One way made of two.
 
     Parameters
@@ -107,7 +107,7 @@ def _direct(ours: Array, theirs: Array, t: Array) -> Array:
     )
 
 
-def at(way: Way, values: Array, t: Array) -> Array:
+def at(way: Connector, values: Array, t: Array) -> Array:
     """Values (n,) or (n, d) of a way's vertices at the fractions `t` of its length."""
     if values.ndim == 1:
         return np.interp(t, way.along, values)

@@ -19,17 +19,122 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from handout.hand import measures
 from handout.values import Array, Indices
-from handout.writing.scanned.beside import Beside
-from handout.writing.scanned.forms import Forms
+from handout.writing.scanned.extraction import Line
+from handout.writing.scanned.forms import Form, Forms
+from handout.writing.scanned.glyph_index import Neighbours
 from handout.writing.scanned.joining import matches, meets
-from handout.writing.scanned.sides import LETTERS, MARKS, WORDS, Sides, apart, sides
+
+_HEIGHTS = np.arange(-0.48, 1.13, 0.04)  # over the baseline, line space
+LETTERS, WORDS, MARKS = range(3)  # kinds of pairs: in a word, across a space, in a word with punctuation
+_ZONE = (-0.1, 1.15)  # x-heights over the baseline: where the eye sees the gap between two words
+_SEEN = (0.04, 0.12, 0.0)  # ink within this much of a height counts there
+
+
+Side = tuple[Array, Array, float, float]  # left and right, at every level and over all heights
+Outline = tuple[Array, Array, Array]  # left and right side at every vertex, upright, and its height over the baseline
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Where the ink of the glyphs of a hand ends, from each one's upright centre; line space.
+
+    Everything is there three times.  For letters in one word the bodies count; for words, strokes too that are loose at
+    the end of a word because the letter was joined in the source; for punctuation, which stands over or under the
+    letters, height does not matter.
+
+    left, right : (3, n, heights) float: ±inf at heights where there is no ink.
+    edges : (3, n, 2) float: the same over all heights.
+    zone : (n, 2) float: the same, as the end of a word, over the heights of small letters; ±inf where there is no ink.
+    """
+
+    left: Array
+    right: Array
+    edges: Array
+    zone: Array
+
+    def clearance(self, first: Indices, second: Indices, kind: Indices) -> Array:
+        """(n,): how near pairs of glyphs come at any one height were their centres in one place; mostly negative."""
+        near = (self.left[kind, second] - self.right[kind, first]).min(axis=1, initial=np.inf)
+        edge = self.edges[kind, second, 0] - self.edges[kind, first, 1]
+        return np.asarray(np.where(np.isfinite(near), near, edge))
+
+    def between(self, first: Indices, second: Indices) -> Array:
+        """(n,): how far pairs of glyphs, each the end of a word, are apart over all heights were their centres in one
+        place; mostly negative."""
+        return np.asarray(self.edges[WORDS, second, 0] - self.edges[WORDS, first, 1])
+
+    def across(self, first: Indices, second: Indices) -> Array:
+        """(n,): the same over the heights of small letters alone; inf where either has no ink there."""
+        return np.asarray(self.zone[second, 0] - self.zone[first, 1])
+
+
+def sides(forms: Forms, slant: float) -> Sides:
+    """The sides of a hand's glyphs; `slant` is dx/dy, upwards."""
+    left = np.full((3, len(forms), len(_HEIGHTS)), np.inf)
+    right, edges = -left, np.zeros((3, len(forms), 2))
+    zone = np.tile([np.inf, -np.inf], (len(forms), 1))
+    low_zone, high_zone = np.multiply(_ZONE, 1 / forms.hand.pitch)
+    bodies = np.repeat(np.arange(len(forms)), forms.bodies.count), forms.bodies.xy, forms.bodies.radius
+    alone, loose = (_outlines(forms, slant, *lines) for lines in (bodies, forms.wholes()))
+    for kind, seen in enumerate(_SEEN):
+        of, low, high, height = alone if kind == LETTERS else loose
+        left[kind], right[kind] = _levels(of, low, high, height, seen, len(forms))
+        first = np.searchsorted(of, np.arange(len(forms)))
+        edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
+        if kind == WORDS:
+            small = (low_zone < height) & (height < high_zone)
+            zone[:, 0] = np.minimum.reduceat(np.where(small, low, np.inf), first)
+            zone[:, 1] = np.maximum.reduceat(np.where(small, high, -np.inf), first)
+    return Sides(left, right, edges, zone)
+
+
+def side(outline: Outline, kind: int) -> Side:
+    """The sides of one outline as they count in a pair of this kind: at every level, and over all heights."""
+    left, right = _levels(np.zeros(len(outline[0]), dtype=np.intp), *outline, _SEEN[kind], 1)
+    return left[0], right[0], float(outline[0].min()), float(outline[1].max())
+
+
+def nearness(first: Side, second: Side) -> float:
+    """How near two come to each other; see `Sides.clearance`."""
+    near = float((second[0] - first[1]).min())
+    return near if np.isfinite(near) else second[2] - first[3]
+
+
+def _levels(of: Indices, low: Array, high: Array, height: Array, seen: float, count: int) -> tuple[Array, Array]:
+    """(count, heights): where at every level the ink within `seen` of it begins and ends; the vertices, each `of` one
+    glyph, have ink from `low` to `high` at `height`."""
+    left = np.full(count * len(_HEIGHTS), np.inf)
+    right = -left
+    step = _HEIGHTS[1] - _HEIGHTS[0]
+    lowest = np.ceil((height - seen - _HEIGHTS[0]) / step).astype(np.intp) - 1
+    for level in range(int(2 * seen / step) + 3) if seen else ():
+        at = np.clip(lowest + level, 0, len(_HEIGHTS) - 1)
+        near = np.abs(height - _HEIGHTS[at]) < seen
+        cell = (of * len(_HEIGHTS) + at)[near]
+        np.minimum.at(left, cell, low[near])
+        np.maximum.at(right, cell, high[near])
+    return left.reshape(count, -1), right.reshape(count, -1)
+
+
+def _outlines(forms: Forms, slant: float, of: Indices, xy: Array, radius: Array) -> tuple[Indices, Array, Array, Array]:
+    """Of every vertex of lines: whose it is, its left and right side, upright, and its height over the baseline."""
+    upright = xy[:, 0] - slant * xy[:, 1]
+    return of, upright - radius, upright + radius, xy[:, 1] + forms.centre[of, 1]
+
+
+def apart(first: Line | Form, second: Line | Form, shift: Array) -> float:
+    """How far the ink of two bodies is apart, the second one's centre shifted (2,) from the first one's; line space."""
+    away = cdist(first.xy, second.xy + shift) - first.radius[:, None] - second.radius
+    return float(away.min())
+
 
 _MARGIN = 0.15  # of the difference of two estimates, and of the usual spread, that the range is widened by
 _EVEN = 0.02  # line space: ligatures are never trusted further than this
-_PUSHES = 2
+_MOST_PUSHES = 2
 _ENOUGH = 8  # pairs that tell what is usual
 # mean, deviation, least and most of hands that show too few
 _USUAL = [[0.05, 0.3, 0.03], [0.05, 0.08, 0.05], [0.0, 0.15, -0.05], [0.2, 0.6, 0.2]]
@@ -63,7 +168,7 @@ class Gaps:
 
 
 @dataclass(frozen=True, eq=False)
-class Spacing:
+class SpacingModel:
     """How a hand spaces its letters; line space.
 
     slant : dx/dy of the letters, upwards.
@@ -89,7 +194,7 @@ class Spacing:
         own = self.sourced(first, second, kind)
         parted = ~own & (kind == WORDS)
         estimates[:, parted] = self._word_gaps(int(parted.sum()), rng, variation)
-        wanted = _drawn(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
+        wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
         held = np.where(own, wanted, np.clip(wanted, low, high))
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
@@ -148,13 +253,13 @@ class Spacing:
         """What two letters must still be moved apart, since ink may meet from below too."""
         rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
         more = 0.0
-        for _ in range(_PUSHES):
+        for _ in range(_MOST_PUSHES):
             shift = np.array([away + more, rise])
             more += max(self.least - apart(self.forms.bodies[first], self.forms.bodies[second], shift), 0.0)
         return more
 
 
-def _drawn(estimates: Array, mean: Array, deviation: Array, rng: np.random.Generator, variation: float) -> Array:
+def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, rng: np.random.Generator, variation: float) -> Array:
     """(n,): between two estimates, the one that there is, or from the Gaussian of all."""
     uniform, normal = rng.uniform(-1, 1, len(mean)), rng.standard_normal(len(mean))
     low, high = np.fmin(*estimates), np.fmax(*estimates)
@@ -170,15 +275,15 @@ def hanging(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
     return np.array(before), np.array(after)
 
 
-def spacing(forms: Forms, beside: Beside) -> Spacing:
+def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     """How a hand spaces its letters, from its pages."""
     slant = measures.mean_slant(forms.hand)
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
-    pairs = beside.pairs(parted=False).tolist()
+    pairs = neighbours.pairs(parted=False).tolist()
     found = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
     least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
-    return Spacing(forms, beyond, slant, lean, _gaps(forms, beyond, beside, forms.centre[:, 0] - lean), least)
+    return SpacingModel(forms, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least)
 
 
 def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool_]) -> Indices:
@@ -186,13 +291,13 @@ def kinds(forms: Forms, first: Indices, second: Indices, parted: NDArray[np.bool
     return np.where(parted, WORDS, np.where(forms.marks[first] | forms.marks[second], MARKS, LETTERS))
 
 
-def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
+def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps:
     """The clearances of the source; where a hand shows none, a usual one."""
     to_right, to_left = np.full((2, 3, len(x)), np.nan)
     mean, deviation, low, high = np.array(_USUAL)
     word, zone, words = float(low[WORDS]), np.inf, np.zeros(0)
-    first, second = np.concatenate([beside.pairs(parted=False), beside.pairs(parted=True)]).T
-    kind = kinds(forms, first, second, beside.parted[second])
+    first, second = np.concatenate([neighbours.pairs(parted=False), neighbours.pairs(parted=True)]).T
+    kind = kinds(forms, first, second, neighbours.parted[second])
     found = x[second] - x[first] + beyond.clearance(first, second, kind)
     to_right[kind, first], to_left[kind, second] = found, found
     for one in (LETTERS, WORDS, MARKS):
@@ -202,7 +307,7 @@ def _gaps(forms: Forms, beyond: Sides, beside: Beside, x: Array) -> Gaps:
             kept = np.clip(own, low[one], high[one])
             mean[one], deviation[one] = kept.mean(), kept.std()
             if one == WORDS:
-                words = own[~beside.closes(second[kind == one])]
+                words = own[~neighbours.closes(second[kind == one])]
                 words = np.sort(words if len(words) >= _ENOUGH else own)
                 level = (x[second] - x[first] + beyond.between(first, second))[kind == one]
                 word = float(np.percentile(level, _NARROW, method="inverted_cdf"))

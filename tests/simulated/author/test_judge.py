@@ -1,5 +1,6 @@
 """The judge says 1 of the truth itself, and less of everything else."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,17 +12,17 @@ from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
 from handout.simulated.author import judge
-from handout.simulated.author.simulate import simulate
-from handout.simulated.scanner.scanner import Scanner
+from handout.simulated.author.simulate import Desk, simulate
+from handout.simulated.scanner import Flatbed
 from handout.writing.layout import Layout
 
 
 @pytest.fixture(scope="module")
 def simulated():
-    return simulate(
-        "hollow minimum, quite", load("house-joined"), rng=np.random.default_rng(7), pen=usual("plain"), dpi=300.0,
-        layout=Layout(page("90x30mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.5), scanner=Scanner(rotation=0.0, dust=0.0),
-    )  # fmt: skip
+    layout = Layout(page("90x30mm"), (6.0, 6.0, 6.0, 6.0), x_height=2.5)
+    flatbed = replace(Flatbed.of_handwriting(), rotation=0.0, dust=0.0)
+    desk = Desk(usual("plain"), layout=layout, flatbed=flatbed)
+    return simulate("hollow minimum, quite", load("house-joined"), desk, rng=np.random.default_rng(7))
 
 
 def chain(truth):

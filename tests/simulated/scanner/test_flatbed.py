@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.simulated.printer import Flatbed, Inkjet
+from handout.simulated.scanner import placement
 
 IDEAL = Flatbed.ideal()
 DPI = 100
@@ -112,11 +113,9 @@ def test_the_place_does_not_depend_on_the_resolution(plain):
 @given(st.integers(0, 1000), st.floats(0.1, 5))
 @settings(max_examples=20, deadline=None)
 def test_warp_is_as_great_as_it_is_said_to_be(seed, most):
-    from handout.simulated.scanner import glass
-
-    bends = glass._bends(most, rng(seed))
+    bends = placement.bends(most, rng(seed))
     u = np.linspace(0, 1, 41)
-    size = np.hypot(*(glass._smooth_field(field, u, u) for field in bends))
+    size = np.hypot(*(placement.smooth_field(field, u, u) for field in bends))
     assert size.max() == pytest.approx(most)
 
 

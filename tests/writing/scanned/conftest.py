@@ -1,4 +1,4 @@
-"""What setting is tested with: the manner of the small hand, and its lines in the order of writing."""
+"""What setting is tested with: the layout_model of the small hand, and its lines in the order of writing."""
 
 from itertools import pairwise
 from types import SimpleNamespace
@@ -9,9 +9,9 @@ import pytest
 
 @pytest.fixture(scope="session")
 def small_manner(small_hand):
-    from handout.writing.scanned.manner import manner
+    from handout.writing.scanned.layout_model import layout_model
 
-    return manner(small_hand)
+    return layout_model(small_hand)
 
 
 @pytest.fixture(scope="session")

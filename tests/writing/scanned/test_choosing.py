@@ -10,16 +10,17 @@ from hypothesis import strategies as st
 
 from handout.errors import MissingCharacters
 from handout.hand.places import PLACES
-from handout.writing.scanned.choosing import AGAIN, FORGOTTEN, Used, choose, viterbi
+from handout.writing.choice import viterbi
+from handout.writing.scanned.candidates import TargetLetter, _all_candidates, _sampled, candidates_of
+from handout.writing.scanned.choice_costs import WEIGHTS, UsageHistory
+from handout.writing.scanned.choosing import choose
 from handout.writing.scanned.explaining import choices_sheet, explain, reasons
-from handout.writing.scanned.pools import _drawn, _pool, pools_of
-from handout.writing.scanned.stock import stock
-from handout.writing.scanned.wanted import Wanted
+from handout.writing.scanned.glyph_index import index_glyphs
 
 
 @pytest.fixture(scope="module")
 def kept(small_hand):
-    return stock(small_hand)
+    return index_glyphs(small_hand)
 
 
 def asked(text):
@@ -30,7 +31,7 @@ def asked(text):
             place = (
                 "alone" if len(letters) == 1 else "start" if i == 0 else "end" if i == len(letters) - 1 else "middle"
             )
-            found.append(Wanted(letter, place, word, at))
+            found.append(TargetLetter(letter, place, word, at))
             at += 1
         at += 1
     return found
@@ -38,11 +39,11 @@ def asked(text):
 
 def total(kept, wanted, numbers):
     """What a whole choice costs without chance, letter by letter."""
-    pools = pools_of(kept, wanted)
+    pools = candidates_of(kept, wanted)
     own = sum(float(p.cost[p.numbers == n][0]) for p, n in zip(pools, numbers, strict=True))
     pairs = zip(wanted, wanted[1:], numbers, numbers[1:], strict=False)
-    one = [kept.meetings.cost(np.array([a]), np.array([b]), v.word != w.word)[0, 0] for v, w, a, b in pairs]
-    return own + sum(one) + float(kept.meetings.cut(np.array(numbers[-1:]))[0])
+    one = [kept.transitions.cost(np.array([a]), np.array([b]), v.word != w.word)[0, 0] for v, w, a, b in pairs]
+    return own + sum(one) + float(kept.transitions.cut(np.array(numbers[-1:]))[0])
 
 
 @settings(max_examples=60, deadline=None)
@@ -63,7 +64,7 @@ def test_the_cheapest_sequence_is_the_cheapest_of_all(sizes, seed):
 @pytest.mark.parametrize("text", ["th", "an", "mite", "it me"])
 def test_without_variation_nothing_is_cheaper(kept, text):
     wanted = asked(text)
-    pools = pools_of(kept, wanted)
+    pools = candidates_of(kept, wanted)
     least = min(total(kept, wanted, numbers) for numbers in product(*(p.numbers.tolist() for p in pools)))
     chosen = choose(kept, wanted, np.random.default_rng(0), variation=0)
     assert total(kept, wanted, chosen) == pytest.approx(least)
@@ -101,16 +102,16 @@ def test_texts_and_words_differ(kept):
 
 
 def test_what_was_written_lately_is_dear_and_forgotten(kept):
-    used = Used(kept)
+    used = UsageHistory(len(kept))
     number = kept.of("e")[:1]
     used.write(number)
-    assert used.cost(number, 0)[0] == pytest.approx(AGAIN * (1 - 1 / FORGOTTEN))
-    costs = [used.cost(number, ahead)[0] for ahead in range(0, int(FORGOTTEN) + 50, 10)]
+    assert used.cost(number, 0)[0] == pytest.approx(WEIGHTS.again * (1 - 1 / WEIGHTS.forgotten))
+    costs = [used.cost(number, ahead)[0] for ahead in range(0, int(WEIGHTS.forgotten) + 50, 10)]
     assert costs == sorted(costs, reverse=True) and costs[-1] == 0
     # the second part of a text knows the first
     wanted = asked("e")
-    number = choose(kept, wanted, np.random.default_rng(3), used=used)
-    assert number[0] != kept.of("e")[0] and used.cost(number, 0)[0] > 0.9 * AGAIN
+    number = choose(kept, wanted, np.random.default_rng(3), history=used)
+    assert number[0] != kept.of("e")[0] and used.cost(number, 0)[0] > 0.9 * WEIGHTS.again
 
 
 def test_what_is_missing_is_listed_with_its_places(kept):
@@ -124,12 +125,12 @@ def test_a_capital_is_borrowed(kept):
     wanted = asked("Men")
     numbers = choose(kept, wanted, np.random.default_rng(0))
     assert kept.letters[numbers[0]] == "m"
-    small, capital = (pools_of(kept, asked(text))[0].cost.min() for text in ("men", "Men"))
+    small, capital = (candidates_of(kept, asked(text))[0].cost.min() for text in ("men", "Men"))
     assert capital == pytest.approx(small + 1)
 
 
 def test_few_exact_glyphs_let_others_in_at_a_cost(kept):
-    (pool,) = pools_of(kept, [Wanted("e", "alone", 0, 0)])
+    (pool,) = candidates_of(kept, [TargetLetter("e", "alone", 0, 0)])
     assert len(kept.of("e", "alone")) == 0 and (pool.cost >= 0.5).all()
     assert set(pool.numbers) == set(kept.of("e"))
 
@@ -139,14 +140,16 @@ def test_of_many_good_glyphs_others_are_offered_each_time(kept):
     letters = tuple("e" for _ in range(300))
     doubt = np.where(np.arange(300) < 200, 0.1, 3.0)
     one = np.zeros(300, dtype=int)
-    rich = SimpleNamespace(doubt=doubt, places=one, of=lambda letter, place=None: np.arange(300), letters=letters)
-    pool = _pool(rich, "e", PLACES[0])
+    rich = SimpleNamespace(
+        intrinsic_cost=doubt, places=one, of=lambda letter, place=None: np.arange(300), letters=letters
+    )
+    pool = _all_candidates(rich, "e", PLACES[0])
     rng = np.random.default_rng(0)
-    drawn = [_drawn(pool, rng) for _ in range(60)]
+    drawn = [_sampled(pool, rng) for _ in range(60)]
     assert all((np.diff(part.numbers) > 0).all() and part.numbers.max() < 200 for part in drawn)
     assert len(set(np.concatenate([part.numbers for part in drawn]).tolist())) == 200
     wanted = asked("eee")
-    assert all(np.array_equal(a.numbers, b.numbers) for a, b in pairwise(pools_of(kept, wanted)[1:]))
+    assert all(np.array_equal(a.numbers, b.numbers) for a, b in pairwise(candidates_of(kept, wanted)[1:]))
 
 
 @pytest.mark.parametrize("variation", [0.0, 1.0])

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from handout.writing.scanned.forms import Way
+from handout.writing.scanned.forms import Connector
 from handout.writing.scanned.joining import at, blend, matches, meets, smooth
 
 
 def way(xy, radius=0.02, height=0.0):
     xy = np.array(xy, dtype=float)
     uv = np.column_stack([np.arange(len(xy)), np.arange(len(xy))]) * 1.5
-    return Way(xy, np.full(len(xy), radius), np.linspace(0, 1, len(xy)), uv, 0, len(xy), len(xy), height)
+    return Connector(xy, np.full(len(xy), radius), np.linspace(0, 1, len(xy)), uv, 0, len(xy), len(xy), height)
 
 
 def arc(rise, count, turn=0.0):

@@ -5,10 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from handout.writing.scanned.beside import beside
-from handout.writing.scanned.setting import gaps
-from handout.writing.scanned.sides import apart
-from handout.writing.scanned.spacing import _drawn, kinds
+from handout.writing.scanned.glyph_index import neighbours
+from handout.writing.scanned.layout_model import gaps
+from handout.writing.scanned.spacing import _sampled_gaps, apart, kinds
 
 
 def test_neighbours_of_the_source_have_their_own_distance(small_manner, small_lines):
@@ -18,7 +17,7 @@ def test_neighbours_of_the_source_have_their_own_distance(small_manner, small_li
 
 
 def test_words_stand_beside_each_other_once(small_hand, small_manner):
-    near = small_manner.beside
+    near = small_manner.neighbours
     first, second = near.pairs(parted=True).T
     assert len(first) == 9  # 12 words on three lines
     for a, b in zip(first, second, strict=True):
@@ -38,25 +37,25 @@ def test_a_word_that_lost_a_letter_has_no_space_in_it(small_hand):
     glyphs[glyph] = replace(one, before=-1)
     hand = replace(small_hand, glyphs=tuple(glyphs))
     x = np.array([hand.centre(i)[0] for i in range(len(glyphs))])
-    assert beside(hand, x).before[glyph] == -1
+    assert neighbours(hand, x).before[glyph] == -1
 
 
 def test_estimates_bound_what_is_drawn():
     estimates = np.array([[0.1, 0.1, np.nan, np.nan], [0.3, np.nan, 0.2, np.nan]])
     mean, spread = np.full(4, 0.05), np.full(4, 0.02)
     rng = np.random.default_rng(3)
-    drawn = np.array([_drawn(estimates, mean, spread, rng, 1.0) for _ in range(2000)])
+    drawn = np.array([_sampled_gaps(estimates, mean, spread, rng, 1.0) for _ in range(2000)])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     assert 0.07 < low[0] < 0.1 < 0.3 < high[0] < 0.33  # widened a little
     assert drawn[:, 0].std() == pytest.approx((high[0] - low[0]) / 12**0.5, rel=0.05)  # and uniform
     assert low[1] == pytest.approx(0.1, abs=0.003) and high[2] == pytest.approx(0.2, abs=0.003)
     assert drawn[:, 3].mean() == pytest.approx(0.05, abs=0.002) and drawn[:, 3].std() == pytest.approx(0.02, rel=0.1)
-    still = _drawn(estimates, mean, spread, rng, 0.0)
+    still = _sampled_gaps(estimates, mean, spread, rng, 0.0)
     assert still == pytest.approx([0.2, 0.1, 0.2, 0.05])
 
 
 def test_letters_neither_collide_nor_gape(small_manner, jumbles):
-    """However wide they are, and whatever stood beside them: clearances are those that the author has."""
+    """However wide they are, and whatever stood neighbours them: clearances are those that the author has."""
     space = small_manner.spacing
     centre = small_manner.forms.centre
     for numbers, new_word in jumbles:
@@ -67,7 +66,7 @@ def test_letters_neither_collide_nor_gape(small_manner, jumbles):
             upright = dx - space.lean[second] + space.lean[first]
             clear = upright + space.sides.clearance(first, second, parted)
             low, high = space.gaps.low[parted], space.gaps.high[parted]
-            strange = small_manner.beside.after[first] != second
+            strange = small_manner.neighbours.after[first] != second
             assert (clear >= low - 1e-9)[strange].all()
             assert (clear <= high + 1e-9)[strange & (parted == 1)].all()
             for k in np.flatnonzero(strange & (parted != 1)):
@@ -123,7 +122,7 @@ def test_punctuation_keeps_its_own_distance(small_manner):
     edges = space.sides.edges[2]
     dx = gaps(small_manner, [3, comma], [True, False], np.random.default_rng(0), variation=0)
     gap = dx[0] - space.lean[comma] + space.lean[3] + edges[comma, 0] - edges[3, 1]
-    before = small_manner.beside.before[comma]
+    before = small_manner.neighbours.before[comma]
     centre = small_manner.forms.centre[:, 0] - space.lean
     own = centre[comma] - centre[before] + edges[comma, 0] - edges[before, 1]
     assert gap == pytest.approx(own)
@@ -134,7 +133,7 @@ def test_gaps_between_words_are_drawn_from_all_of_the_page_s(small_manner):
     space = small_manner.spacing
     words = space.gaps.words
     assert len(words) and (np.diff(words) >= 0).all()
-    first, second = small_manner.beside.pairs(parted=True).T
+    first, second = small_manner.neighbours.pairs(parted=True).T
     numbers, new_word = np.array([first[0], second[3]]), np.array([True, True])
     found = []
     for seed in range(300):
@@ -147,8 +146,8 @@ def test_gaps_between_words_are_drawn_from_all_of_the_page_s(small_manner):
 
 
 def test_the_last_word_of_a_line_is_known(small_manner):
-    second = small_manner.beside.pairs(parted=True)[:, 1]
-    assert small_manner.beside.closes(second).sum() == 3  # lines
+    second = small_manner.neighbours.pairs(parted=True)[:, 1]
+    assert small_manner.neighbours.closes(second).sum() == 3  # lines
 
 
 def test_few_marks_are_no_rule(small_hand):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from handout.hand.scanned import ScannedHand
-from handout.writing.scanned.tails import tails
-from handout.writing.scanned.taking import Taken
+from handout.writing.scanned.extraction import ExtractedStrokes
+from handout.writing.scanned.forms import tails
 
 
 def _joined(small_hand):
@@ -32,12 +32,12 @@ def test_the_share_is_what_word_ends_show(small_hand):
     ways = _joined(small_hand)
     for whole, share in ((False, 0.0), (True, 1.0)):
         hand = _ending(small_hand, ways, whole)
-        assert abs(tails(hand, Taken(hand, ways, hand.centres))[1] - share) < 0.15
+        assert abs(tails(hand, ExtractedStrokes(hand, ways, hand.centres))[1] - share) < 0.15
 
 
 def test_few_ends_tell_nothing(small_hand):
     ways = _joined(small_hand)
-    few = Taken(small_hand, dict(list(ways.items())[:3]), small_hand.centres)
+    few = ExtractedStrokes(small_hand, dict(list(ways.items())[:3]), small_hand.centres)
     assert tails(small_hand, few)[1] == 0.0
 
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.writing.scanned.bending import bend
-from handout.writing.scanned.targets import targets
+from handout.writing.scanned.forms import targets
 
 
 def line(*corners, step=0.01):

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections import deque
-from collections.abc import Callable
 
 import numpy as np
 
 from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport, ignore_report
-from handout.plotting.dialects.ebb import connection, protocol
-from handout.plotting.dialects.ebb.conversation import Asked, EbbConversation
-from handout.plotting.dialects.ebb.counting import StepCounter
-from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME, Version
+from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Log, StateReport
+from handout.plotting.dialects.base import BaseController
+from handout.plotting.dialects.ebb import protocol
+from handout.plotting.dialects.ebb.conversation import QUEUE, REST, Asked, EbbConversation, check_power
+from handout.plotting.dialects.ebb.firmware import BUTTON, CURRENT, FLAGS, MOTION, POSITION, STOP, TIME
 from handout.plotting.dialects.ebb.protocol import About
-from handout.plotting.dialects.ebb.stepping import Motors, mixing
+from handout.plotting.dialects.ebb.stepping import Motors, StepCounter, mixing
 from handout.plotting.planning import time_slices
 from handout.plotting.ports import Port
 from handout.profiles import Plotter
@@ -36,40 +34,37 @@ _BESIDE = 0.2  # mm; a command need not lead quite straight
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class EbbController:
-    """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do.
+class EbbController(BaseController):
+    """A machine with an EBB; the docstrings of `dialect.Controller` say what its methods do.  It cannot be held.
 
     The board answers a motion when that goes into its queue; so all but the last few that were answered, as many as
     the queue holds and the one under way, have certainly been executed.
     """
 
+    conversation: EbbConversation
+
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.log = log
-        self.conversation = EbbConversation(port, profile.port.timeout, self._answered)
-        self.sent = self.taken = self.executed = 0
-        self.queued: int | None = None
-        self.listener: Callable[[StateReport], None] = ignore_report
-        self.silent = ""
-        self.spoilt, self.patience = False, math.inf  # it cannot be held
-        self._moves: deque[int] = deque(maxlen=connection.QUEUE + 2)  # numbers of motions that were answered
+        super().__init__(profile, log)
+        self.conversation = EbbConversation(port, profile.port.timeout, log, self._answered)
+        self._moves: deque[int] = deque(maxlen=QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
         self._heeds = self._pressed = False
         self._look_at = b"QM\r"  # what it is doing
         self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
-        self._held = connection.QUEUE + 1  # commands that may be answered and not executed
-        self.profile = connection.meet(self.conversation, profile)
-        self.version = Version.of(self.profile.firmware)
+        self._in_hand = QUEUE + 1  # commands that may be answered and not executed
+        self.profile = self.conversation.meet(profile)
+        self.version = self.conversation.version
         self._open = _OPEN if self.version >= TIME else _OPEN_OLD
         self._step_counter = StepCounter(self.version)
-        self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + connection.QUEUE + 3)  # steps, by command
+        self._way: deque[tuple[int, int]] = deque([(0, 0)], maxlen=_OPEN + QUEUE + 3)  # steps, by command
         self._since_pen = 0  # commands since the pen was told to move
         self._up: bool | None = None  # the pen, as it was told last
         self._pens: deque[bool] = deque()  # what it has to answer when it is asked whether the pen is up
-        connection.ask_power(self.conversation, self.version)
-        connection.settle(self.conversation, self.version)
-        self._rested = connection.rested(self.conversation, self.version)
+        self.conversation.ask_power()
+        self.conversation.settle()
+        self._rested = self.conversation.has_rested()
         self._lost = self._rested  # where its zero is
-        self._held = connection.lengthen(self.conversation, self.version) + 1
+        self._in_hand = self.conversation.lengthen_queue() + 1
         self.queued = None  # what it said while it was met does not count
 
     def send(self, data: bytes) -> None:
@@ -77,7 +72,7 @@ class EbbController:
         self._wake()
         if data.startswith(_LOWER) and self.version >= POSITION:
             self._prove()
-        if data.startswith(_LIFT) and self._since_pen >= self._held:
+        if data.startswith(_LIFT) and self._since_pen >= self._in_hand:
             self._ask_pen()
         while len(self.conversation.open) >= self._open:
             self.conversation.hear()
@@ -102,7 +97,7 @@ class EbbController:
     def wait(self) -> None:
         """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
         if not self.conversation.open:
-            self.conversation.put(self._look_at if self.version >= MOTION else connection.NOTHING)
+            self.conversation.put(self._look_at if self.version >= MOTION else REST)
         self._heed(False)
         self.conversation.hear()
 
@@ -147,7 +142,7 @@ class EbbController:
         A stop drops what moves but not the pen that waits to be lowered behind it: another reason to let it stand.
         """
         self.conversation.drain()
-        connection.settle(self.conversation, self.version)
+        self.conversation.settle()
         self._ask_pen()
         off = [said - told for said, told in zip(self._steps(), self._step_counter.steps, strict=True)]
         more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
@@ -175,27 +170,46 @@ class EbbController:
             )
 
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
-        if asked.name == "QC":
-            connection.check_power(numbers)
-        elif asked.name == "QB":
-            self._pressed |= numbers[:1] == (1,)
-        elif asked.name == "QG" and len(numbers) == 1:
+        """Each question has a handler; all else is a command of the program, or a rest that was told to find out."""
+        handlers = {
+            "QB": self._button_answered,
+            "QC": check_power,
+            "QG": self._flags_answered,
+            "QM": self._motion_answered,
+            "QP": self._pen_answered,
+        }
+        if asked.name in handlers:
+            handlers[asked.name](numbers)
+        elif asked.number >= 0 or asked.data == REST:
+            self._command_answered(asked)
+
+    def _button_answered(self, numbers: tuple[int, ...]) -> None:
+        self._pressed |= numbers[:1] == (1,)
+
+    def _flags_answered(self, numbers: tuple[int, ...]) -> None:
+        if len(numbers) == 1:
             self._pressed |= bool(numbers[0] & protocol.PRESSED)
             self._look(busy=bool(numbers[0] & protocol.BUSY), waiting=bool(numbers[0] & protocol.WAITING))
-        elif asked.name == "QP" and self._pens and self._pens.popleft() != (numbers[:1] == (1,)):
+
+    def _motion_answered(self, numbers: tuple[int, ...]) -> None:
+        if len(numbers) == 4:
+            self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
+
+    def _pen_answered(self, numbers: tuple[int, ...]) -> None:
+        up = numbers[:1] == (1,)
+        if self._pens and self._pens.popleft() != up:
             raise DeviceGarbled(
-                f"The plotter's pen is {'lifted' if numbers[:1] == (1,) else 'down'} and should not be: a command came "
+                f"The plotter's pen is {'lifted' if up else 'down'} and should not be: a command came "
                 "over wrong, and what it drew last may be wrong. Use a shorter cable, and no hub."
             )
-        elif asked.name == "QM" and len(numbers) == 4:
-            self._look(busy=numbers[0] != 0, waiting=numbers[3] != 0)
-        elif asked.number >= 0 or asked.data == connection.NOTHING:
-            self.taken = max(self.taken, asked.number + 1)
-            if asked.name in protocol.QUEUED:
-                self._moves.append(asked.number if asked.number >= 0 else self.taken)
-                if len(self._moves) >= self._held:
-                    self.executed = max(self.executed, self._moves[-self._held])
-                    self.listener(StateReport(self.taken, self.executed))
+
+    def _command_answered(self, asked: Asked) -> None:
+        self.taken = max(self.taken, asked.number + 1)
+        if asked.name in protocol.QUEUED:
+            self._moves.append(asked.number if asked.number >= 0 else self.taken)
+            if len(self._moves) >= self._in_hand:
+                self.executed = max(self.executed, self._moves[-self._in_hand])
+                self.listener(StateReport(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
         """It was asked after all that is taken was in its queue."""
@@ -213,7 +227,7 @@ class EbbController:
         if self._rested:
             self._rested = self._lost = False
             self.conversation.ask(b"EM,1,1\r")
-            if connection.steps_are_others(self.conversation, self.version):  # it came over wrong
+            if self.conversation.has_other_steps():  # it came over wrong
                 self.conversation.ask(b"EM,1,1\r")
             if self.version >= POSITION:
                 self.conversation.ask(b"CS\r")
@@ -238,9 +252,6 @@ class EbbController:
         if self.version >= POSITION:
             self.conversation.ask(b"CS\r")
 
-    def level(self) -> None:
-        """It has no Z axis."""
-
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel; how far that is, its counters tell."""
         if self._lost or self.version < POSITION:
@@ -251,20 +262,18 @@ class EbbController:
         self._travel(Motors(self.profile, self._steps()), np.array([x, y]))
 
     def _travel(self, motors: Motors, there: Array) -> None:
-        for data in protocol.lifted(self.profile.pen):
-            self.conversation.ask(data)
+        self._ask_all(protocol.lifted(self.profile.pen))
         for _, data in motors.run(time_slices.travel(motors.place, there, self.profile)):
             while len(self.conversation.open) >= self._open:
                 self.conversation.hear()
             self.conversation.put(data)
         self.conversation.drain()
-        connection.settle(self.conversation, self.version)
+        self.conversation.settle()
 
     def pen(self, down: bool) -> None:
         """As high and low as the profile says."""
-        for data in [*protocol.reach(self.profile.pen), protocol.pen(down, self.profile.pen)]:
-            self.conversation.ask(data)
-        connection.settle(self.conversation, self.version)
+        self._ask_all([*protocol.reach(self.profile.pen), protocol.pen(down, self.profile.pen)])
+        self.conversation.settle()
 
     def jog(self, dx: float, dy: float) -> None:
         """Motions are relative."""
@@ -279,7 +288,7 @@ class EbbController:
     def halt(self) -> None:
         """Stop, and lift the pen."""
         conversation, self._stopped = self.conversation, True
-        conversation.timeout = min(conversation.timeout, _HURRY)
+        self._hurry(_HURRY)
         stop = b"ES\r" if self.version >= STOP else b""
         try:
             conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
@@ -289,13 +298,13 @@ class EbbController:
             conversation.open.clear()
             self._pens.clear()
             with contextlib.suppress(DeviceAlarm):
-                connection.settle(conversation, self.version)
+                conversation.settle()
                 if conversation.struck:
                     self._forget()
                 elif self.version >= POSITION:
                     self.spoilt = self._is_astray()
         except DeviceError:
-            self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+            self._pen_not_lifted()
 
     def _is_astray(self) -> bool:
         """Whether it has been stopped beside the way of the commands that it may have been at."""
@@ -315,12 +324,9 @@ class EbbController:
 
     def _until_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""
-        waited = 0.0
-        while waited < patience:
-            heard = self.conversation.replies(_HURRY / 4)
-            if any(isinstance(reply, About) for reply in heard):
+        for replies in self.conversation.listen(patience, _HURRY / 4):
+            if any(isinstance(reply, About) for reply in replies):
                 return
-            waited += 0.0 if heard else _HURRY / 4
         raise DeviceSilent("The plotter does not answer any more.")
 
     def home(self) -> None:

@@ -1,7 +1,6 @@
-"""The dialect of the EBB: blocks → commands, lines → replies.  Nothing here waits, opens or remembers.
+"""The protocol of the EBB: blocks → commands, lines → replies.  Nothing here waits, opens or remembers.
 
-Source: the command set of the EBB as documented by its makers for firmware 2.8.1 and 3.0, and the facts gathered in the
-specification of the plotters (which version knows which command).
+Source: Schmalz, EiBotBoard command set (firmware 2.8.1 and 3.0), which says since which version each command is known.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ class Error(NamedTuple):
     text: str
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"{self.text!r}, {ERRORS.get(self.number, 'an error unknown here')}"
 
 
@@ -92,12 +91,6 @@ def reply(line: bytes) -> Reply:
     return Note(text)
 
 
-def lines(data: bytes) -> tuple[list[bytes], bytes]:
-    """The complete lines of what was read, and the rest."""
-    *complete, rest = re.split(rb"[\r\n]+", data)
-    return [line for line in complete if line], rest
-
-
 def command(name: str, *numbers: int) -> bytes:
     """A command as it is sent."""
     return (",".join([name, *(str(number) for number in numbers)]) + "\r").encode("ascii")
@@ -136,7 +129,7 @@ def _rate(way: float, seconds: float) -> int:
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a length of its pulse; see `dialect.Dialect.set_pen`."""
+    """The pen goes to a length of its pulse; see `dialect.Dialect`."""
     there = pen_lift.at(profile, value)
     return [*reach(profile), command("SC", 5, round(value)), pen(True, there)]
 

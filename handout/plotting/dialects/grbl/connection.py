@@ -1,28 +1,24 @@
-"""Meeting a controller: is it there, did it keep its place, is it locked, and what are its own limits?"""
+"""Connecting to a GRBL controller: is it there, did it keep its place, is it locked, and what are its own limits?"""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import msgspec
 
 from handout.errors import DeviceAlarm, DeviceSilent, DoesNotFit
 from handout.plotting import bed
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import GLANCE, with_limits
 from handout.plotting.dialects.grbl import protocol
 from handout.plotting.dialects.grbl.conversation import GrblConversation
 from handout.plotting.dialects.grbl.protocol import Banner, Modal, Offset, Reply, Setting, Sizes, Status, Version
 from handout.plotting.ports import Port
 from handout.profiles import Acceleration, Bed, Length, Plotter, Speed
 
-_GLANCE = 0.25
-_HOMING = 180.0  # s a machine may take to find its switches
 _FINISHES = 300.0  # s a machine may take to finish what another conversation left it to do
-_REPORTS = 200  # answers that are listened to for another
 _LEAST = 10.0  # mm of travel that make a bed
-
-Log = Callable[[str], None]
 
 
 @dataclass
@@ -91,7 +87,7 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, P
     restarted = _wake(conversation, profile)
     info = _questions(conversation)
     info.kept &= not restarted
-    stands = status(conversation)
+    stands = conversation.status()
     info.locked, info.place = stands.state == "Alarm", tuple(at * info.scale for at in stands.field("MPos"))
     if info.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
         info.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
@@ -105,17 +101,17 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
     """Wait for the greeting, or a report of one that is awake already; whether it has started just now."""
     waited, garbage = 0.0, False
     while waited < profile.port.start_up:
-        heard = conversation.replies(_GLANCE)
+        heard = conversation.replies(GLANCE)
         if any(isinstance(reply, Banner) for reply in heard):
-            _hear_out(conversation)
+            conversation.hear_out()
             return True
         if said := [reply for reply in heard if isinstance(reply, Status)]:
             _let_finish(conversation, said[-1])
             return False
         garbage |= bool(heard)
-        waited += _GLANCE
+        waited += GLANCE
         conversation.port.write(protocol.STATUS)
-    reset(conversation, profile.port.timeout, garbage)
+    conversation.reset(profile.port.timeout, garbage)
     return True
 
 
@@ -124,26 +120,19 @@ def _let_finish(conversation: GrblConversation, status: Status) -> None:
     waited, said = 0.0, False
     while status.state not in ("Idle", "Alarm"):
         if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
-            reset(conversation, conversation.timeout)
+            conversation.reset(conversation.timeout)
             return
         if not said:
             conversation.log("The plotter is still busy with what it was sent before; waiting until it stands.")
             said = True
-        waited += _GLANCE
+        waited += GLANCE
         if waited > _FINISHES:
             raise DeviceSilent(f"The plotter did not come to rest within {_FINISHES:g} s: stop it, and start again.")
         conversation.port.write(protocol.STATUS)
         for reply in conversation.attend():
             status = reply if isinstance(reply, Status) else status
-        conversation.replies(_GLANCE)
-    _hear_out(conversation)  # what it still has to say to somebody else
-
-
-def _hear_out(conversation: GrblConversation) -> None:
-    """Until it is silent; one that reports by itself never is."""
-    for _ in range(_REPORTS):
-        if not conversation.replies(_GLANCE):
-            return
+        conversation.replies(GLANCE)
+    conversation.hear_out()  # what it still has to say to somebody else
 
 
 def _questions(conversation: GrblConversation) -> ControllerInfo:
@@ -156,28 +145,6 @@ def _questions(conversation: GrblConversation) -> ControllerInfo:
     info.note(conversation.ask(b"$$\n"))
     info.note(conversation.ask(b"$G\n") + conversation.ask(b"$#\n"))
     return info
-
-
-def reset(conversation: GrblConversation, patience: float, garbage: bool = False) -> None:
-    """Soft-reset the controller and wait for its greeting."""
-    conversation.port.write(protocol.RESET)
-    conversation.forget()
-    waited, greeted = 0.0, False
-    while waited < patience:
-        heard = conversation.replies(_GLANCE)
-        greeted |= any(isinstance(reply, Banner) for reply in heard)
-        if greeted and not heard:
-            return
-        garbage |= bool(heard)
-        waited += 0.0 if heard else _GLANCE
-    if garbage:
-        raise DeviceSilent(
-            "Something answers, but not as a GRBL controller does: check baud and dialect in the profile."
-        )
-    raise DeviceSilent(
-        f"The plotter does not answer within {patience:g} s: is it switched on, is this its port, "
-        "is the baud rate of the profile right?"
-    )
 
 
 def _unlock(conversation: GrblConversation, profile: Plotter, info: ControllerInfo, log: Log) -> None:
@@ -193,38 +160,13 @@ def _unlock(conversation: GrblConversation, profile: Plotter, info: ControllerIn
     conversation.ask(b"$X\n")
 
 
-def home(conversation: GrblConversation, log: Log) -> None:
-    """Let the machine find its zero by its switches."""
-    log("Homing: the plotter looks for its zero.")
-    conversation.ask(b"$H\n", _HOMING)
-
-
-def state(conversation: GrblConversation) -> str:
-    """The state the controller is in: Idle, Run, Hold, Alarm …"""
-    return status(conversation).state
-
-
-def status(conversation: GrblConversation) -> Status:
-    """The answer to ``?``."""
-    conversation.port.write(protocol.STATUS)
-    for _ in range(_REPORTS):
-        for reply in conversation.attend():
-            if isinstance(reply, Status):
-                return reply
-    raise DeviceSilent("Something answers, but does not say its state as a GRBL controller does: check its port.")
-
-
 def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
     """The profile with what ``$$`` and ``$I`` said; `log` is told about every difference that changes the motion.
 
     Speeds are the lesser of the two, the travel only counts with soft limits on (``$20=1``), all else is the machine's.
     """
     settings, pen, port = info.settings, profile.pen, profile.port
-    own = _own_limits(profile, settings)
-    for name, value in own.items():
-        said = getattr(profile.limits, name)
-        if abs(value - said) > 1e-3 * abs(said):
-            log(f"{name.replace('_', ' ')}: the plotter's own {value:g} instead of the profile's {said:g}.")
+    limits = with_limits(profile, _own_limits(profile, settings), log)
     if pen.lift == "z" and {112, 122} <= settings.keys():
         z_speed, z_acceleration = Speed(min(pen.z_speed, settings[112] / 60)), Acceleration(settings[122])
         pen = msgspec.structs.replace(pen, z_speed=z_speed, z_acceleration=z_acceleration)
@@ -232,7 +174,6 @@ def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
         log("Laser mode is on ($32=1): a servo may twitch on moves; switch it off with $32=0.")
     if info.sizes is not None:
         port = msgspec.structs.replace(port, queue=info.sizes.queue, buffer=info.sizes.buffer)
-    limits = msgspec.structs.replace(profile.limits, **own)
     return msgspec.structs.replace(profile, bed=_own_bed(profile, info), limits=limits, pen=pen, port=port)
 
 

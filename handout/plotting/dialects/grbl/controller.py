@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from handout.errors import DeviceError, DeviceGarbled, DeviceSilent
-from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
+from handout.plotting.dialect import Log, StateReport
+from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.grbl import connection, protocol
-from handout.plotting.dialects.grbl.connection import reset, status
-from handout.plotting.dialects.grbl.conversation import Sent
+from handout.plotting.dialects.grbl.conversation import GrblConversation, Sent
 from handout.plotting.dialects.grbl.position_tracking import FAR, Place, PositionTracking
 from handout.plotting.dialects.grbl.protocol import Status
 from handout.plotting.ports import Port
@@ -25,18 +25,15 @@ _MOMENT = 0.02  # s between two looks at a machine that brakes
 _HURRY = 1.0  # s to wait for an answer when something has gone wrong already
 
 
-class GrblController(Buttonless):
-    """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
+class GrblController(BaseController):
+    """A GRBL machine; the docstrings of `dialect.Controller` say what its methods do."""
+
+    conversation: GrblConversation
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.log = log
-        self.conversation, self.profile, self.info = connection.connect(port, profile, log)
-        self.sent = self.taken = self.executed = 0
+        self.conversation, own, self.info = connection.connect(port, profile, log)
+        super().__init__(own, log)
         self._proven = 0
-        self.queued: int | None = None
-        self.listener: Callable[[StateReport], None] = ignore_report
-        self.silent = ""
-        self.spoilt = False
         self._ahead = _AHEAD if self.info.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.info.kept and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset
@@ -54,16 +51,7 @@ class GrblController(Buttonless):
         self.sent += 1
         self.conversation.send(Sent(self.sent - 1, data), self._acknowledged)
         if self.sent % _OFTEN == 0:
-            self.conversation.glance()
-
-    @property
-    def patience(self) -> float:
-        """As the link has it."""
-        return self.conversation.patience
-
-    @patience.setter
-    def patience(self, seconds: float) -> None:
-        self.conversation.patience = seconds
+            self.conversation.ask_status()
 
     @property
     def proven(self) -> int:
@@ -84,38 +72,38 @@ class GrblController(Buttonless):
         self.taken = sent.number + 1
         if self._looks and self._looks[0] <= sent.number:
             self._looks.popleft()
-            self.conversation.glance()
+            self.conversation.ask_status()
 
     def _new_tracking(self) -> PositionTracking | None:
-        place = self._place(status(self.conversation))
+        place = self._place(self.conversation.status())
         if place is None:
             return None
         settings = self.info.settings
         return PositionTracking(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
 
-    def _place(self, said: Status) -> Place | None:
+    def _place(self, status: Status) -> Place | None:
         """Where it says that it stands, mm, in the coordinates of the program."""
         scale = self.info.scale
-        work, machine, offset = (tuple(v * scale for v in said.field(name)) for name in ("WPos", "MPos", "WCO"))
+        work, machine, offset = (tuple(v * scale for v in status.field(name)) for name in ("WPos", "MPos", "WCO"))
         self._offset = offset or self._offset
         if not work and len(machine) == len(self._offset):
             work = tuple(at - by for at, by in zip(machine, self._offset, strict=True))
         return (work[0], work[1], work[2]) if len(work) >= 3 else None
 
-    def _look(self, said: Status) -> None:
+    def _look(self, status: Status) -> None:
         """Count what has certainly been executed, from where it is and what waits in its queue."""
-        free = said.field("Bf")
+        free = status.field("Bf")
         size = self.profile.port.queue
         self.queued = max(size - int(free[0]), 0) if free else None
-        place, tracking = self._place(said), self._tracking
+        place, tracking = self._place(status), self._tracking
         if tracking is None or place is None:
-            self._count_blindly(said)
+            self._count_blindly(status)
             self.listener(StateReport(self.taken, self.executed, self.queued))
             return
-        power = said.field("FS")
+        power = status.field("FS")
         in_hand = (self.queued if self.queued is not None else size) + self._ahead
         certain = tracking.certain(place, power[1] if len(power) == 2 else None, self.taken, in_hand)
-        resting = said.state == "Idle" and self.taken == self.sent and not self.queued
+        resting = status.state == "Idle" and self.taken == self.sent and not self.queued
         if certain is None or (resting and math.dist(place, tracking.at) > FAR):
             raise DeviceGarbled(_strayed(place))
         if self.queued is None:
@@ -125,15 +113,15 @@ class GrblController(Buttonless):
         tracking.forget(self.executed)
         self.listener(StateReport(self.taken, self.executed, self.queued, place[:2]))
 
-    def _count_blindly(self, said: Status) -> None:
+    def _count_blindly(self, status: Status) -> None:
         """It does not say where it is: all that its queue could hold may still be there."""
         in_hand = (self.profile.port.queue if self.queued is None else self.queued) + self._ahead
-        resting = said.state == "Idle" and self.taken == self.sent and not self.queued
+        resting = status.state == "Idle" and self.taken == self.sent and not self.queued
         self.executed = self.taken if resting else max(self.executed, self.taken - in_hand)
 
     def position(self) -> tuple[float, float] | None:
         """In the coordinates of the program, mm; None after a restart or an alarm until it is homed or told."""
-        place = self._place(status(self.conversation)) if self._knows else None
+        place = self._place(self.conversation.status()) if self._knows else None
         return None if place is None else place[:2]
 
     def zero(self) -> None:
@@ -150,9 +138,8 @@ class GrblController(Buttonless):
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
         if self.profile.pen.lift != "z":
             self._unlock()
-            for line in [*protocol.MODES, *protocol.pen(False, self.profile.pen)]:
-                self.conversation.ask(line)
-        connection.home(self.conversation, self.log)
+            self._ask_all([*protocol.MODES, *protocol.pen(False, self.profile.pen)])
+        self.conversation.home()
         self._relearn()
 
     def _relearn(self) -> None:
@@ -163,32 +150,26 @@ class GrblController(Buttonless):
     def go(self, x: float, y: float) -> None:
         """Lift the pen and travel."""
         speed = float(self.profile.limits.travel_speed)
-        for line in [
-            *protocol.MODES,
-            *protocol.pen(False, self.profile.pen),
-            protocol.move(x, y, speed),
-            *protocol.closing(),
-        ]:
-            self.conversation.ask(line)
+        lift, move = protocol.pen(False, self.profile.pen), protocol.move(x, y, speed)
+        self._ask_all([*protocol.MODES, *lift, move, *protocol.closing()])
         self._tracking = None
 
     def pen(self, down: bool) -> None:
         """A machine that is locked until it is homed may move its pen."""
         self._unlock()
-        for line in [*protocol.MODES, *protocol.pen(down, self.profile.pen), *protocol.closing()]:
-            self.conversation.ask(line)
+        self._ask_all([*protocol.MODES, *protocol.pen(down, self.profile.pen), *protocol.closing()])
         self._tracking = None
 
     def jog(self, dx: float, dy: float) -> None:
         """From where it says that it is, right or wrong; it need not have been homed."""
         self._unlock()
-        place = self._place(status(self.conversation))
+        place = self._place(self.conversation.status())
         if place is None:
             raise DeviceSilent("The plotter does not say where it stands: set $10=1, and try again.")
         self.go(place[0] + dx, place[1] + dy)
 
     def _unlock(self) -> None:
-        if connection.state(self.conversation) == "Alarm":
+        if self.conversation.status().state == "Alarm":
             self._knows = False
             self.conversation.ask(b"$X\n")
 
@@ -203,7 +184,7 @@ class GrblController(Buttonless):
         conversation.stopping = True
         with contextlib.suppress(KeyboardInterrupt):  # the third: let it be
             try:
-                conversation.timeout = min(conversation.timeout, _HURRY)
+                self._hurry(_HURRY)
                 place = self._hold()
                 self._lift(place)
             except KeyboardInterrupt:
@@ -220,7 +201,7 @@ class GrblController(Buttonless):
 
     def _dropped(self) -> None:
         self._knows = False
-        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+        self._pen_not_lifted()
 
     def _hold(self) -> Place | None:
         """Brake, and wait until the machine stands: a reset while it moves would lose its place, which is returned."""
@@ -239,10 +220,10 @@ class GrblController(Buttonless):
             self._knows = False
         return None
 
-    def _held(self, said: Status) -> Place | None:
+    def _held(self, status: Status) -> Place | None:
         """What has been executed when it stands; its place if it still knows it."""
-        self._knows &= said.state in ("Hold", "Idle") and not self.conversation.restarted
-        place = self._place(said) if self._knows else None
+        self._knows &= status.state in ("Hold", "Idle") and not self.conversation.restarted
+        place = self._place(status) if self._knows else None
         if place is not None and self._tracking is not None:
             certain = self._tracking.certain(place, None, self.taken, self.profile.port.queue + self._ahead)
             self.spoilt |= certain is None
@@ -251,21 +232,19 @@ class GrblController(Buttonless):
         return place
 
     def _lift(self, place: Place | None) -> None:
-        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is info."""
+        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is known."""
         conversation = self.conversation
-        reset(conversation, _HURRY)
-        if connection.state(conversation) == "Alarm":
-            self._knows = False
-            conversation.ask(b"$X\n")
+        conversation.reset(_HURRY)
+        self._unlock()
         offset = self._offset
         self.info.note(conversation.ask(b"$#\n"))
         self._offset = self.info.offset
         again = [protocol.call_it(place)] if place is not None and _differ(offset, self._offset) else []
         mark = [protocol.MARK] if self._knows else []
-        for line in [*protocol.MODES, *again, *protocol.pen(False, self.profile.pen), *mark, *protocol.closing()]:
-            conversation.ask(line)
+        lift = protocol.pen(False, self.profile.pen)
+        self._ask_all([*protocol.MODES, *again, *lift, *mark, *protocol.closing()])
         if not self._knows:  # the way of a pen on a Z axis leaves a mark too
-            reset(conversation, _HURRY)
+            conversation.reset(_HURRY)
         if again:
             self._offset = offset
         self._tracking = None

@@ -7,18 +7,20 @@ into its memory it hears nothing at all: a line that makes it do so is sent alon
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceGarbled, DeviceHeld, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import GLANCE, RESTARTED, Conversation, never_answered, unanswered
 from handout.plotting.dialects.grbl import protocol
 from handout.plotting.dialects.grbl.protocol import Alarm, Banner, Error, Ok, Reply, Status
 from handout.plotting.ports import Port
 
 _LONGEST = 600.0  # s that it may take over one line that is asked alone
-_GLANCE = 0.25  # s without a word after which the controller is asked how it is
+_HOMING = 180.0  # s a machine may take to find its switches
+_REPORTS = 200  # answers that are listened to for another
 
 
 class Sent(NamedTuple):
@@ -28,8 +30,8 @@ class Sent(NamedTuple):
     line: bytes
 
 
-class GrblConversation:
-    """A port with a controller behind it.
+class GrblConversation(Conversation[Reply]):
+    """A port with a GRBL controller behind it.
 
     Its methods raise DeviceSilent when nothing is answered, or when lines were lost; DeviceAlarm when a line is refused
     or the machine stops; PortError when the connection breaks.
@@ -37,33 +39,24 @@ class GrblConversation:
     Parameters
     ----------
     buffer : bytes the controller can receive before it reads them.
-    timeout : s of silence before it is given up.
 
     Attributes
     ----------
-    patience : s that it may stand on hold.
     stopping : whether it is held by us.
     told : called with every state that is heard.
     restarted : whether it has started by itself.
     """
 
-    def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None]) -> None:
-        self.port, self.buffer, self.timeout, self.log = port, buffer, timeout, log
+    def __init__(self, port: Port, buffer: int, timeout: float, log: Log) -> None:
+        super().__init__(port, timeout, log, protocol.reply)
+        self.buffer = buffer
         self.restarted = self.stopping = False
-        self.patience = math.inf
         self.told: Callable[[Status], None] = lambda status: None
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
-        self._partial = b""
         self._waited = 0.0  # s of silence since a line was answered
         self._stood = 0.0  # s that it has been on hold
         self._held = self._asked = False
-
-    def replies(self, patience: float) -> list[Reply]:
-        """What the controller says within `patience` s; returns with the first complete lines, or with none."""
-        data = self.port.read(patience)
-        *complete, self._partial = (self._partial + data).split(b"\n")
-        return [protocol.reply(line) for line in complete if line.strip()]
 
     def send(self, sent: Sent, acknowledged: Callable[[Sent], None]) -> None:
         """Send a line as soon as the controller has room for it."""
@@ -81,7 +74,7 @@ class GrblConversation:
         while self._under_way:
             self.hear(acknowledged)
 
-    def glance(self) -> None:
+    def ask_status(self) -> None:
         """Ask for its state, unless it has been asked and has not answered."""
         if not self._asked:
             self._asked = True
@@ -98,11 +91,11 @@ class GrblConversation:
         while True:
             for reply in self._patiently(patience) if patience else self.attend():
                 if isinstance(reply, Error):
-                    raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.words}.")
+                    raise DeviceAlarm(f"The plotter refused {line.decode().strip()!r}: {reply.description}.")
                 if isinstance(reply, Alarm):
-                    raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                    raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
                 if isinstance(reply, Banner):
-                    raise self._anew()
+                    raise self._restarted()
                 heard.append(reply)
             if any(isinstance(reply, Ok) for reply in heard):
                 return heard
@@ -111,14 +104,12 @@ class GrblConversation:
                 raise DeviceSilent(f"The plotter stands or is busy but has not answered {line.decode().strip()!r}.")
 
     def _patiently(self, patience: float) -> list[Reply]:
-        waited = 0.0
-        while waited < patience:
-            if replies := self.replies(_GLANCE):
+        for replies in self.listen(patience):
+            if replies:
                 return replies
-            waited += _GLANCE
         raise DeviceSilent(f"The plotter did not finish within {patience:g} s.")
 
-    def attend(self, glance: float = _GLANCE) -> list[Reply]:
+    def attend(self, glance: float = GLANCE) -> list[Reply]:
         """The next replies.  A controller that says nothing for the time of a glance, s, is asked for its state.
 
         Raises
@@ -138,12 +129,9 @@ class GrblConversation:
             self._stood += glance
             self._asked = True
             self.port.write(protocol.STATUS)
-        raise DeviceSilent(
-            f"The plotter has not answered for {self.timeout:g} s: check its cable and its power, "
-            "and that it moves freely."
-        )
+        raise unanswered(f"{self.timeout:g}")
 
-    def hear(self, acknowledged: Callable[[Sent], None], glance: float = _GLANCE) -> None:
+    def hear(self, acknowledged: Callable[[Sent], None], glance: float = GLANCE) -> None:
         """Wait for the next replies and heed them; a controller that says nothing is asked for its state."""
         for reply in self.attend(glance):
             if isinstance(reply, Status):
@@ -158,20 +146,18 @@ class GrblConversation:
             elif isinstance(reply, Error):
                 raise DeviceGarbled(self._refused(reply))
             elif isinstance(reply, Alarm):
-                raise DeviceAlarm(f"The plotter stopped with {reply.words}.")
+                raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
             elif isinstance(reply, Banner):
-                raise self._anew()
+                raise self._restarted()
 
-    def _anew(self) -> DeviceAlarm:
+    def _restarted(self) -> DeviceAlarm:
         self.restarted = True
-        return DeviceAlarm(
-            "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
-        )
+        return DeviceAlarm(RESTARTED)
 
     def _refused(self, error: Error) -> str:
         sent = self._under_way[0] if self._under_way else None
         where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
-        return f"The plotter refused {where}: {error.words}."
+        return f"The plotter refused {where}: {error.description}."
 
     def _heed(self, status: Status) -> None:
         """See whether somebody holds it, and for how long."""
@@ -206,3 +192,35 @@ class GrblConversation:
         """Forget what is under way (after a reset)."""
         self._under_way.clear()
         self._bytes, self._waited, self._asked = 0, 0.0, False
+
+    def status(self) -> Status:
+        """The answer to ``?``."""
+        self.port.write(protocol.STATUS)
+        for _ in range(_REPORTS):
+            for reply in self.attend():
+                if isinstance(reply, Status):
+                    return reply
+        raise DeviceSilent("Something answers, but does not say its state as a GRBL controller does: check its port.")
+
+    def reset(self, patience: float, garbage: bool = False) -> None:
+        """Soft-reset the controller and wait for its greeting; garbage : something has answered that is not GRBL."""
+        self.port.write(protocol.RESET)
+        self.forget()
+        greeted = False
+        for replies in self.listen(patience):
+            greeted |= any(isinstance(reply, Banner) for reply in replies)
+            if greeted and not replies:
+                return
+            garbage |= bool(replies)
+        raise never_answered("GRBL", patience, garbage)
+
+    def home(self) -> None:
+        """Let the machine find its zero by its switches."""
+        self.log("Homing: the plotter looks for its zero.")
+        self.ask(b"$H\n", _HOMING)
+
+    def hear_out(self) -> None:
+        """Listen until it is silent; one that reports by itself never is."""
+        for _ in range(_REPORTS):
+            if not self.replies(GLANCE):
+                return

@@ -1,6 +1,7 @@
-"""The dialect of GRBL 1.1: blocks → lines, lines → replies.  Nothing here waits, opens or remembers.
+"""The protocol of GRBL 1.1: blocks → lines, lines → replies.  Nothing here waits, opens or remembers.
 
-Source: the specification of GRBL 1.1 as measured on the firmware (lines, real-time bytes, errors 1–38, alarms 1–10).
+Source: Skogsrud and Jeon 2019, GRBL 1.1 (interface; real-time bytes, errors 1–38, alarms 1–10), and own measurements
+on its unmodified machine code.
 """
 
 from __future__ import annotations
@@ -11,11 +12,14 @@ from typing import NamedTuple
 
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.dialects import gcode
+from handout.plotting.dialects.gcode import number
 from handout.plotting.planning.blocks import Block, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
 
-RESET, HOLD, RESUME, STATUS = b"\x18", b"!", b"~", b"?"
+RESET, HOLD, STATUS = b"\x18", b"!", b"?"
+STANDING = b"G4P0\n"  # a pause of no length is answered when all motion is done
 MODES = (b"G21\n", b"G90\n", b"G94\n")  # millimetres, absolute positions, feeds per minute
 
 ERRORS: dict[int, str] = {
@@ -64,7 +68,7 @@ class Error(NamedTuple):
     number: int
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"error:{self.number}, {ERRORS.get(self.number, 'unknown')}"
 
 
@@ -74,7 +78,7 @@ class Alarm(NamedTuple):
     number: int
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         return f"ALARM:{self.number}: {ALARMS.get(self.number, 'unknown')}"
 
 
@@ -178,46 +182,34 @@ def writes_memory(line: bytes) -> bool:
 
 
 def closing() -> list[bytes]:
-    """A pause of no length is answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
-    return [b"G4P0\n"]
+    """Answered when all motion is done.  M2 and M30 are left out: they would drop the pen."""
+    return [STANDING]
 
 
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
     """Lower or lift the pen and wait for it."""
-    if profile.lift == "command":
-        own = profile.down_command if down else profile.up_command
-        rest = float(profile.down_time if down else profile.up_time)
-        return [*closing(), *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
-    lines = []
-    for value, wait in pen_lift.way(profile, down):
-        if profile.lift == "z":
-            speed = pen_lift.lowering_speed(profile) if down else profile.z_speed
-            lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
-        else:
-            lines.append(f"M3S{_number(value)}\n".encode())
-        lines += [pause(wait)] if wait > 0 else []
-    return lines
+    return gcode.pen(down, profile, stand=STANDING, servo=lambda value: f"M3S{number(value)}\n".encode(), pause=pause)
 
 
 def move(x: float, y: float, speed: float) -> bytes:
     """A straight move to a place, mm, at a speed in mm/s."""
-    return f"G1X{_number(x)}Y{_number(y)}F{_number(speed * 60, 1)}\n".encode()
+    return f"G1X{number(x)}Y{number(y)}F{number(speed * 60, 1)}\n".encode()
 
 
 def call_it(place: tuple[float, float, float]) -> bytes:
     """Where it stands is called so, mm."""
     x, y, z = place
-    return f"G92X{_number(x)}Y{_number(y)}Z{_number(z)}\n".encode()
+    return f"G92X{number(x)}Y{number(y)}Z{number(z)}\n".encode()
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    """The pen goes to a value or a height; see `dialect.Dialect`."""
     return [*MODES, *pen(True, pen_lift.at(profile, value)), *closing()]
 
 
 def pause(seconds: float) -> bytes:
     """Stand still when all motion is done."""
-    return f"G4P{_number(seconds)}\n".encode()
+    return f"G4P{number(seconds)}\n".encode()
 
 
 def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False) -> Iterator[Command]:
@@ -230,11 +222,11 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
     """
     yield from (Command(line, 0) for line in MODES)
     down: bool | None = None
-    told = _Told(absolute)
+    memory = _Memory(absolute)
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
-                *first, last = told.pen(block.down, profile.pen)
+                *first, last = memory.pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
             down = block.down
@@ -242,11 +234,11 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
             yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
-            yield Command(told.move(block), index + 1)
-    yield from (Command(line, len(blocks)) for line in [*told.back(), *closing()])
+            yield Command(memory.move(block), index + 1)
+    yield from (Command(line, len(blocks)) for line in [*memory.back(), *closing()])
 
 
-class _Told:
+class _Memory:
     """What the machine remembers of the lines before; places in thousandths of a millimetre, as they are told."""
 
     def __init__(self, absolute: bool) -> None:
@@ -278,15 +270,9 @@ class _Told:
         words = ["G91"] if relative and not self.relative else ["G90"] if self.relative and not relative else []
         words += [] if self.motion == "G1" else ["G1"]
         for axis, to in changed.items():
-            words.append(axis + _number((to - self.at[axis] if relative else to) / 1000))
-        feed = f"F{_number(block.feed, 1)}"
+            words.append(axis + number((to - self.at[axis] if relative else to) / 1000))
+        feed = f"F{number(block.feed, 1)}"
         words += [] if feed == self.feed else [feed]
         self.at |= there
         self.motion, self.feed, self.relative = "G1", feed, relative
         return ("".join(words) + "\n").encode()
-
-
-def _number(value: float, digits: int = 3) -> str:
-    """As short as it can be written."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text

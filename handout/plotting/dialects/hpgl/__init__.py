@@ -6,7 +6,7 @@ import re
 
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Dialect, Question
-from handout.plotting.dialects.hpgl.controller import connect
+from handout.plotting.dialects.hpgl.controller import HpglController
 from handout.plotting.dialects.hpgl.protocol import program
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Pen, Plotter
@@ -27,7 +27,7 @@ DIALECT = Dialect(
     program=program,
     file=file,
     set_pen=set_pen,
-    connect=connect,
+    connect=HpglController,
     simulator="handout.simulated.plotter.hpgl",
     question=Question(b"OI;", re.compile(rb"^\s*([0-9A-Z][0-9A-Z-]{3,15})\s*[\r\n]", re.MULTILINE), (9600,)),
     suffixes=(".hpgl", ".plt"),

@@ -1,50 +1,39 @@
-"""A conversation with a plotter: instructions out as there is room for them, its questions asked one at a time.
+"""An HP-GL plotter that is connected: instructions out as there is room for them, and how far it must be.
 
 A plotter acknowledges nothing.  It says at any time how many bytes of its buffer are free (ESC.B), and acts on such a
 question when it arrives, behind all that was sent before.  So at the moment of the answer everything sent has arrived,
 and what is not in the buffer any more has been read: all of it has been executed but for the last few vectors.
 
-Two answers must never be under way at once: the plotter takes that for an error and ignores the second question.
-Instructions are written whole, and no question comes between their bytes.
-
-Source: the manuals of the HP 7470A and 7475A (device control instructions, software checking handshake).
+Source: Hewlett-Packard 1983, interfacing and programming of the HP 7475A, and the same of the 7470A (software checking
+handshake).
 """
 
 from __future__ import annotations
 
 import contextlib
-import math
-import re
 from collections import deque
-from collections.abc import Callable
 
 import msgspec
 import numpy as np
 
-from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceHeld, DeviceSilent, InputError
+from handout.errors import DeviceAlarm, DeviceError, DeviceGarbled, DeviceSilent, InputError
 from handout.plotting import bed
-from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.hpgl import protocol
+from handout.plotting.dialects.hpgl.conversation import STARTED, HpglConversation
 from handout.plotting.ports import Port
 from handout.profiles import Length, Plotter
 
 _FITS = 60  # bytes that the smallest buffer can take when it is empty
 _PARTS = 4  # of what is on its way, the part that is worth going on for
 _RESERVE = 128  # bytes of the buffer that stay free, for plotters that count their room too high
-_GLANCE = 0.25  # s it is listened to at a time
 _MOMENT = 0.05  # s between two questions when nothing has changed
 _HURRY = 3.0  # s to wait for an answer when something has gone wrong already
 _LAST_LINE = 2.0  # s that the last line may take
 _LONGEST = 15.0  # s that one instruction may take, at the least velocity
-_DREGS = 40  # moments in which old answers are listened for
-_ANSWER = 80  # bytes that no answer has
-_NO_PLOTTER = "Something answers, but not as an HP-GL plotter does: check baud, parity and dialect in the profile."
-_STARTED = "The plotter was switched off and on in between: load its paper as it was, and check its power."
 _CHECKED = 16  # questions for room between two for errors of the line
 
-
-_STATE = re.compile(rb"(?<![\d,])(\d+)[\r\n]")  # a number alone on its line
-_END = re.compile(rb"[\r\n]")
 _NEAR = 1.5  # plotter units; rounding may leave it one beside
 
 
@@ -66,32 +55,51 @@ class PenPosition:
         return self.at is not None and max(abs(x - self.at[0]), abs(y - self.at[1])) > _NEAR
 
 
-class HpglController(Buttonless):
-    """A plotter that is connected and ready; a `Controller`.
+class HpglController(BaseController):
+    """An HP-GL plotter; the docstrings of `dialect.Controller` say what its methods do.
 
-    size : bytes its buffer holds; model : what it calls itself; restarted : whether it was off since its last plot.
+    size : bytes its buffer holds; model : what it calls itself.
     """
 
+    conversation: HpglConversation
+    silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
+
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.port, self.profile, self.log = port, profile, log
-        self.timeout = float(profile.port.timeout)
-        self.size, self.model, self.restarted = profile.port.buffer, "", False
-        self.sent = self.taken = self.executed = 0
-        self.proven, self.spoilt, self.patience = 0, False, math.inf
-        self._stood = 0.0  # s that it has been on hold
+        super().__init__(profile, log)
+        self.conversation = HpglConversation(port, float(profile.port.timeout), log)
+        self.port, self.size, self.model = port, profile.port.buffer, ""
+        self.proven = 0
         self._pen_position = PenPosition()
-        self.queued: int | None = None
-        self.listener: Callable[[StateReport], None] = ignore_report
-        self.silent = "An HP-GL plotter says how much it has read, not what it has drawn of that."
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
         self._ends: deque[tuple[int, int]] = deque()  # of what may be in its buffer: all bytes up to its end, its moves
         self._read_moves: deque[int] = deque()  # of what was read but is not certainly executed
         self._asked = 0
         self._still = 0.0  # s in which it has taken nothing out of its buffer
-        self._held = False
-        self._partial = b""
-        self._marked = False  # whether its answers end in a way that it forgets when it is switched off
+        self._meet()
+
+    def _meet(self) -> None:
+        """Wake the plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
+
+        Raises
+        ------
+        DeviceSilent
+            Nothing answers, or something that is no HP-GL plotter.
+        DeviceAlarm
+            It has no paper.
+        """
+        conversation = self.conversation
+        self.port.write(protocol.LISTEN + protocol.MARKED)
+        self.port.read(_MOMENT)  # what it says by itself when it is switched on
+        conversation.check_state()
+        self.drop()
+        self.size = int(conversation.ask(protocol.SIZE)[0])
+        conversation.ask(protocol.ERROR)
+        self.model = conversation.hear(protocol.WHO).decode("ascii", "replace")
+        self.port.write(b"".join(protocol.turning(self.profile)))
+        self.profile = _within(self.profile, conversation.ask(protocol.LIMITS, count=4), self.size, self.log)
+        self.started()
+        self.drop()
 
     def send(self, data: bytes) -> None:
         """Write an instruction as soon as there is room for it."""
@@ -107,7 +115,7 @@ class HpglController(Buttonless):
         self._ends.append((self._bytes, sum(len(instruction.points) for instruction in protocol.read(data))))
         if data == protocol.START:
             self.started()
-            self.restarted = False
+            self.conversation.restarted = False
         elif data.startswith(protocol.PEN_DOWN):
             self._look()  # while it is lowered: one that starts anew between the two draws no more than it has
 
@@ -135,14 +143,15 @@ class HpglController(Buttonless):
     def _prove(self) -> None:
         """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""
         x, y, down = self._place(self._patience + _LONGEST)
-        status = int(self.ask(protocol.STATUS)[0])
+        status = int(self.conversation.ask(protocol.STATUS)[0])
         if status & protocol.STARTED:
-            self.restarted = True
-            raise DeviceAlarm(_STARTED)
+            self.conversation.restarted = True
+            raise DeviceAlarm(STARTED)
         if status & protocol.WRONG:
+            error = protocol.error(int(self.conversation.ask(protocol.ERROR)[0]))
             raise DeviceGarbled(
-                f"The plotter reports {protocol.error(int(self.ask(protocol.ERROR)[0]))}: something was damaged on the "
-                "way, and what it drew last may be wrong; check the cable."
+                f"The plotter reports {error}: something was damaged on the way, and what it drew last may be wrong; "
+                "check the cable."
             )
         if down or self._pen_position.is_missed(x, y):
             raise DeviceGarbled(
@@ -153,20 +162,12 @@ class HpglController(Buttonless):
     def _rest(self) -> None:
         """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
         self.port.read(_MOMENT)
-        self.check_state()
-        self._still = 0.0 if self._held else self._still + _MOMENT
-        self._stands(_MOMENT)
+        self.conversation.check_state()
+        self._still = 0.0 if self.conversation.held else self._still + _MOMENT
+        self.conversation.stand(_MOMENT)
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
-            )
-
-    def _stands(self, seconds: float) -> None:
-        """Time has passed; DeviceHeld if it has been on hold for too long by now."""
-        self._stood = self._stood + seconds if self._held else 0.0
-        if self._stood > self.patience:
-            raise DeviceHeld(
-                f"The plotter has been on hold for {self._stood:.0f} s, and nobody pressed VIEW (or PAUSE) again."
             )
 
     def _settled(self) -> None:
@@ -179,7 +180,7 @@ class HpglController(Buttonless):
 
     def position(self) -> tuple[float, float] | None:
         """Where it stands once the vector under way is done, machine coordinates, mm; None if it was switched off."""
-        if self.restarted:
+        if self.conversation.restarted:
             return None
         x, y, _ = self._place(self._patience)
         per_mm = self.profile.limits.steps_per_mm
@@ -187,23 +188,20 @@ class HpglController(Buttonless):
 
     def halt(self) -> None:
         """Drop what waits in its buffer and lift the pen; the vector under way is drawn to its end."""
-        self.timeout = min(self.timeout, _HURRY)
+        self._hurry(_HURRY)
         try:
             with contextlib.suppress(DeviceSilent):
                 self.drop()
             self.port.write(protocol.PEN_UP)
             if not self._place(self._patience)[2]:
-                wrong = self.ask(protocol.ERROR) != (0,)
-                self.spoilt = wrong and not self.restarted  # which leaves half an instruction
-                if self.restarted:
+                wrong = self.conversation.ask(protocol.ERROR) != (0,)
+                self.spoilt = wrong and not self.conversation.restarted  # which leaves half an instruction
+                if self.conversation.restarted:
                     self.port.write(protocol.START)  # whoever asks next is to hear of it too
                 return
         except DeviceError:
             pass
-        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
-
-    def level(self) -> None:
-        """It has no Z axis."""
+        self._pen_not_lifted()
 
     def home(self) -> None:
         """A plotter knows its zero from the moment its paper is loaded."""
@@ -215,7 +213,7 @@ class HpglController(Buttonless):
         """As the beginning of a stroke would; a stroke that was stopped has left it counting from place to place."""
         self.port.write(protocol.PEN_UP + protocol.ABSOLUTE + protocol.travel(x, y, self.profile))
         self._place(self._patience)
-        self.restarted = False
+        self.conversation.restarted = False
 
     def pen(self, down: bool) -> None:
         """A pen is fetched first, to be lowered."""
@@ -236,24 +234,21 @@ class HpglController(Buttonless):
 
     def started(self) -> None:
         """From now on, a plotter that says it was started has been off in between."""
-        self.restarted = bool(int(self.ask(protocol.STATUS)[0]) & protocol.STARTED)
+        self.conversation.restarted = bool(int(self.conversation.ask(protocol.STATUS)[0]) & protocol.STARTED)
 
     def drop(self) -> None:
         """Empty its buffer."""
         self.port.write(protocol.ABORT)
         self._ends.clear()
-        for _ in range(_DREGS):  # what was asked before and is answered now
-            if not self.port.read(_MOMENT):
-                break
-        self._partial = b""
-        self._room = int(self.ask(protocol.SPACE)[0]) - self._reserve
+        self.conversation.forget()
+        self._room = int(self.conversation.ask(protocol.SPACE)[0]) - self._reserve
 
     def _look(self) -> None:
         """Ask for the free bytes, and now and then whether some were lost."""
         self._asked += 1
         if self._asked % _CHECKED == 0:
-            self._check_line()
-        free = int(self.ask(protocol.SPACE)[0])
+            self.conversation.check_line()
+        free = int(self.conversation.ask(protocol.SPACE)[0])
         read, self._read = self._read, max(self._read, self._bytes - max(self.size - free, 0))
         self._still = self._still if read == self._read else 0.0
         while self._ends and self._ends[0][0] <= self._read:
@@ -273,122 +268,29 @@ class HpglController(Buttonless):
         between = list(self._read_moves)[1:-1]
         return sum(between) > self.profile.port.queue
 
-    def _check_line(self) -> None:
-        number = int(self.ask(protocol.LINE_ERROR)[0])
-        if number in (15, 16):
-            raise DeviceGarbled(f"Something was lost on the way to the plotter: {protocol.line_error(number)}.")
-        if number:
-            self.log(f"The plotter reports {protocol.line_error(number)}.")
-
-    def check_state(self) -> None:
-        """Whether a person has a hand on it."""
-        state = int(self.ask(protocol.STATE)[0])
-        if state & protocol.LEVER:
-            raise DeviceAlarm(
-                "The paper lever of the plotter is raised, and the sheet may have moved: load it as it was, and lower "
-                "the lever."
-            )
-        self._note_hold(bool(state & protocol.VIEWING))
-
-    def _note_hold(self, held: bool) -> None:
-        if held and not self._held:
-            self.log("The plotter is on hold; it goes on when VIEW (or PAUSE) is pressed again.")
-        self._held = held
-
-    def _is_viewed(self) -> bool:
-        """Whether it is on hold, where it still owes an answer, which may come first."""
-        self.port.write(protocol.STATE)
-        waited = 0.0
-        while waited < self.timeout:
-            fresh = self.port.read(_GLANCE)
-            self._partial, waited = self._partial + fresh, waited + (0.0 if fresh else _GLANCE)
-            if found := _STATE.search(self._partial):
-                self._partial = self._partial[: found.start()] + self._partial[found.end() :]
-                self._note_hold(bool(int(found.group(1)) & protocol.VIEWING))
-                return self._held
-        return False
-
-    def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
-        """So many numbers that it answers."""
-        found = protocol.numbers(self.hear(question, patience))
-        if found is None or len(found) != count:
-            raise DeviceSilent(_NO_PLOTTER)
-        return found
-
     def _place(self, patience: float) -> tuple[float, ...]:
         """Answer of OA: x, y in plotter units and whether the pen is down; it may have to finish a line before."""
-        return self.ask(protocol.POSITION, patience, 3)
+        return self.conversation.ask(protocol.POSITION, patience, 3)
 
     @property
     def _patience(self) -> float:
         """s for an answer that comes when it stands; it may fetch a pen first."""
-        return self.timeout + float(self.profile.hpgl.pen_time) + _LAST_LINE
+        return self.conversation.timeout + float(self.profile.hpgl.pen_time) + _LAST_LINE
 
     @property
     def _reserve(self) -> int:
         return min(_RESERVE, self.size // 4)
 
-    def hear(self, question: bytes, patience: float = 0.0) -> bytes:
-        """Ask, and wait for the answer, without its end."""
-        self.port.write(question)
-        waited, patience = 0.0, patience or self.timeout
-        while not (end := _END.search(self._partial)):
-            if len(self._partial) > _ANSWER or (waited > patience and self._partial):
-                raise DeviceSilent(_NO_PLOTTER)
-            if waited > patience and question.startswith(b"O") and self._is_viewed():
-                self._stands(waited)
-                waited = 0.0
-            elif waited > patience:
-                raise DeviceSilent(
-                    f"The plotter has not answered for {patience:g} s: check its cable and its power, that it listens "
-                    "to this port, and its baud rate."
-                )
-            fresh = self.port.read(_GLANCE)
-            self._partial = (self._partial + fresh).lstrip(b"\r\n")
-            waited += 0.0 if fresh else _GLANCE
-        answer, self._partial = self._partial[: end.start()], self._partial[end.end() :].lstrip(b"\r\n")
-        if self._marked and end.group() == b"\r":
-            self.restarted, self._marked = True, False
-            raise DeviceAlarm(_STARTED)
-        self._marked |= question == protocol.STATE and end.group() == b"\n"
-        return answer.strip()
 
-
-def connect(port: Port, profile: Plotter, log: Log) -> HpglController:
-    """Wake a plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
-
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is no HP-GL plotter.
-    DeviceAlarm
-        It has no paper.
-    """
-    plotter = HpglController(port, profile, log)
-    port.write(protocol.LISTEN + protocol.MARKED)
-    port.read(_MOMENT)  # what it says by itself when it is switched on
-    plotter.check_state()
-    plotter.drop()
-    plotter.size = int(plotter.ask(protocol.SIZE)[0])
-    plotter.ask(protocol.ERROR)
-    plotter.model = plotter.hear(protocol.WHO).decode("ascii", "replace")
-    port.write(b"".join(protocol.turning(profile)))
-    plotter.profile = _within(plotter, plotter.ask(protocol.LIMITS, count=4), log)
-    plotter.started()
-    plotter.drop()
-    return plotter
-
-
-def _within(plotter: HpglController, limits: tuple[float, ...], log: Log) -> Plotter:
+def _within(profile: Plotter, limits: tuple[float, ...], size: int, log: Log) -> Plotter:
     """The profile with the size of the plotter's buffer, and its bed where that is smaller."""
-    profile, bed = plotter.profile, plotter.profile.bed
+    bed = profile.bed
     per_mm = profile.limits.steps_per_mm
     left, low, right, high = (limit / per_mm for limit in limits)
     centred = bed.origin == "centre"
     width, height = (right - left, high - low) if centred else (right, high)
     if width < bed.width - 0.5 or height < bed.height - 0.5:
         log(f"The plotter reaches {width:.0f} × {height:.0f} mm, less than the profile says: is this its paper?")
-        size = {"width": Length(min(width, bed.width)), "height": Length(min(height, bed.height))}
-        bed = msgspec.structs.replace(bed, **size)
-    own = msgspec.structs.replace(profile.port, buffer=plotter.size)
-    return msgspec.structs.replace(profile, bed=bed, port=own)
+        lengths = {"width": Length(min(width, bed.width)), "height": Length(min(height, bed.height))}
+        bed = msgspec.structs.replace(bed, **lengths)
+    return msgspec.structs.replace(profile, bed=bed, port=msgspec.structs.replace(profile.port, buffer=size))

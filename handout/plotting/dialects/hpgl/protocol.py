@@ -1,6 +1,6 @@
-"""The words of HP-GL: blocks → instructions, answers → meanings.  Nothing here waits, opens or remembers.
+"""The protocol of HP-GL: blocks → instructions, answers → meanings.  Nothing here waits, opens or remembers.
 
-Source: the interfacing and programming manuals of the HP 7470A and 7475A: instructions, device control (ESC .), errors
+Source: Hewlett-Packard 1983, HP 7475A, and the same of the 7470A: instructions, device control (ESC .), errors
 of the language and of the RS-232 line, the bits of OS and ESC.O.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 from handout.plotting.dialect import Command
 from handout.plotting.planning.blocks import Block, Move, Pause, Pen
@@ -62,8 +62,7 @@ class Instruction(NamedTuple):
 def read(data: bytes) -> list[Instruction]:
     """The instructions in some bytes, such as a file."""
     text = data.decode("ascii", "replace")
-    found = (Instruction(name, tuple(map(float, _NUMBER.findall(rest)))) for name, rest in _INSTRUCTION.findall(text))
-    return list(found)
+    return [Instruction(name, tuple(map(float, _NUMBER.findall(rest)))) for name, rest in _INSTRUCTION.findall(text)]
 
 
 def numbers(answer: bytes) -> tuple[float, ...] | None:
@@ -129,40 +128,55 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
         to a plotter that has started anew draws nothing.
     """
     yield from (Command(data, 0) for data in opening(profile))
-    stroke = _Stroke(profile, absolute)
-    down, speed, done = False, "", 0
+    stroke, done = _Stroke(profile, absolute), 0
     for index, block in enumerate(blocks):
         if isinstance(block, Pause):
             continue
-        moves = isinstance(block, Move)
-        faster = isinstance(block, Move) and down and velocity(block) != speed
-        if stroke.points and (not moves or faster or not stroke.fits(cast(Move, block))):
-            yield Command(stroke.taken(), done)
+        if stroke.ends_before(block):
+            yield Command(stroke.instruction(), done)
         if isinstance(block, Pen):
-            down = block.down
-            yield Command((PEN_DOWN if down else PEN_UP) * (1 if absolute else 2), index + 1)
-        elif isinstance(block, Move) and not down:
-            yield Command(stroke.travel(block), index + 1)
+            yield Command(stroke.turn(block.down), index + 1)
         elif isinstance(block, Move):
-            if faster:
-                speed = velocity(block)
-                yield Command(f"VS{speed};".encode(), index)
-            stroke.add(block)
+            if not stroke.down:
+                yield Command(stroke.travel(block), index + 1)
+            else:
+                yield from (Command(data, index) for data in stroke.change_speed(block))
+                stroke.add(block)
         done = index + 1
     if stroke.points:
-        yield Command(stroke.taken(), done)
+        yield Command(stroke.instruction(), done)
     yield from (Command(data, len(blocks)) for data in closing(profile))
 
 
 class _Stroke:
-    """What the pen draws, as the next instruction will tell it."""
+    """What the pen draws, as the next instruction will tell it.
+
+    down : whether the pen is; points : the places that the instruction has so far.
+    """
 
     def __init__(self, profile: Plotter, absolute: bool) -> None:
         self.profile, self.absolute = profile, absolute
-        self.points = ""
+        self.down, self.points = False, ""
+        self._speed = ""
         self._ink = 0.0
         self._at = (0.0, 0.0)  # mm
         self._unit: tuple[int, int] | None = None  # the same as it was told
+
+    def ends_before(self, block: Block) -> bool:
+        """Whether the instruction has to be sent before the next block: it holds no more, or that is something else."""
+        if not self.points:
+            return False
+        return not isinstance(block, Move) or velocity(block) != self._speed or not self.fits(block)
+
+    def turn(self, down: bool) -> bytes:
+        """The pen is lowered or lifted."""
+        self.down = down
+        return (PEN_DOWN if down else PEN_UP) * (1 if self.absolute else 2)
+
+    def change_speed(self, block: Move) -> list[bytes]:
+        """The instruction for a velocity that differs from the last one told, if it does."""
+        before, self._speed = self._speed, velocity(block)
+        return [] if before == self._speed else [f"VS{self._speed};".encode()]
 
     def fits(self, block: Move) -> bool:
         """Whether the instruction can hold one more place."""
@@ -175,18 +189,18 @@ class _Stroke:
         self._ink += math.dist(self._at, block[:2])
         self._go(block)
 
-    def taken(self) -> bytes:
-        """The instruction with all places so far."""
-        told, self.points, self._ink = self.points, "", 0.0
-        return f"{'PD' if self.absolute else 'PR'}{told};".encode()
+    def instruction(self) -> bytes:
+        """The instruction with all places so far; the next one begins."""
+        points, self.points, self._ink = self.points, "", 0.0
+        return f"{'PD' if self.absolute else 'PR'}{points};".encode()
 
     def travel(self, block: Move) -> bytes:
         """The pen goes to a place, lifted."""
-        first, told = self._unit is None, self._point(block)
+        first, point = self._unit is None, self._point(block)
         self._go(block)
         if self.absolute:
-            return f"PU{told};".encode()
-        return f"{'PA' if first else 'PR'}{told};".encode()
+            return f"PU{point};".encode()
+        return f"{'PA' if first else 'PR'}{point};".encode()
 
     def _point(self, block: Move) -> str:
         x, y = units(block.x, self.profile), units(block.y, self.profile)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from handout.plotting.dialect import Dialect, PenValues, Question
+from handout.plotting.dialects.gcode import header
 from handout.plotting.dialects.marlin.controller import MarlinController
 from handout.plotting.dialects.marlin.protocol import homing, program, set_pen
-from handout.plotting.gcode import header
 from handout.plotting.planning.plan import Plan
 from handout.profiles import Plotter
 

@@ -1,12 +1,13 @@
-"""Meeting a Marlin controller: is it there, does it check what it receives, and what are its own limits?"""
+"""Connecting to a Marlin controller: is it there, does it check what it receives, and what are its own limits?"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import msgspec
 
-from handout.errors import DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import GLANCE, never_answered, with_limits
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.conversation import WINDOW, MarlinConversation
 from handout.plotting.dialects.marlin.protocol import (
@@ -26,7 +27,6 @@ from handout.profiles import Acceleration, Length, Plotter, Speed
 
 # Numbers begin where no command has its own: a damaged N before 112 must not make M112.
 _FIRST = 10_000
-_GLANCE = 0.25
 _TRY = 1.0  # s to wait for the answer to one attempt
 _TICK = 0.002  # s
 _LONGER = 15  # bytes by which a line that draws is longer than one that asks
@@ -34,7 +34,7 @@ _QUICK = 0.6  # share of the time of a segment in which a line has to be answere
 _SLOW = 2.5  # times of a segment in which even several lines under way are too few
 
 
-def meet(conversation: MarlinConversation, profile: Plotter, log: Callable[[str], None]) -> tuple[Plotter, set[str]]:
+def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[Plotter, set[str]]:
     """Wake the controller, number the lines, read its settings; it does not move.
 
     Returns
@@ -74,13 +74,11 @@ def meet(conversation: MarlinConversation, profile: Plotter, log: Callable[[str]
 
 def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
     """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
-    waited, heard = 0.0, list[Reply]()
-    while waited < start_up:
-        replies = conversation.replies(_GLANCE)
+    heard = list[Reply]()
+    for replies in conversation.listen(start_up):
         if not replies and any(isinstance(reply, Start) for reply in heard):
             break
         heard += replies
-        waited += 0.0 if replies else _GLANCE
     return heard
 
 
@@ -95,14 +93,8 @@ def number(conversation: MarlinConversation, patience: float, before: Sequence[R
             conversation.start(_FIRST)
             return heard
         waited += _TRY
-    if any(isinstance(reply, Note | Error) for reply in [*before, *heard]):
-        raise DeviceSilent(
-            "Something answers, but not as a Marlin controller does: check baud and dialect in the profile."
-        )
-    raise DeviceSilent(
-        f"The plotter does not answer within {patience:g} s: is it switched on, is this its port, "
-        "is the baud rate of the profile right?"
-    )
+    garbage = any(isinstance(reply, Note | Error) for reply in [*before, *heard])
+    raise never_answered("Marlin", patience, garbage)
 
 
 def _damaged(answer: list[Reply]) -> bool:
@@ -112,12 +104,12 @@ def _damaged(answer: list[Reply]) -> bool:
 def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
     """Everything said within `patience` s, up to a silence."""
     heard = conversation.replies(patience)
-    while replies := conversation.replies(_GLANCE) if heard else []:
+    while replies := conversation.replies(GLANCE) if heard else []:
         heard += replies
     return heard
 
 
-def _check_numbers(conversation: MarlinConversation, log: Callable[[str], None]) -> None:
+def _check_numbers(conversation: MarlinConversation, log: Log) -> None:
     """A line out of order must be refused; what follows the refusal is learnt on the way.
 
     Some versions send an ``ok`` after their request for a line and some do not, and only a test can tell.
@@ -150,7 +142,7 @@ def _round_trip(conversation: MarlinConversation, profile: Plotter) -> float:
     return least + _LONGER * 10 / profile.port.baud
 
 
-def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], None]) -> Plotter:
+def with_settings(profile: Plotter, heard: list[Reply], log: Log) -> Plotter:
     """The profile with what ``M503`` said; `log` is told about every difference that changes the motion.
 
     Speeds are the lesser of the two, all else is the machine's.  Moves without filament are Marlin's travel moves:
@@ -160,11 +152,7 @@ def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], Non
     for reply in heard:
         if isinstance(reply, Settings):
             settings |= {reply.code + letter: value for letter, value in reply.values.items()}
-    own = _own_limits(profile, settings)
-    for name, value in own.items():
-        said = getattr(profile.limits, name)
-        if abs(value - said) > 1e-3 * max(abs(said), abs(value)):
-            log(f"{name.replace('_', ' ')}: the plotter's own {value:g} instead of the profile's {said:g}.")
+    limits = with_limits(profile, _own_limits(profile, settings), log)
     pen, port = profile.pen, profile.port
     if pen.lift == "z" and {"M203Z", "M201Z"} <= settings.keys():
         own_z = Acceleration(min(settings["M201Z"], settings.get("M204T", settings["M201Z"])))
@@ -172,7 +160,6 @@ def with_settings(profile: Plotter, heard: list[Reply], log: Callable[[str], Non
     room = [reply.moves for reply in heard if isinstance(reply, Ok) and reply.moves is not None]
     if room:
         port = msgspec.structs.replace(port, queue=max(room))
-    limits = msgspec.structs.replace(profile.limits, **own)
     return msgspec.structs.replace(profile, limits=limits, pen=pen, port=port)
 
 

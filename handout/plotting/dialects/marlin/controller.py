@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+import re
+from collections import deque
+from typing import NamedTuple
 
 from handout.errors import DeviceError, DeviceSilent
-from handout.plotting.dialect import Buttonless, Log, StateReport, ignore_report
+from handout.plotting.dialect import Log, StateReport
+from handout.plotting.dialects.base import BaseController
 from handout.plotting.dialects.marlin import connection, protocol
 from handout.plotting.dialects.marlin.conversation import Line, MarlinConversation
-from handout.plotting.dialects.marlin.planner_queue import PlannerQueue
 from handout.plotting.dialects.marlin.protocol import Ok, Position
 from handout.plotting.planning.blocks import Move, Pen
 from handout.plotting.ports import Port
@@ -19,18 +22,92 @@ _HURRY = 2.0  # s to wait for an answer when something has gone wrong already; i
 _MOMENT = 0.05  # s between two questions how much room it has
 _DROPS = 1.05  # s after M410 in which it takes no moves
 _NOTICED = 1.0  # s of motion to come that a person who stops it is told of
+_LEAST = 6  # steps of a move that is queued at all (MIN_STEPS_PER_SEGMENT)
+_WORD = re.compile(rb"([A-Z])(-?[\d.]+)")
+_WAITS = (b"M400", b"G4", b"G28")  # answered when all motion before them is done
+_SLOWEST = 0.1  # mm/s assumed of a move without a feed
 
 
-class MarlinController(Buttonless):
-    """The conversation with one machine; a `dialect.Controller`, whose words say what its methods do."""
+class _Block(NamedTuple):
+    """A move in the queue: the first command that makes its way, and how long it takes at its feed, s."""
+
+    first: int
+    seconds: float
+
+
+class PlannerQueue:
+    """What Marlin has worked through but may not yet have executed; a lower bound of what was executed.
+
+    Source: Marlin's planner, read for facts: a command is answered when its move is in the queue, of `queue` moves at
+    most; a move of fewer than six steps makes no block, and its way is made together with the next.
+
+    Parameters
+    ----------
+    queue : moves the planner can hold.
+    steps : steps/mm; at : where the machine stands, mm.
+    """
+
+    def __init__(self, queue: int, steps: float, at: tuple[float, float, float] | None = None) -> None:
+        self.queue, self.steps = queue, steps
+        self._blocks: deque[_Block] = deque()
+        # where the last queued move ends, as far as it is known
+        self._at: dict[bytes, float] = {} if at is None else dict(zip((b"X", b"Y", b"Z"), at, strict=True))
+        self._feed = 0.0  # mm/s
+        self._short: int | None = None  # first command whose way is not made yet since it was too short
+        self._worked = 0
+
+    def worked(self, data: bytes, command: int) -> None:
+        """A command was worked through; `command` have been executed when it and its move have."""
+        words = dict(_WORD.findall(data))
+        if data.startswith(_WAITS):
+            self._blocks.clear()
+            self._short = None
+            if data.startswith(b"G28"):
+                self._at.clear()
+        elif data.startswith((b"G1", b"G0")):
+            self._move({axis: float(words[axis]) for axis in (b"X", b"Y", b"Z") if axis in words}, words, command)
+        elif data.startswith((b"G91", b"G92")):
+            self._at.clear()
+        self._worked = command
+
+    def _move(self, target: dict[bytes, float], words: dict[bytes, bytes], command: int) -> None:
+        self._feed = float(words[b"F"]) / 60 if b"F" in words else self._feed
+        way = [to - self._at.get(axis, math.inf) for axis, to in target.items()]
+        first = command if self._short is None else self._short
+        if not way or max(map(abs, way)) * self.steps < _LEAST - 0.5:
+            self._short = first
+            return
+        known = [part for part in way if math.isfinite(part)]
+        self._blocks.append(_Block(first, math.hypot(*known) / max(self._feed, _SLOWEST)))
+        self._short = None
+        self._at |= target
+        self.at_most(self.queue)
+
+    def at_most(self, moves: int) -> None:
+        """The queue holds no more than so many moves."""
+        while len(self._blocks) > moves:
+            self._blocks.popleft()
+
+    @property
+    def executed(self) -> int:
+        """How many commands have certainly been executed."""
+        if self._blocks:
+            return self._blocks[0].first - 1
+        return self._worked if self._short is None else self._short - 1
+
+    @property
+    def seconds(self) -> float:
+        """How long the moves in the queue take at the least."""
+        return sum(block.seconds for block in self._blocks)
+
+
+class MarlinController(BaseController):
+    """A Marlin machine; the docstrings of `dialect.Controller` say what its methods do."""
+
+    conversation: MarlinConversation
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.log, self.profile = log, profile
-        self.sent = self.taken = self.executed = 0
-        self.queued: int | None = None
-        self.listener: Callable[[StateReport], None] = ignore_report
-        self.silent = ""
-        self.spoilt = False
+        super().__init__(profile, log)
         self._moves = False  # the last command was a move over the paper
         self._planner_queue = PlannerQueue(profile.port.queue, profile.limits.steps_per_mm)
         self._dead = False  # it stopped or was stopped dead: its place is lost, and what it had in hand
@@ -62,15 +139,6 @@ class MarlinController(Buttonless):
             self.executed = max(self.executed, min(self._planner_queue.executed, self.taken))
         self.conversation.grace = self._planner_queue.seconds
         self.listener(StateReport(self.taken, self.executed, self.queued))
-
-    @property
-    def patience(self) -> float:
-        """As the link has it."""
-        return self.conversation.patience
-
-    @patience.setter
-    def patience(self, seconds: float) -> None:
-        self.conversation.patience = seconds
 
     @property
     def proven(self) -> int:
@@ -111,16 +179,15 @@ class MarlinController(Buttonless):
         acts when it is received (EMERGENCY_PARSER) or when it is read.
         """
         conversation = self.conversation
-        conversation.timeout = min(conversation.timeout, _HURRY)
+        self._hurry(_HURRY)
         conversation.go_on()
         try:
             self._come_to_rest()
-            for line in [*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), *protocol.closing()]:
-                conversation.ask(line)
+            self._ask_all([*protocol.MODES[:2], *protocol.pen(False, self.profile.pen), *protocol.closing()])
             if self._dead:
                 conversation.ask(protocol.HERE)  # one that stands in its zero is not believed to know where it is
         except DeviceError:
-            self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")
+            self._pen_not_lifted()
 
     def _come_to_rest(self) -> None:
         conversation = self.conversation
@@ -149,9 +216,7 @@ class MarlinController(Buttonless):
         """Stop at once; and once more as it begins what stood behind, a second later, before that moves far."""
         for _ in range(2):
             self.conversation.port.write(b"\n" + protocol.STOP_DEAD)
-            waited = 0.0
-            while waited < _DROPS:
-                waited += 0.0 if self.conversation.replies(_MOMENT) else _MOMENT
+            deque(self.conversation.listen(_DROPS, _MOMENT), maxlen=0)
 
     def home(self) -> None:
         """Lift the pen, and find the zero of X and Y by the switches."""
@@ -177,8 +242,7 @@ class MarlinController(Buttonless):
 
     def pen(self, down: bool) -> None:
         """As between two strokes."""
-        for line in [*protocol.MODES[:2], *protocol.pen(down, self.profile.pen), *protocol.closing()]:
-            self.conversation.ask(line)
+        self._ask_all([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen), *protocol.closing()])
 
     def jog(self, dx: float, dy: float) -> None:
         """From where it says that it is, homed or not."""
@@ -189,5 +253,4 @@ class MarlinController(Buttonless):
 
     def release(self) -> None:
         """``M84``; it is left in its zero, where it is not believed to know where it is."""
-        for line in (protocol.STANDING, protocol.RELEASE, protocol.HERE):
-            self.conversation.ask(line)
+        self._ask_all([protocol.STANDING, protocol.RELEASE, protocol.HERE])

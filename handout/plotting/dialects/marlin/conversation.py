@@ -12,12 +12,13 @@ behind its number.  What comes after that is a command without a number, which M
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
 from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
+from handout.plotting.dialect import Log
+from handout.plotting.dialects.base import RESTARTED, Conversation, unanswered
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.protocol import (
     Busy,
@@ -34,7 +35,6 @@ from handout.plotting.dialects.marlin.protocol import (
 from handout.plotting.ports import Port
 
 WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
-_GLANCE = 0.25  # s without a word after which it is asked
 _AGAIN = 1.0  # s between two questions
 _BUSY = 2.5  # s without a word from a machine that says every 2 s that it is busy
 _SETTLE = 0.05  # s without a word after which all that was under way has been judged
@@ -58,8 +58,8 @@ class Line(NamedTuple):
 Worked = Callable[[Line, Ok], None]
 
 
-class MarlinConversation:
-    """A port with a controller behind it.
+class MarlinConversation(Conversation[Reply]):
+    """A port with a Marlin controller behind it.
 
     Its methods raise DeviceSilent when nothing is answered or nothing gets through; DeviceAlarm when the machine stops
     or does not know a command; PortError when the connection breaks.
@@ -67,7 +67,6 @@ class MarlinConversation:
     Parameters
     ----------
     buffer : bytes the controller can receive before it reads them.
-    timeout : s of silence before it is given up.
     worked : told every line that has been worked through, once and in order.
 
     Attributes
@@ -75,17 +74,15 @@ class MarlinConversation:
     window : lines that may be under way.
     echoes : whether an ``ok`` follows its request for a line, which acknowledges nothing.
     again : how many lines were sent more than once.
-    patience : s that it may wait for a person.
     grace : how long it may be silent besides `timeout` because it moves, s.
     struck : it has stopped by itself in the middle of what it had in hand; restarted : it has started anew.
     """
 
-    def __init__(self, port: Port, buffer: int, timeout: float, log: Callable[[str], None], worked: Worked) -> None:
-        self.port, self.buffer, self.timeout, self.log, self._worked = port, buffer, timeout, log, worked
+    def __init__(self, port: Port, buffer: int, timeout: float, log: Log, worked: Worked) -> None:
+        super().__init__(port, timeout, log, protocol.reply)
+        self.buffer, self._worked = buffer, worked
         self.window, self.echoes, self.again, self.grace = 1, True, 0, 0.0
-        self.patience = math.inf
         self.struck = self.restarted = False
-        self._partial = b""
         self._quiet = self._prodded = 0.0
         self._prods = 0
         self._waiting = False  # for a person
@@ -107,12 +104,6 @@ class MarlinConversation:
     def under_way(self) -> int:
         """Lines written and not known to be worked through."""
         return self._last - self._done
-
-    def replies(self, patience: float) -> list[Reply]:
-        """What the controller says within `patience` s; returns with the first complete lines, or with none."""
-        data = self.port.read(patience)
-        *complete, self._partial = (self._partial + data).split(b"\n")
-        return [protocol.reply(line) for line in complete if line.strip()]
 
     def send(self, data: bytes, command: int) -> None:
         """Write a line as soon as the controller has room for it, after those that it wants again."""
@@ -182,7 +173,7 @@ class MarlinConversation:
         DeviceSilent
             It does not answer that either.
         """
-        glance = min(_GLANCE, self.timeout / 2)
+        glance = self.glance
         while not (replies := self.replies(glance)):
             self._quiet += glance
             self._wait(glance)
@@ -190,10 +181,7 @@ class MarlinConversation:
                 self._up_to(self._last, Ok())
                 return
             if self._quiet > self.timeout + self.grace:
-                raise DeviceSilent(
-                    f"The plotter has not answered for {self._quiet:g} s: check its cable and its power, "
-                    "and that it moves freely."
-                )
+                raise unanswered(f"{self._quiet:g}")
             if self._quiet >= self._prodded:
                 self._prod()
                 self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
@@ -327,7 +315,7 @@ class MarlinConversation:
 def _trouble(reply: Reply) -> None:
     """Stop where the machine has."""
     if isinstance(reply, Error):
-        raise DeviceAlarm(f"The plotter reports {reply.words}.")
+        raise DeviceAlarm(f"The plotter reports {reply.description}.")
     if isinstance(reply, Unhomed):
         raise DeviceAlarm(
             "The plotter does not move before it has found its zero: set homing = true in the profile, or home it at "
@@ -338,6 +326,4 @@ def _trouble(reply: Reply) -> None:
             f"The plotter hit a limit switch ({reply.text}) and no longer knows where it is: bring it back to its zero."
         )
     if isinstance(reply, Start):
-        raise DeviceAlarm(
-            "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
-        )
+        raise DeviceAlarm(RESTARTED)

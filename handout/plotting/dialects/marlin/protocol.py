@@ -1,4 +1,4 @@
-"""The dialect of Marlin: blocks → commands, lines → replies, how a line is numbered.  Nothing here waits or remembers.
+"""The protocol of Marlin: blocks → commands, lines → replies, how a line is numbered.  Nothing here waits or remembers.
 
 Source: Marlin's documentation and sources, read for facts (G-code reference; queue of commands, planner, messages): a
 line ``Nn …*cs`` is taken if n is the last number + 1 and cs the XOR of all bytes before the asterisk; if not, what has
@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 from handout.plotting import pen_lift
 from handout.plotting.dialect import Command
+from handout.plotting.dialects import gcode
+from handout.plotting.dialects.gcode import number
 from handout.plotting.planning.blocks import Block, Move, Pause, Pen
 from handout.profiles import Pen as PenProfile
 from handout.profiles import Plotter
@@ -81,7 +83,7 @@ class Error(NamedTuple):
     text: str
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         meaning = next((said for part, said in ERRORS if part.lower() in self.text.lower()), "")
         return f"“{self.text}”" + (f": {meaning}" if meaning else "")
 
@@ -175,10 +177,10 @@ def reply(line: bytes) -> Reply:
         return Busy("paused" in plain)
     if text == "start":
         return Start()
-    return _told(text, plain)
+    return _information(text, plain)
 
 
-def _told(text: str, plain: str) -> Reply:
+def _information(text: str, plain: str) -> Reply:
     """What it tells about itself."""
     if text.startswith("FIRMWARE_NAME:"):
         return Identity(re.split(r" [A-Z_]+:", text[14:])[0])
@@ -217,23 +219,14 @@ def closing() -> list[bytes]:
 
 def pen(down: bool, profile: PenProfile) -> list[bytes]:
     """Lower or lift the pen and wait for it; a servo acts at once, so that the moves before must be done."""
-    if profile.lift == "command":
-        own = profile.down_command if down else profile.up_command
-        rest = float(profile.down_time if down else profile.up_time)
-        return [STANDING, *(f"{line}\n".encode("ascii") for line in own), *([pause(rest)] if rest > 0 else [])]
-    lines = [] if profile.lift == "z" else [STANDING]
-    for value, wait in pen_lift.way(profile, down):
-        if profile.lift == "z":
-            speed = pen_lift.lowering_speed(profile) if down else profile.z_speed
-            lines.append(f"G1Z{_number(value)}F{_number(speed * 60, 1)}\n".encode())
-        else:
-            lines.append(f"M280P0S{round(value)}\n".encode())
-        lines += [pause(wait)] if wait > 0 else []
-    return lines
+    lines = gcode.pen(
+        down, profile, stand=STANDING, servo=lambda value: f"M280P0S{round(value)}\n".encode(), pause=pause
+    )
+    return [STANDING, *lines] if profile.lift == "servo" else lines
 
 
 def set_pen(profile: PenProfile, value: float) -> list[bytes]:
-    """The pen goes to a value or a height; see `dialect.Dialect.set_pen`."""
+    """The pen goes to a value or a height; see `dialect.Dialect`."""
     return [*MODES[:2], *pen(True, pen_lift.at(profile, value)), *closing()]
 
 
@@ -245,7 +238,7 @@ def pause(seconds: float) -> bytes:
 def homing(profile: Plotter) -> list[bytes]:
     """Lift the pen and find the zero of X and Y.  Z is left alone: a pen reaches lower than its switch allows for."""
     if profile.pen.lift == "z":
-        rise = f"G1Z{_number(profile.pen.up - profile.pen.down)}F{_number(profile.pen.z_speed * 60, 1)}\n".encode()
+        rise = f"G1Z{number(profile.pen.up - profile.pen.down)}F{number(profile.pen.z_speed * 60, 1)}\n".encode()
         return [b"G91\n", rise, b"G90\n", b"G28XY\n"]
     return [*pen(False, profile.pen), b"G28XY\n"]
 
@@ -257,21 +250,21 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
     """
     yield from (Command(line, 0) for line in opening(profile))
     down: bool | None = None
-    written = _Written()
+    memory = _Memory()
     for index, block in enumerate(blocks):
         if isinstance(block, Pen):
             if block.down != down:
                 *first, last = pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
-                written.turned(profile.pen)
+                memory.turned(profile.pen)
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
         else:
             assert isinstance(block, Move)  # timed moves are for machines that keep time
             lone = _rests(blocks, index - 1, profile) and _rests(blocks, index + 1, profile)
-            *first, last = written.move(block, _AT_ONCE if lone else 1)
+            *first, last = memory.move(block, _AT_ONCE if lone else 1)
             yield from (Command(line, index) for line in first)
             yield Command(last, index + 1)
     yield from (Command(line, len(blocks)) for line in closing())
@@ -287,7 +280,7 @@ def _rests(blocks: Sequence[Block], index: int, profile: Plotter) -> bool:
     return isinstance(block, Pause)
 
 
-class _Written:
+class _Memory:
     """What the machine remembers of the moves before."""
 
     def __init__(self) -> None:
@@ -314,14 +307,8 @@ class _Written:
         yield self._line(block)
 
     def _line(self, block: Move) -> bytes:
-        x, y, feed = _number(block.x), _number(block.y), _number(block.feed, 1)
-        z = self.z if block.z is None else _number(block.z)
+        x, y, feed = number(block.x), number(block.y), number(block.feed, 1)
+        z = self.z if block.z is None else number(block.z)
         words = [("X", x, self.x), ("Y", y, self.y), ("Z", z, self.z), ("F", feed, self.feed)]
         self.x, self.y, self.z, self.feed = x, y, z, feed
         return f"G1{''.join(letter + now for letter, now, before in words if now != before)}\n".encode()
-
-
-def _number(value: float, digits: int = 3) -> str:
-    """As short as it can be written."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text

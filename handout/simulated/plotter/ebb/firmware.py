@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.ebb.engine import Engine, Job
-from handout.simulated.plotter.ebb.moves import Accumulators, Move, by_steps, by_time, constant_rate
-from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.ebb.engine import Accumulators, Engine, Job, Move, by_steps, by_time, constant_rate
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.wire import Framing, Wire
 
-_DEFAULT = (2, 8, 1)
+_DEFAULT = (2, 8, 1)  # if no other version is asked for
 # since when each command is known; all others are of the first versions
 _SINCE = {
     "XM": (2, 3, 0), "LM": (2, 5, 3), "LT": (2, 7, 0), "HM": (2, 6, 2), "QM": (2, 4, 4), "ES": (2, 2, 7),
@@ -22,7 +21,7 @@ _SINCE = {
 _MOTION = ("SM", "XM", "LM", "LT", "HM")
 _PLOTS = frozenset({*_MOTION, "SP"})
 _MODES = {1: 16, 2: 8, 3: 4, 4: 2, 5: 1}
-_LONGEST_FIFO = 32
+_LONGEST_FIFO = 32  # commands (CU,4), by the board's documentation
 _PRESSED_AGAIN = 20.0  # s
 
 
@@ -30,7 +29,7 @@ class Refused(Exception):
     """A command the board answers with an error."""
 
 
-class Firmware:
+class EbbFirmware(Firmware):
     """One board.
 
     Attributes
@@ -38,7 +37,10 @@ class Firmware:
     version : of its firmware, by the option `firmware`; uniform : whether answers are in one form (``CU,10,1``).
     """
 
-    acknowledgement = b"ok"
+    @staticmethod
+    def framing() -> Framing:
+        """Commands end with CR; USB makes the sender wait while the board does not read."""
+        return Framing(b"\r", blocks=True)
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self._say = profile, say
@@ -48,7 +50,6 @@ class Firmware:
         old = self.version < (2, 7, 0)
         self.engine = Engine(profile, paper, 1, 1 if old else 0, options.motors)
         self.powered = options.motors
-        self.now = 0.0
         self.read_time = 0.0003
         self.uniform = False
         self._until_pressed = options.after if options.fault == "button" else -1
@@ -83,10 +84,6 @@ class Firmware:
         return line[:2].decode("latin-1").upper() in _PLOTS
 
     @property
-    def deaf(self) -> bool:
-        return False
-
-    @property
     def resting(self) -> bool:
         return not self.engine.busy
 
@@ -97,13 +94,6 @@ class Firmware:
     def step(self) -> None:
         """The command under way ends."""
         self.engine.finish()
-
-    def idle(self) -> None:
-        """It has nothing else to do."""
-
-    def urgent(self, data: bytes) -> bool:
-        """Nothing acts on reception."""
-        return False
 
     def ready(self, wait: str) -> bool:
         """Whether the queue has "room", or the motors are at "rest"."""
@@ -128,48 +118,50 @@ class Firmware:
             self.engine.slip()
         self._put("Limit switch triggered. PortB=0E\n")
 
-    def hold(self) -> None:
-        """Its button stops nothing by itself."""
-
     def execute(self, line: bytes) -> Iterator[Wait]:
         """Obey a command and answer."""
         text = line.decode("latin-1").strip().upper()
         if not text:
             return
         name, *fields = text.split(",")
-        if name in _PLOTS and self._until_pressed >= 0:
-            self._until_pressed -= 1
-            if self._until_pressed < 0:
-                self.press()
+        self._count_down(name)
         try:
             numbers = [_number(field) for field in fields]
             if self.version < _SINCE.get(name, (0, 0, 0)):
                 raise Refused(_unknown(name))
-            if name in self._moves:
-                yield self._parsing(name)
-                job = self._moves[name](numbers)
-                if name == "HM":
-                    yield "rest"
-                    job = self._hm(numbers)
-                yield "room"
-                self.engine.add(job, self.now)
-                self._ok(name)
-            elif name == "SP":
-                yield "room"
-                self.engine.add(self._sp(numbers), self.now)
-                self._ok(name)
-            elif name == "CU" and numbers[:1] == [4] and self.version >= (3, 0, 0):
-                yield "rest"
-                self.engine.depth = min(max(numbers[1], 1), _LONGEST_FIFO)
-                self._ok(name)
-            elif name == "EM" and self.version >= (2, 8, 0):
-                yield "room"
-                self.engine.add(Job(enable=self._em(numbers)), self.now)
-                self._ok(name)
-            else:
-                self._at_once(name, numbers)
+            yield from self._obey(name, numbers)
         except Refused as refusal:
             self._error(name, str(refusal))
+
+    def _count_down(self, name: str) -> None:
+        """Somebody presses the button after so many commands that move something."""
+        if name in _PLOTS and self._until_pressed >= 0:
+            self._until_pressed -= 1
+            if self._until_pressed < 0:
+                self.press()
+
+    def _obey(self, name: str, numbers: list[int]) -> Iterator[Wait]:
+        if name in self._moves:
+            yield self._parsing(name)
+            job = self._moves[name](numbers)
+            if name == "HM":
+                yield "rest"
+                job = self._hm(numbers)
+            yield "room"
+            self.engine.add(job, self.now)
+        elif name == "SP":
+            yield "room"
+            self.engine.add(self._sp(numbers), self.now)
+        elif name == "CU" and numbers[:1] == [4] and self.version >= (3, 0, 0):
+            yield "rest"
+            self.engine.depth = min(max(numbers[1], 1), _LONGEST_FIFO)
+        elif name == "EM" and self.version >= (2, 8, 0):
+            yield "room"
+            self.engine.add(Job(enable=self._em(numbers)), self.now)
+        else:
+            self._at_once(name, numbers)
+            return
+        self._ok(name)
 
     def _parsing(self, name: str) -> float:
         """How long it takes to work out a move, s: the shortest moves that can follow on each other without a gap."""

@@ -7,17 +7,16 @@ import re
 from collections.abc import Iterator, Sequence
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.grbl import parser
-from handout.simulated.plotter.grbl.parser import Modes, Refused
-from handout.simulated.plotter.grbl.settings import Settings
+from handout.simulated.plotter.grbl.parser import Modes, Refused, Settings
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.queue import Queue, Steps
 from handout.simulated.plotter.stepper import Stepper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.wire import Framing, Wire
 
-_STORED = 80
+_STORED = 80  # characters of a line that GRBL keeps, blanks and comments left out
 _UNLOCK = "[MSG:'$H'|'$X' to unlock]"
 _WRITING = 0.004  # s it is deaf while it writes into its memory
 _SELDOM = 10  # answers to ? between two that tell the offset
@@ -34,10 +33,13 @@ _DOOR = b"\x84"
 _HOMING = 0.5  # s; how long the simulated machine looks for its switches
 
 
-class Firmware:
+class GrblFirmware(Firmware):
     """One controller; its own settings (``$$``) say what the profile says, unless an option says otherwise."""
 
-    acknowledgement = b"ok"
+    @staticmethod
+    def framing() -> Framing:
+        """Lines end with LF or CR; all that is beyond ASCII acts on reception, or is dropped."""
+        return Framing(b"\n\r", b"?!~\x18" + bytes(range(128, 256)))
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
@@ -51,7 +53,6 @@ class Firmware:
         self.modes = Modes()
         self._output = 0.0  # of the spindle
         self._untold = 0  # answers to ? until one tells the offset
-        self.now = 0.0
         self.at = (0.0, 0.0, profile.pen.up if profile.pen.lift == "z" else 0.0)
         self.queue.clear(self._steps())
         self.stepper = Stepper(self.queue, paper.moved)

@@ -1,9 +1,13 @@
-"""How the simulated controller reads a line: words, modal state, and the error numbers of GRBL 1.1."""
+"""How the simulated controller reads a line (words, modal state, error numbers of GRBL 1.1), and its own settings."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+
+from handout.profiles import Plotter
+from handout.simulated.plotter.options import Options
+from handout.simulated.plotter.queue import Axes
 
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)?|;.*")
@@ -82,34 +86,44 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     """
     words, codes = _words(line)
     units = 25.4 if ("G20" in codes or (modes.inches and "G21" not in codes)) else 1.0
-    axes = [words.get(axis) for axis in "XYZ"]
-    given = [None if value is None else value * units for value in axes]
-    motion = next((code for code in codes if _GROUPS[code] == "motion"), modes.motion)
-    other = next((code for code in codes if _GROUPS[code] == "other"), None)
+    given = [None if axis not in words else words[axis] * units for axis in "XYZ"]
+    kinds = {_GROUPS[code]: code for code in codes}  # a group has one code in a line
+    motion, other = kinds.get("motion", modes.motion), kinds.get("other")
     feed = words["F"] * units if "F" in words else modes.feed
-    moves = other is None and any(value is not None for value in given)
-    if other == "G4" and "P" not in words:
-        raise Refused(28)
-    if other in ("G92", "G10") and not any(value is not None for value in given):
-        raise Refused(26)
-    if other == "G10" and words.get("L") not in (2.0, 20.0):
-        raise Refused(20 if "L" in words else 28)
-    if moves and motion == "G80":
-        raise Refused(31)
-    if moves and motion == "G1" and feed <= 0:
-        raise Refused(22)
+    moves = other is None and given != [None, None, None]
+    _check_other(other, words, given)
+    if moves:
+        _check_motion(motion, feed)
     _set(modes, codes, words, feed, motion)
     _offset(modes, other, given, at)
     if other == "G10":
         _store(modes, given, at if words["L"] == 20.0 else None)
     request = Request(dwell=words["P"] if other == "G4" else None, writes=other in ("G10", "G28.1", "G30.1"))
-    request.spindle = "S" in words or bool({"M3", "M4", "M5", "M2", "M30"} & set(codes))
+    request.spindle = "S" in words or "spindle" in kinds or kinds.get("stop") in ("M2", "M30")
+    request.stops = kinds.get("stop") == "M0"
     if moves:
         request.target, request.rapid = _target(modes, given, at), motion == "G0"
-    request.stops = "M0" in codes
-    if {"M2", "M30"} & set(codes):  # the end of a program: all is as it begins
+    if kinds.get("stop") in ("M2", "M30"):  # the end of a program: all is as it begins
         modes.motion, modes.relative = "G1", False
     return request
+
+
+def _check_other(other: str | None, words: dict[str, float], given: list[float | None]) -> None:
+    """The words that a command without a move needs."""
+    if other == "G4" and "P" not in words:
+        raise Refused(28)
+    if other in ("G92", "G10") and given == [None, None, None]:
+        raise Refused(26)
+    if other == "G10" and words.get("L") not in (2.0, 20.0):
+        raise Refused(20 if "L" in words else 28)
+
+
+def _check_motion(motion: str, feed: float) -> None:
+    """Whether there can be a move in a mode of motion, at a feed."""
+    if motion == "G80":
+        raise Refused(31)
+    if motion == "G1" and feed <= 0:
+        raise Refused(22)
 
 
 def _words(line: str) -> tuple[dict[str, float], list[str]]:
@@ -178,3 +192,73 @@ def _target(modes: Modes, given: list[float | None], at: tuple[float, float, flo
             here if value is None else value + shift for value, here, shift in zip(given, at, modes.shift, strict=True)
         )
     return x, y, z
+
+
+_Z_STEPS = 250.0  # of a Z axis; no profile says how fine it is, this is GRBL's default ($102)
+
+
+class Settings:
+    """A table of numbers, and what follows from it.
+
+    table : number → value as it is told.
+    axes : what the planner goes by.
+    """
+
+    def __init__(self, profile: Plotter, options: Options) -> None:
+        self.table = _table(profile, options) | {number: f"{value:.3f}" for number, value in options.settings}
+        self.axes = Axes([1.0] * 3, [1.0] * 3, [1.0] * 3, 0.0)
+        self._obey()
+
+    def value(self, number: int) -> float:
+        """One setting."""
+        return float(self.table[number])
+
+    def change(self, number: int, value: float) -> None:
+        """Take a new value; Refused if there is no such setting, or it needs another first."""
+        if number not in self.table:
+            raise Refused(3)
+        if number == 20 and value and not self.homes:
+            raise Refused(10)
+        self.table[number] = f"{value:.3f}"
+        self._obey()
+
+    @property
+    def homes(self) -> bool:
+        """Whether it can find its zero, and is locked until it has."""
+        return self.value(22) % 2 == 1
+
+    @property
+    def limited(self) -> bool:
+        """Whether targets beyond its travel are refused."""
+        return self.value(20) > 0
+
+    @property
+    def report(self) -> int:
+        """What it answers to ``?``: bit 0 machine coordinates, bit 1 its buffers."""
+        return int(self.value(10))
+
+    @property
+    def power(self) -> tuple[float, float]:
+        """Least and greatest value of the spindle output other than 0."""
+        return self.value(31), self.value(30)
+
+    def _obey(self) -> None:
+        axes = self.axes
+        axes.deviation, axes.steps[:] = self.value(11), [self.value(100 + axis) for axis in range(3)]
+        axes.speed[:] = [self.value(110 + axis) / 60 for axis in range(3)]
+        axes.acceleration[:] = [self.value(120 + axis) for axis in range(3)]
+
+
+def _table(profile: Plotter, options: Options) -> dict[int, str]:
+    limits, pen, bed = profile.limits, profile.pen, profile.bed
+    fastest = options.speed or max(limits.draw_speed, limits.travel_speed)
+    acceleration = options.acceleration or limits.acceleration
+    table = {10: "3", 11: f"{limits.junction_deviation:.3f}", 13: "0", 20: "0", 21: "1", 22: f"{profile.homing:d}"}
+    table |= {23: "0", 30: "1000", 31: "0", 32: "0"}
+    rows = (
+        (100, [limits.steps_per_mm, limits.steps_per_mm, _Z_STEPS]),
+        (110, [fastest * 60, fastest * 60, pen.z_speed * 60]),
+        (120, [acceleration, acceleration, pen.z_acceleration]),
+        (130, [bed.width, bed.height, 50.0]),
+    )
+    return table | {first + axis: f"{value:.3f}" for first, values in rows for axis, value in enumerate(values)}

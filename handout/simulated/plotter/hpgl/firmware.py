@@ -1,23 +1,22 @@
 """The simulated plotter: what it does with HP-GL and with device control, and what it answers.
 
-Source: the manuals of the HP 7470A and 7475A: instructions and errors, the answers to OA, OE, OH, OI, OS, the bits of
-OS and ESC.O, ESC.K dropping what is buffered, pens lifted where a line leaves the hard-clip limits.
+Source: Hewlett-Packard 1983, HP 7475A, and the same of the 7470A: instructions and errors, the answers to OA, OE, OH,
+OI, OS, the bits of OS and ESC.O, ESC.K dropping what is buffered, pens lifted where a line leaves the hard-clip limits.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Say, Wait
-from handout.simulated.plotter.hpgl import reader
-from handout.simulated.plotter.hpgl.carriage import Carriage, Point
-from handout.simulated.plotter.hpgl.limits import Limits
-from handout.simulated.plotter.hpgl.reader import Wrong
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
+from handout.simulated.plotter.hpgl import parser
+from handout.simulated.plotter.hpgl.carriage import Carriage, Limits, Point
+from handout.simulated.plotter.hpgl.parser import Escapes, Wrong
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
-from handout.simulated.plotter.wire import Wire
+from handout.simulated.plotter.wire import Framing, Wire
 
 _MODEL = "7475A"
 _DOWN, _INITIALISED, _READY, _WRONG = 1, 8, 16, 32  # bits of OS
@@ -25,7 +24,7 @@ _EMPTY, _VIEWING, _LEVER = 8, 16, 32  # bits of ESC.O
 _VIEWED = 3.0  # s that VIEW is pressed
 
 
-class Firmware:
+class HpglFirmware(Firmware):
     """One plotter.
 
     Attributes
@@ -37,6 +36,11 @@ class Firmware:
 
     acknowledgement = b""  # there is no ok: a plotter says nothing but what it is asked
 
+    @staticmethod
+    def framing() -> Framing:
+        """How it cuts what it receives into instructions."""
+        return Escapes()
+
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.wire, self.paper, self._out = profile, wire, paper, say
         per_mm = paper.steps[0]
@@ -46,7 +50,6 @@ class Firmware:
         self.carriage = Carriage(push, cut, queue)
         self.limits = Limits(profile, per_mm)
         self.read_time = float(profile.port.line_time)
-        self.now = 0.0
         self.error = self.line_error = 0
         self.lever = False
         self.viewing = -math.inf
@@ -57,6 +60,14 @@ class Firmware:
         self._initialised = True
         self._ending = b"\r"  # of answers
         self._lifts = 0.0  # s that it is at its pen before it reads the first instruction
+        self._controls: dict[bytes, Callable[[bytes], None]] = {  # of the device control instructions
+            b"B": lambda _: self._say(self.wire.room - 1),
+            b"L": lambda _: self._say(self.wire.size - 1),
+            b"E": lambda _: self._say_line_error(),
+            b"O": lambda _: self._say_state(),
+            b"M": self._end_answers,
+            b"R": lambda _: self._end_answers(b""),
+        }
         self._defaults()
         self._pen_down = False
 
@@ -78,12 +89,7 @@ class Firmware:
 
     def counts(self, line: bytes) -> bool:
         """Questions are no part of a plot."""
-        return any(not name.startswith("O") for name, _ in reader.split(line))
-
-    @property
-    def deaf(self) -> bool:
-        """It reads on whatever happens."""
-        return False
+        return any(not name.startswith("O") for name, _ in parser.split(line))
 
     @property
     def resting(self) -> bool:
@@ -105,9 +111,6 @@ class Firmware:
         """The paper remembers where the carriage is now."""
         x, y = self.limits.bare(self.carriage.at)
         self.paper.moved(self.now, (x, y, self.paper.at[2]))
-
-    def idle(self) -> None:
-        """There is nothing to read."""
 
     def ready(self, wait: str) -> bool:
         """Whether there is room for a vector, the carriage stands, or plotting may go on."""
@@ -141,29 +144,27 @@ class Firmware:
             self.line_error = 12
         if self.wire.lost > self._lost:
             self._lost, self.line_error = self.wire.lost, 16
-        if letter == b"B":
-            self._say(self.wire.room - 1)
-        elif letter == b"L":
-            self._say(self.wire.size - 1)
-        elif letter == b"E":
-            self._say(self.line_error)
-            self.line_error = 0
-        elif letter == b"O":
-            empty = _EMPTY if self.wire.room == self.wire.size else 0
-            self._say(empty + _VIEWING * (self.viewing > self.now) + _LEVER * self.lever)
-        elif letter == b"K":
-            return True
-        elif letter == b"M":
-            given = b"".join(parameters.rstrip(b":").split(b";")[3:4]) or b"13"
-            if given.isdigit() and int(given) < 256:
-                self._ending = bytes([int(given)])
-            else:
-                self.line_error = 12
-        elif letter == b"R":
-            self._ending = b"\r"
-        elif letter not in b"@HIJN()YZ":
+        if letter in self._controls:
+            self._controls[letter](parameters)
+        elif letter not in b"K@HIJN()YZ":
             self.line_error = 11
-        return False
+        return letter == b"K"
+
+    def _say_line_error(self) -> None:
+        self._say(self.line_error)
+        self.line_error = 0
+
+    def _say_state(self) -> None:
+        empty = _EMPTY if self.wire.room == self.wire.size else 0
+        self._say(empty + _VIEWING * (self.viewing > self.now) + _LEVER * self.lever)
+
+    def _end_answers(self, parameters: bytes) -> None:
+        """ESC.M: the fourth parameter is the byte that ends an answer."""
+        ending = b"".join(parameters.rstrip(b":").split(b";")[3:4]) or b"13"
+        if ending.isdigit() and int(ending) < 256:
+            self._ending = bytes([int(ending)])
+        else:
+            self.line_error = 12
 
     def _say(self, *numbers: int) -> None:
         self._out(",".join(map(str, numbers)).encode("ascii") + self._ending)
@@ -176,10 +177,10 @@ class Firmware:
         self._obeyed += 1
         if self._viewed == self._obeyed:
             self.view()
-        for name, text in reader.split(line):
+        for name, text in parser.split(line):
             yield "going"
             try:
-                yield from self._obey(name, reader.values(text))
+                yield from self._obey(name, parser.values(text))
             except Wrong as wrong:
                 self.error = wrong.number
 
@@ -250,7 +251,7 @@ class Firmware:
                     yield from self._lower(self._wants_down)
         else:
             self._relative = name == "PR"
-        places, odd = reader.places(values)
+        places, odd = parser.places(values)
         for x, y in places:
             target = (self._asked[0] + x, self._asked[1] + y) if self._relative else (x, y)
             yield "going"

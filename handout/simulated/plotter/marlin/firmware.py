@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 
 from handout.profiles import Plotter
-from handout.simulated.plotter.firmware import Say, Wait
+from handout.simulated.plotter.firmware import Firmware, Say, Wait
 from handout.simulated.plotter.marlin.planner import Axes, Planner
-from handout.simulated.plotter.marlin.reception import Reception
+from handout.simulated.plotter.marlin.reception import Framing, Reception
 from handout.simulated.plotter.options import Options
 from handout.simulated.plotter.paper import Paper
 from handout.simulated.plotter.queue import Steps
@@ -25,7 +25,7 @@ _WORD = re.compile(r"([A-Z])\s*(-?(?:\d+\.?\d*|\.\d+))?")
 _KILLED = "Error:Printer halted. kill() called!"
 
 
-class Firmware:
+class MarlinFirmware(Firmware):
     """One controller; its own settings say what the profile says, unless an option says otherwise.
 
     Attributes
@@ -34,7 +34,10 @@ class Firmware:
     emergency : EMERGENCY_PARSER: M108, M112 and M410 act on reception.
     """
 
-    acknowledgement = b"ok"
+    @staticmethod
+    def framing() -> Framing:
+        """Lines end with a line feed or a carriage return."""
+        return Framing(b"\n\r")
 
     def __init__(self, profile: Plotter, options: Options, wire: Wire, paper: Paper, say: Say) -> None:
         self.profile, self.options, self.wire, self.paper, self._out = profile, options, wire, paper, say
@@ -51,7 +54,6 @@ class Firmware:
         self.read_time = float(profile.port.line_time)
         self.reception = Reception(self.say, wire.clear)
         self.advanced = self.emergency = False
-        self.now = 0.0
         self._forget()
 
     def _forget(self) -> None:
@@ -102,9 +104,6 @@ class Firmware:
         if self._wakes <= self.now:
             self._wakes = math.inf
         self._run()
-
-    def idle(self) -> None:
-        """Nothing is left to read."""
 
     def ready(self, wait: str) -> bool:
         """Whether its "button" was pressed, it has a "slot" for a command, "room" in its planner, or is at "rest"."""

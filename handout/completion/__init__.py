@@ -1,0 +1,14 @@
+"""Letters that a scanned hand lacks, added to it before a text is set: put together from its own ink, or lent.
+
+An accented letter is the author's own letter under the author's own mark.  What the author never wrote is lent, where
+the user accepts that: a letter of the other case, or one of a drawn hand, as slanting, wide and tall as the author
+writes, in the author's ink.  `completed_hand.complete_hand` is the way in; nothing here sets text.
+
+    completed_hand.py   which letters of a text a hand lacks, and the hand with them on one page more
+    letters.py          makes the forms of one letter: which source, where a mark sits
+    metrics.py          what is measured of a scanned hand for that: sizes, dots, marks, the drawn hand most like it
+    specimens.py        letters in the making, as lines in line space, and the page that holds them, inked
+
+To lend a letter from another source, add it to `letters.LetterMaker.make`; tests/completion shows what it must give.
+Accents and where they sit are named in one place for drawn and scanned hands, `hand`; see there.
+"""

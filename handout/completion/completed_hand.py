@@ -1,0 +1,119 @@
+"""A hand with all letters of a text: which ones it lacks, how each can be had, and the page that is added for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from handout.completion.letters import LetterMaker, Supply
+from handout.completion.specimens import Specimen, add_page
+from handout.errors import InputError
+from handout.hand.scanned import ScannedHand
+from handout.values import Hand
+from handout.writing.drawn_line_writer import repertoire
+from handout.writing.text import Borrowed, Repertoire, borrow, borrowed, lacking, normalise, spell
+
+
+def complete_hand(
+    hand: Hand | ScannedHand, text: str, *, fallback: bool = False, seed: int = 0
+) -> tuple[Hand | ScannedHand, list[Borrowed]]:
+    """The hand with the letters of a text that it lacks, and which those are.
+
+    A drawn hand stays as it is: it borrows similar forms as it writes, and only these are listed.
+
+    Parameters
+    ----------
+    hand : Hand or ScannedHand
+        Returned as it is where it lacks nothing.
+    text : str
+    fallback : bool
+        Lend what the author never wrote; without it only accented letters are put together, of the author's own.
+    seed : int
+        Of the variation of what is drawn.
+
+    Raises
+    ------
+    InputError
+        The hand holds no letters, or too little clear line to draw others with.
+    MissingCharacters
+        Some letters are missing still; the message lists them with their places and says what `fallback` would supply.
+    """
+    if isinstance(hand, Hand):
+        return hand, borrowed(normalise(text), repertoire(hand)) if fallback else []
+    if not hand.letters:
+        raise InputError(
+            f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
+            "hand with letters as --hand."
+        )
+    text = normalise(text)
+    places = lacking(text, _repertoire(hand))
+    if not places:
+        return hand, []
+    needed = tuple(sorted(places))
+    completed, supplies = _completed(hand, needed, fallback, seed)
+    lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
+    spell(text, _repertoire(completed, lendable), fallback=fallback)
+    return completed, [Borrowed(x, supply.source, supply.own, tuple(places[x])) for x, supply in supplies]
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """How a letter that a hand lacks can be written: "composed" of what the author wrote, only "lent", or not at all.
+
+    letter : what is wanted; how : "composed", "lent" or "missing"; source : what of, in words.
+    """
+
+    letter: str
+    how: str
+    source: str = ""
+
+
+def outlook(hand: ScannedHand, text: str) -> tuple[Outlook, ...]:
+    """How `complete_hand` would supply each letter of a text that a hand lacks; in the order of the text."""
+    needed = lacking(normalise(text), _repertoire(hand))
+    if not needed or not hand.letters:
+        return tuple(Outlook(letter, "missing") for letter in needed)
+    maker = LetterMaker(hand, np.random.default_rng(0))
+    lendable = _lendable(maker, tuple(sorted(needed)))
+    outlooks = list[Outlook]()
+    for letter in needed:
+        supply = maker.make(letter, fallback=False)
+        if supply:
+            outlooks.append(Outlook(letter, "composed", supply.source))
+            continue
+        source = (maker.make(letter, fallback=True) or maker.instead(letter)).source
+        outlooks.append(Outlook(letter, "lent" if source and letter in lendable else "missing", source))
+    return tuple(outlooks)
+
+
+@lru_cache(maxsize=8)  # a batch asks for the same letters again and again
+def _completed(
+    hand: ScannedHand, needed: tuple[str, ...], fallback: bool, seed: int
+) -> tuple[ScannedHand, tuple[tuple[str, Supply], ...]]:
+    """The hand with a page of what can be supplied, and each letter with its supply."""
+    maker = LetterMaker(hand, np.random.default_rng(seed))
+    supplies = list[tuple[str, Supply]]()
+    specimens = list[Specimen]()
+    for letter in needed:
+        supply = maker.make(letter, fallback)
+        if not supply and fallback:
+            supply = maker.instead(letter)
+            present = {specimen.letter for specimen in specimens}
+            supply = replace(supply, specimens=[form for form in supply.specimens if form.letter not in present])
+        if supply or (fallback and supply.source):
+            specimens += supply.specimens
+            supplies.append((letter, supply))
+    return (add_page(hand, specimens) if specimens else hand), tuple(supplies)
+
+
+def _lendable(maker: LetterMaker, needed: tuple[str, ...]) -> frozenset[str]:
+    """Which of some letters could be lent."""
+    known = maker.repertoire
+    return frozenset(letter for letter in needed if not lacking(letter, known) or borrow(letter, known, 0))
+
+
+def _repertoire(hand: ScannedHand, lendable: frozenset[str] = frozenset()) -> Repertoire:
+    """What a scanned hand can write, and what it could be lent."""
+    return Repertoire(hand.name, frozenset(hand.letters), frozenset(), lendable)

@@ -1,0 +1,130 @@
+"""A page of plans: every stroke of a drawing explained, and the drawing that the plans make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.reconstruction import recording_fit, shape_fit
+from handout.motion.reconstruction.key_points import extent, resampled, snr
+from handout.motion.reconstruction.plan import LognormalPlan
+from handout.summary import one_line
+from handout.values import Array, Drawing, Page, Stroke
+
+_DOT = 0.2  # mm: a stroke of no more extent is a dot
+_RATE = 200.0  # samples a second of a drawing made of plans
+_SPARSE = 4.0  # samples a second, of fewer nobody can tell how a pen moved
+_LIFT = 0.1  # s between strokes whose plan has no times of its own
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A stroke and its plan.
+
+    plan : LognormalPlan; a dot is a plan of one target.
+    place : dB, signal to noise of the path: at the same times if they are known, else at equal shares of its length.
+    speed : dB, of the velocities; None if the times are not known.
+    word : as in `Stroke`.
+    """
+
+    plan: LognormalPlan
+    place: float
+    speed: float | None
+    word: int = -1
+
+
+@dataclass(frozen=True)
+class PlannedPage:
+    """The plans of a page, in the order of writing; `timed`: whether they keep the times of a recording."""
+
+    fits: tuple[Fit, ...]
+    page: Page
+    timed: bool
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    __repr__ = one_line
+
+
+def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
+    """Explain every stroke of a page by lognormal strokes.
+
+    timed : keep the times of the drawing; otherwise only its shapes count, and it gets the times of its plans.  So it
+        does where its samples are minutes apart, and with single strokes that are like that.
+
+    Source: seed 002, §3.2.
+    """
+    clock, fits = 0.0, []
+    timed = timed and not all(_sparse(stroke) for stroke in drawing.strokes)
+    for stroke in drawing.strokes:
+        if timed:
+            fits.append(_shaped(stroke, float(stroke.t[0])) if _sparse(stroke) else _timed(stroke))
+        else:
+            fits.append(_shaped(stroke, clock))
+            clock = fits[-1].plan.end + _LIFT
+    return PlannedPage(tuple(fits), drawing.page, timed, drawing.about)
+
+
+def _sparse(stroke: Stroke) -> bool:
+    """Whether a stroke has too few samples for the time that it took."""
+    lasted = float(stroke.t[-1] - stroke.t[0])
+    return lasted > recording_fit.SHORTEST and (len(stroke.t) - 1) / lasted < _SPARSE
+
+
+def _dot(stroke: Stroke, start: float) -> Fit:
+    lasts = max(float(stroke.t[-1] - stroke.t[0]), 0.05)
+    none = np.zeros(0)
+    plan = LognormalPlan(stroke.xy.mean(axis=0)[None], none, none, none, none, start, start + lasts)
+    return Fit(plan, np.inf, None, stroke.word)
+
+
+def _timed(stroke: Stroke) -> Fit:
+    start = float(stroke.t[0])
+    if extent(stroke.xy) <= _DOT or len(stroke.t) < 3 or stroke.t[-1] - start < recording_fit.SHORTEST:
+        return _dot(stroke, start)
+    recording = recording_fit.prepared(stroke.t, stroke.xy)
+    plan = recording_fit.from_recording(stroke.t, stroke.xy)
+    place = np.column_stack([recording.place.real, recording.place.imag])
+    velocity = np.column_stack([recording.velocity.real, recording.velocity.imag])
+    speed = snr(velocity, plan.velocity(recording.t), about_mean=False)
+    return Fit(plan, snr(place, plan.at(recording.t)), speed, stroke.word)
+
+
+def _shaped(stroke: Stroke, start: float) -> Fit:
+    if extent(stroke.xy) <= _DOT or len(stroke.xy) < 2:
+        return _dot(stroke, start)
+    plan = _later(shape_fit.from_shape(stroke.xy), start)
+    count = 400
+    return Fit(plan, snr(resampled(stroke.xy, count), resampled(plan.at(sampled(plan)), count)), None, stroke.word)
+
+
+def _later(plan: LognormalPlan, start: float) -> LognormalPlan:
+    """The plan, begun at `start`, its whole course within its times."""
+    t = _course(plan)
+    shift = start - t[0]
+    return LognormalPlan(
+        plan.targets, plan.onset + shift, plan.duration, plan.asymmetry, plan.theta, start, float(t[-1] + shift)
+    )
+
+
+def _course(plan: LognormalPlan) -> tuple[float, float]:
+    pulses = plan.pulses()
+    reach = lognormal.REACH
+    return float(pulses.time(-reach).min()), float(pulses.time(reach).max())
+
+
+def sampled(plan: LognormalPlan) -> Array:
+    """(n,) float, s: times from the start to the end of a plan, 200 a second."""
+    return np.linspace(plan.start, plan.end, max(round((plan.end - plan.start) * _RATE) + 1, 2))
+
+
+def drawing(page: PlannedPage) -> Drawing:
+    """The drawing that the plans make."""
+    strokes = []
+    for one in page.fits:
+        t = sampled(one.plan)
+        strokes.append(Stroke(t, one.plan.at(t), word=one.word))
+    return Drawing(tuple(strokes), page.page, page.about)

@@ -1,0 +1,294 @@
+"""From the shape of a trace alone to a plan of lognormal strokes.
+
+Three steps: a first guess from the key points, virtual targets by closed-form least squares (the path is linear in
+them), and a refinement of targets, bends and overlaps by Gauss–Newton steps on the distances across the path.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import brentq
+
+from handout.motion import sigma_lognormal_model as lognormal
+from handout.motion.reconstruction import key_points
+from handout.motion.reconstruction.key_points import Index, arc_length, extent, resampled
+from handout.motion.reconstruction.plan import LognormalPlan
+from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
+from handout.values import Array
+
+ASYMMETRY, DURATION = 0.1, 0.3
+LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
+_BOUNDS_DT = (0.1, 1.5)
+_SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
+_COMPARED = 110  # places at which path and trace are compared
+_DENSE = 240  # samples of the path among which they are looked for
+_RIDGE = 1e-3
+_ROUNDS = 25
+ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: no stroke is added beyond the first, nothing refined beyond the second
+_MORE, _CLOSEST = 2, 8  # strokes that are added where too little is explained; samples between key points at least
+_HELD = 1e-5  # weight of how far durations and asymmetries are from where they began
+_TINY = 1e-4
+_ENOUGH = 4e-3  # of the extent: an improvement that no longer counts
+
+
+def from_shape(xy: Array) -> LognormalPlan:
+    """The plan whose path has the shape of a trace; its times are those of a hand in no particular hurry.
+
+    Parameters
+    ----------
+    xy : (n, 2) float, mm
+        At least two different points.
+
+    Raises
+    ------
+    ValueError
+        Fewer than two different points.
+
+    Source: seed 002, §3.2; linear targets and refinement are this project's.
+    """
+    xy = np.asarray(xy, dtype=np.float64)
+    size = extent(xy)
+    if len(xy) < 2 or size <= 0:
+        raise ValueError("a trace needs at least two different points")
+    even = resampled(xy, max(8, round(float(arc_length(xy)[-1]) / size * key_points.SAMPLES) + 1))
+    index = key_points.find(even).index
+    best = _refined(even, _led_through(even, first_guess(even, index=index)))
+    off = _off(even, best)
+    for _ in range(_MORE):
+        if snr_of(even, off) >= ENOUGH:
+            break
+        index = _with_worst(even, index, off)
+        tried = _refined(even, _led_through(even, first_guess(even, index=index)))
+        if np.square(then := _off(even, tried)).sum() < np.square(off).sum():
+            best, off = tried, then
+    return best
+
+
+def _off(even: Array, plan: LognormalPlan) -> Array:
+    """(n,) mm: how far the path is from the trace, at equal shares of their lengths."""
+    pulses = plan.pulses()
+    t = _grid(pulses)
+    path = resampled(plan.at(t), len(even))
+    return np.asarray(np.hypot(*(path - even).T))
+
+
+def snr_of(even: Array, off: Array) -> float:
+    """dB, of a trace (n, 2) and distances (n,) from it."""
+    signal = float(((even - even.mean(axis=0)) ** 2).sum())
+    return float(10 * np.log10(signal / max(float((off**2).sum()), 1e-12 * signal)))
+
+
+def _with_worst(even: Array, index: Index, off: Array) -> Index:
+    """The key points and one more, in the segment that is explained worst, where its path is halved."""
+    total = np.concatenate([[0.0], np.cumsum(off**2)])
+    inside = total[index[1:]] - total[index[:-1]]
+    wide = np.diff(index) >= 2 * _CLOSEST
+    if not wide.any():
+        return index
+    worst = int(np.argmax(np.where(wide, inside, -1.0)))
+    return np.insert(index, worst + 1, (index[worst] + index[worst + 1]) // 2)
+
+
+def first_guess(
+    even: Array, *, index: Index | None = None, bend: Callable[[Array], float] | None = None
+) -> LognormalPlan:
+    """Targets at the key points of an evenly sampled trace (n, 2); bends and overlaps from the trace between them.
+
+    index : (m,) key points to take instead of those of `key_points.find`.
+    bend : half the turning of a piece of the trace, rad, instead of what `key_points` and its length allow.
+    """
+    found = key_points.find(even)
+    index, bend = found.index if index is None else index, bend or _half_turning
+    theta = np.array([bend(even[a : b + 1]) for a, b in itertools.pairwise(index.tolist())])
+    dt = np.concatenate([[0.0], _overlaps(found.turning, index[1:-1])])
+    return plan_of(even[index], dt, theta)
+
+
+def plan_of(targets: Array, dt: Array, theta: Array) -> LognormalPlan:
+    """A plan of strokes of one duration and asymmetry; targets (m, 2) mm, dt and theta (m − 1,)."""
+    k = len(theta)
+    duration = np.full(k, DURATION)
+    onset = lognormal.onsets(dt, duration)
+    return LognormalPlan(targets, onset, duration, np.full(k, ASYMMETRY), theta, 0.0, float(onset[-1] + DURATION))
+
+
+def _half_turning(piece: Array) -> float:
+    """Half of how far a piece of a trace turns, at most what its length over its chord allows."""
+    length, chord = float(arc_length(piece)[-1]), float(np.hypot(*(piece[-1] - piece[0])))
+    if len(piece) < 4 or length <= 0:
+        return 0.0
+    direction = np.diff(resampled(piece, 16) @ np.array([1.0, 1j]))
+    half = float(np.angle(direction[1:] * np.conj(direction[:-1])).sum()) / 2 * 15 / 14
+    ratio = length / max(chord, 1e-9)
+    if ratio <= 1 + 1e-7:
+        return 0.0
+    most = brentq(lambda angle: angle / np.sin(angle) - ratio, 1e-9, 3.0) if ratio < 20 else MOST_BENT
+    return float(np.copysign(min(abs(half), most, MOST_BENT), half))
+
+
+def _overlaps(turning: Array, corners: Index) -> Array:
+    """(k,) dt of the strokes that begin at the corners: late where the turning is sharp, early where it is spread.
+
+    Source: seed 002, §3.2 (a mixture of Gaussians fitted to the turning, in one dimension).
+    """
+    if len(corners) == 0:
+        return np.zeros(0)
+    x, weight = np.arange(len(turning), dtype=np.float64), (turning + 1e-9) / (turning + 1e-9).sum()
+    mean, spread = corners.astype(np.float64), np.full(len(corners), 6.0)
+    share = np.full(len(corners), 1 / len(corners))
+    for _ in range(10):
+        near = share[:, None] * np.exp(-((x - mean[:, None]) ** 2) / (2 * spread[:, None] ** 2)) / spread[:, None]
+        near *= weight / (near.sum(axis=0) + 1e-300)
+        total = near.sum(axis=1) + 1e-12
+        share, mean = total / total.sum(), (near @ x) / total
+        spread = np.sqrt((near * (x - mean[:, None]) ** 2).sum(axis=1) / total + 1.0)
+    soft = np.clip(np.log(spread / _SHARPEST) / np.log(_SOFTEST / _SHARPEST), 0.0, 1.0)
+    return np.asarray(LEAST_DT + (MOST_DT - LEAST_DT) * (1 - soft))
+
+
+def _grid(pulses: Pulses) -> Array:
+    return np.linspace(float(pulses.time(-REACH).min()), float(pulses.time(REACH).max()), _DENSE)
+
+
+def _times(path: Complex, t: Array, count: int) -> Array:
+    """Times at which a path has gone equal shares of its length."""
+    arc = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
+    return np.asarray(np.interp(np.linspace(0.0, arc[-1], count), arc, t))
+
+
+def _led_through(even: Array, plan: LognormalPlan, rounds: int = 3) -> LognormalPlan:
+    """The plan with the targets that bring its path nearest to the trace, pairs of places by equal shares of length."""
+    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    z = plan.targets @ np.array([1.0, 1j])
+    guess, pulses = z.copy(), plan.pulses()
+    t = _grid(pulses)
+    done = lognormal.arc(lognormal.progress(pulses, t), pulses.theta[:, None])
+    for _ in range(rounds):
+        when = _times(z[0] + np.diff(z) @ done, t, _COMPARED)
+        matrix = _linear(lognormal.arc(lognormal.progress(pulses, when), pulses.theta[:, None]))
+        weight = np.sqrt(_RIDGE * _COMPARED)
+        rows = np.concatenate([matrix, weight * np.eye(len(z))])
+        z = np.linalg.lstsq(rows, np.concatenate([wanted, weight * guess]), rcond=None)[0]
+    return plan_of(np.column_stack([z.real, z.imag]), plan.dt, plan.theta)
+
+
+def _linear(done: Complex) -> Complex:
+    """(n, m): the matrix that makes a path of targets (m,), given how much of each stroke is done, (m − 1, n)."""
+    matrix = np.zeros((done.shape[1], done.shape[0] + 1), dtype=np.complex128)
+    matrix[:, 0] = 1.0
+    matrix[:, 1:] += done.T
+    matrix[:, :-1] -= done.T
+    return matrix
+
+
+def _refined(even: Array, plan: LognormalPlan) -> LognormalPlan:
+    """Levenberg–Marquardt on targets, bends, onsets, durations and asymmetries."""
+    wanted = resampled(even, _COMPARED) @ np.array([1.0, 1j])
+    size = extent(even)
+    k = plan.strokes
+    x = np.concatenate(
+        [*(plan.targets / size).T, plan.theta, plan.onset[1:], np.log(plan.duration), np.full(k, np.log(ASYMMETRY))]
+    )
+    prior = x[-2 * k :].copy()
+    held = np.zeros(len(x))
+    held[-2 * k :] = _HELD
+    damping = 1e-3
+    aim = float(np.var(wanted / size)) * 10 ** (-_BEYOND / 10)
+    residual, jacobian, cost = _differences(x, k, wanted / size)
+    for _ in range(_ROUNDS):
+        drawn = np.concatenate([np.zeros(len(x) - 2 * k), held[-2 * k :] * (x[-2 * k :] - prior)])
+        normal, slope = jacobian.T @ jacobian + np.diag(held), jacobian.T @ residual + drawn
+        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-6), slope)
+        tried = _bounded(x - step, k)
+        then = _differences(tried, k, wanted / size)
+        if then[2] < cost:
+            gained = cost - then[2]
+            x, (residual, jacobian, cost) = tried, then
+            damping = max(damping / 5, 1e-9)
+            if gained < _ENOUGH * cost or cost < aim:
+                break
+        else:
+            damping *= 6
+            if damping > 1e6:
+                break
+    return _from_vector(x, k, size)
+
+
+def _parts(x: Array, k: int) -> tuple[Complex, Array, Array, Array, Array]:
+    """Targets, half turnings, onsets, durations and asymmetries of a vector."""
+    m = k + 1
+    z, rest = x[:m] + 1j * x[m : 2 * m], x[2 * m :]
+    onset = np.concatenate([[0.0], rest[k : 2 * k - 1]])
+    return z, rest[:k], onset, np.exp(rest[2 * k - 1 : 3 * k - 1]), np.exp(rest[3 * k - 1 :])
+
+
+def _from_vector(x: Array, k: int, size: float) -> LognormalPlan:
+    z, theta, onset, duration, asymmetry = _parts(x, k)
+    end = float((onset + duration).max())
+    return LognormalPlan(size * np.column_stack([z.real, z.imag]), onset, duration, asymmetry, theta, 0.0, end)
+
+
+def _bounded(x: Array, k: int) -> Array:
+    x = x.copy()
+    rest = x[2 * k + 2 :]
+    rest[:k] = np.clip(rest[:k], -MOST_BENT, MOST_BENT)
+    rest[2 * k - 1 : 3 * k - 1] = np.clip(rest[2 * k - 1 : 3 * k - 1], np.log(0.06), np.log(1.2))
+    rest[3 * k - 1 :] = np.clip(rest[3 * k - 1 :], np.log(0.01), np.log(0.5))
+    duration = np.exp(rest[2 * k - 1 : 3 * k - 1])
+    before = 0.0
+    for i in range(1, k):
+        least, most = _BOUNDS_DT[0] * duration[i - 1], _BOUNDS_DT[1] * duration[i - 1]
+        before = min(max(rest[k + i - 1], before + least), before + most)
+        rest[k + i - 1] = before
+    return x
+
+
+def _differences(x: Array, k: int, wanted: Complex) -> tuple[Array, Array, float]:
+    """Residuals, their derivatives, and the mean square of the distances of places at equal shares of length."""
+    z, theta, onset, duration, asymmetry = _parts(x, k)
+    chord = np.diff(z)
+    pulses = lognormal.pulses(duration, asymmetry, theta, onset)
+    t = _grid(pulses)
+    when = _times(z[0] + lognormal.position(pulses, chord, t), t, len(wanted))
+    share = lognormal.progress(pulses, when)
+    done = lognormal.arc(share, theta[:, None])
+    off = z[0] + chord @ done - wanted
+    linear = _linear(done).T
+    bend = chord[:, None] * _by_theta(share, theta[:, None], done)
+    moving = (chord * lognormal.arc_over_chord(theta))[:, None] * np.exp(1j * theta[:, None] * (2 * share - 1))
+    delay = -(moving * lognormal.rate(pulses, when))[1:]
+    longer = lognormal.progress(lognormal.pulses(duration * (1 + _TINY), asymmetry, theta, onset), when)
+    skewed = lognormal.progress(lognormal.pulses(duration, asymmetry * (1 + _TINY), theta, onset), when)
+    columns = np.concatenate(
+        [linear, 1j * linear, bend, delay, moving * (longer - share) / _TINY, moving * (skewed - share) / _TINY]
+    )
+    columns = _sliding(columns, off + wanted)
+    residual = np.concatenate([off.real, off.imag])
+    jacobian = np.concatenate([columns.real, columns.imag], axis=1).T
+    return residual, jacobian, float(np.mean(np.abs(off) ** 2))
+
+
+def _sliding(columns: Complex, path: Complex) -> Complex:
+    """Derivatives of the places at equal shares of length, from those (p, n) of the same places at fixed times.
+
+    What makes the path longer before a place pushes it back along the path, by as much as its share is not kept.
+    """
+    step = np.diff(path)
+    tangent = step / np.maximum(np.abs(step), 1e-12)
+    longer = np.zeros(columns.shape)
+    longer[:, 1:] = np.cumsum((np.diff(columns, axis=1) * np.conj(tangent)).real, axis=1)
+    along = np.linspace(0.0, 1.0, len(path)) * longer[:, -1:] - longer
+    middle = np.concatenate([tangent[:1], tangent[1:] + tangent[:-1], tangent[-1:]])
+    return np.asarray(columns + along * middle / np.maximum(np.abs(middle), 1e-12))
+
+
+def _by_theta(share: Array, theta: Array, done: Complex) -> Complex:
+    """Derivative of `lognormal.arc` by theta."""
+    angle = np.where(np.abs(theta) < 1e-4, 1e-4, theta)
+    ahead = angle * share
+    sine = np.sin(angle)
+    size = share * np.cos(ahead) / sine - np.sin(ahead) * np.cos(angle) / sine**2
+    return np.asarray(1j * (share - 1) * done + np.exp(1j * (ahead - angle)) * size)

@@ -1,0 +1,190 @@
+"""The line of one letter and its strokes; what tells dots and accents from the rest, and loops from their reverse."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from handout.hand.letter_classes import BOWLED, LOOPED_ABOVE, LOOPED_BELOW
+from handout.motion.recovery import letter_forms
+from handout.motion.recovery.network import Network
+from handout.values import Array, Indices
+
+POINTED = frozenset(".:…")  # marks that are points, and nothing else
+DOT = 0.35  # x-heights: a piece no longer is a dot
+_DASH = 0.9  # x-heights: one no longer is, too, that lies over all the rest
+_UNDER = 0.1  # x-heights that it may begin lower
+_BELOW = -0.05  # x-heights over the baseline: where loops of tails are
+_LEAST = 6.0  # square half widths: what encloses less is a line gone over twice
+
+
+@dataclass(frozen=True, eq=False)
+class LetterLine:
+    """The line of one letter: its body, and where it is joined the ligatures to its neighbours.
+
+    xy : (n, 2), y up; radius, density : (n,); edges : (m, 2), as in `values.LineGraph`.
+    x_height : in the unit of `xy`.
+    entries, exits : vertices at loose ends where the pen comes from the letter before, and goes to the next.
+    bar_entries : vertices at loose ends where a crossbar comes in from the letter before.
+    unsure_entries : vertices at loose ends where either the pen comes from the letter before, or a crossbar does.
+    bar_exits : vertices at loose ends where a crossbar goes over to the next letter.
+    joined_hand : whether it is of a hand that joins letters, if not all.
+    baseline : y of it, None where that is not known.
+    own_bars, foreign_bars : vertices along the crossbars that are known from the whole word: the letter's own, and
+        those of others.
+    bar_overlaps : for each of both vertices before and after it that it shares with other strokes.
+    """
+
+    xy: Array
+    radius: Array
+    density: Array
+    edges: Indices
+    x_height: float
+    entries: tuple[int, ...] = ()
+    exits: tuple[int, ...] = ()
+    bar_entries: tuple[int, ...] = ()
+    unsure_entries: tuple[int, ...] = ()
+    bar_exits: tuple[int, ...] = ()
+    joined_hand: bool = False
+    baseline: float | None = None
+    own_bars: tuple[Indices, ...] = ()
+    foreign_bars: tuple[Indices, ...] = ()
+    bar_overlaps: tuple[tuple[Indices, Indices], ...] = ()
+
+    @property
+    def joints(self) -> set[int]:
+        """Vertices where it is cut off from what else the pen wrote."""
+        return {*self.entries, *self.exits, *self.bar_entries, *self.unsure_entries, *self.bar_exits}
+
+
+@dataclass(frozen=True, eq=False)
+class LetterStrokes:
+    """How a letter was written.
+
+    strokes : vertices of its line in order, for each pen-down movement.
+    delayed : for each, whether it is written after the word.
+    bars : for each, whether it is a crossbar, or else what forms of the letter delay, whenever this one was written.
+    """
+
+    strokes: tuple[Indices, ...]
+    delayed: tuple[bool, ...]
+    bars: tuple[bool, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A way in which a letter may have been written.
+
+    strokes : as in `LetterStrokes`.
+    cost : what it costs a hand, and how unlike the forms of the letter it is.
+    flags : gives `LetterStrokes.delayed` and `LetterStrokes.bars`; worked out for the chosen candidate only.
+    """
+
+    strokes: tuple[Indices, ...]
+    cost: float
+    flags: Callable[[], tuple[tuple[bool, ...], tuple[bool, ...]]]
+
+    @cached_property
+    def letter_strokes(self) -> LetterStrokes:
+        """The letter written so."""
+        return LetterStrokes(self.strokes, *self.flags())
+
+
+def has_dots(letter: str) -> bool:
+    """Whether pieces apart from a letter's line are dots or accents."""
+    return letter in ("i", "j") or len(unicodedata.normalize("NFD", letter)) > 1
+
+
+def find_points(net: Network) -> tuple[Indices, ...]:
+    """The points of a mark that has nothing else, from above or from left to right; none if it has."""
+    if any(len(ends) > 1 for ends in net.ends_at.values()):
+        return ()
+    middle = np.array([net.xy[path].mean(axis=0) for path in net.branches])
+    across = np.ptp(middle, axis=0)
+    order = np.argsort(-middle[:, 1] if across[1] > across[0] else middle[:, 0])
+    return tuple(_rightwards(net, net.branches[b]) for b in order.tolist())
+
+
+def find_dots(net: Network, x_height: float, baseline: float | None, joints: set[int]) -> dict[int, Indices]:
+    """Branch → vertices, from left to right, of pieces that are dots or accents.
+
+    Where there is nothing else, only what is known to be over the x-height is one.
+    """
+    free = [b for b, path in enumerate(net.branches) if _is_apart(net, b) and not {*path.tolist()} & joints]
+    length = net.length * net.half_width / x_height
+    rest = [net.xy[path, 1].max() for b, path in enumerate(net.branches) if b not in free or length[b] >= _DASH]
+    top = max(rest, default=np.inf) - _UNDER * x_height
+    low = {b: net.xy[net.branches[b], 1].min() for b in free}
+    dots = [b for b in free if length[b] < DOT or (length[b] < _DASH and low[b] > top)]
+    if len(dots) == len(net.branches):
+        least = np.inf if baseline is None else baseline + x_height
+        dots = [b for b in dots if low[b] > least]
+    return {b: _rightwards(net, net.branches[b]) for b in dots}
+
+
+def _is_apart(net: Network, branch: int) -> bool:
+    """Whether a branch meets no other."""
+    return len(net.branches[branch]) == 1 or (net.is_loose(2 * branch) and net.is_loose(2 * branch + 1))
+
+
+def _rightwards(net: Network, path: Indices) -> Indices:
+    """A path from its left to its right end."""
+    return path if net.xy[path[0], 0] <= net.xy[path[-1], 0] else path[::-1]
+
+
+def loop_direction_errors(
+    net: Network, strokes: Sequence[Sequence[int]], letter: str, baseline: float | None, x_height: float
+) -> int:
+    """How many loops of a traversal run the wrong way round.
+
+    A loop of l or d goes up on its right and comes down on its left, and so do the bowls of a and o; the tail of g or y
+    goes down on its right and comes up on its left.  The two lines of a narrow loop part so smoothly that how they go
+    on does not tell which is which.
+
+    Parameters
+    ----------
+    strokes : for each the ends by which the pen leaves one node after the other.
+    baseline : y of it, None where that is not known.
+    x_height : in the unit of the network.
+    """
+    if baseline is None and letter not in LOOPED_BELOW | BOWLED | LOOPED_ABOVE:
+        return 0
+    weights = letter_forms.WEIGHTS
+    stem = np.inf if baseline is None else baseline + weights.loop_above * x_height
+    if letter in LOOPED_ABOVE and baseline is None:
+        heights = np.concatenate([net.xy[path, 1] for path in net.branches])
+        low, high = float(heights.min()), float(heights.max())
+        stem = low + weights.loop_high * (high - low)
+    tail = -np.inf if letter not in LOOPED_BELOW else np.inf if baseline is None else baseline + _BELOW * x_height
+    least = _LEAST * net.half_width**2
+    errors, nodes = 0, net.node.tolist()
+    for stroke in strokes:
+        seen: dict[int, int] = {}
+        for step, node in enumerate([*(nodes[end] for end in stroke), nodes[stroke[-1] ^ 1]]):
+            if node in seen:
+                loop = [net.extent(end) for end in stroke[seen[node] : step]]
+                known = baseline is not None or letter not in LOOPED_BELOW
+                errors += known and _is_reversed(loop, least, tail, -np.inf if letter in BOWLED else stem)
+            seen[node] = step
+    return errors
+
+
+def _is_reversed(branches: Sequence[tuple[float, float, float]], least: float, tail: float, above: float) -> bool:
+    """Whether a loop over some branches, measured, is the wrong way round.
+
+    Parameters
+    ----------
+    least : area; a loop of less is a line gone over twice.
+    tail : y under which it is that of a tail; above : y over which it is that of a stem or bowl.
+    """
+    middle = (min(low for low, _, _ in branches) + max(high for _, high, _ in branches)) / 2
+    if middle >= tail and not middle > above:
+        return False
+    area = sum(twice for _, _, twice in branches) / 2
+    if abs(area) < least:
+        return False
+    return area > 0 if middle < tail else area < 0

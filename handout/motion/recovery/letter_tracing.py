@@ -1,0 +1,281 @@
+"""One letter's line as the strokes that it was written with: the traversal that is cheap and like a form of the letter.
+
+`candidates` takes off dots and accents, cuts the rest where forms say that strokes may begin or turn, finds what
+crossbars there are, searches traversals of what is left, and adds to the cost of each how far it is from the forms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT
+from handout.motion.recovery import letter_forms
+from handout.motion.recovery.crossbars import (
+    DELAYED,
+    SHARED,
+    branches_beside,
+    crossbar_chains,
+    find_crossbar,
+    lies_on,
+    straight_continuation,
+)
+from handout.motion.recovery.form_matching import form_distances, nearest_forms
+from handout.motion.recovery.ink_gaps import bridge_gaps
+from handout.motion.recovery.letter_forms import HANDS, LetterForms, forms_of, resample_strokes, turning_points
+from handout.motion.recovery.letter_line import (
+    DOT,
+    POINTED,
+    Candidate,
+    LetterLine,
+    LetterStrokes,
+    find_dots,
+    find_points,
+    has_dots,
+    loop_direction_errors,
+)
+from handout.motion.recovery.network import (
+    WEIGHTS,
+    CostWeights,
+    Ends,
+    Network,
+    build_network,
+    chain_vertices,
+    subnetwork,
+)
+from handout.motion.recovery.traversal import Traversal, beam_search, form_guides, guided_search
+from handout.values import Array, Indices
+
+_TRAVERSALS = 16  # that are compared
+_MARGIN = 7.0  # a traversal that costs so much more than the cheapest is not made good by its likeness
+_FORMS = 6  # forms that they are compared with
+_ALONG = 16  # places of a stroke that tell whether a form delays it
+
+_Chains: TypeAlias = Sequence[tuple[int, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Laid:
+    """The forms that lie nearest to a letter, and their places (f, s, 2), laid over it."""
+
+    forms: LetterForms
+    xy: Array
+
+
+def trace_letter(
+    line: LetterLine, letter: str, *, hands: tuple[str, ...] = HANDS, weights: CostWeights = WEIGHTS
+) -> LetterStrokes:
+    """The strokes of a letter, in the order of writing."""
+    return candidates(line, letter, hands=hands, weights=weights)[0].letter_strokes
+
+
+def candidates(
+    line: LetterLine,
+    letter: str,
+    *,
+    hands: tuple[str, ...] = HANDS,
+    weights: CostWeights = WEIGHTS,
+    most: int = 1,
+    margin: float = np.inf,
+) -> list[Candidate]:
+    """Ways in which a letter may have been written, the cheapest first.
+
+    Parameters
+    ----------
+    most : how many are given.
+    margin : none is given that costs so much more than the cheapest.
+    """
+    if line.unsure_entries:
+        entered = replace(line, entries=(*line.entries, *line.unsure_entries), unsure_entries=())
+        crossed = replace(line, bar_entries=(*line.bar_entries, *line.unsure_entries), unsure_entries=())
+        ranked = _candidates(entered, letter, hands, weights, most)
+        # the lift before the bar is that of the letter which it belongs to
+        barred = _candidates(crossed, letter, hands, weights, most)
+        barred = [replace(candidate, cost=candidate.cost - weights.lift) for candidate in barred]
+        ranked = sorted([*ranked, *barred], key=lambda candidate: candidate.cost)
+    else:
+        ranked = _candidates(line, letter, hands, weights, most)
+    return [candidate for candidate in ranked[:most] if candidate.cost <= ranked[0].cost + margin]
+
+
+def _candidates(
+    line: LetterLine, letter: str, hands: tuple[str, ...], weights: CostWeights, most: int
+) -> list[Candidate]:
+    """Ways to write a letter of which it is known what comes into it."""
+    net = _bridged_network(line, letter)
+    points = find_points(net) if letter in POINTED else ()
+    if points:
+        return [Candidate(points, 0.0, lambda: ((False,) * len(points),) * 2)]
+    apart = find_dots(net, line.x_height, line.baseline, line.joints) if has_dots(letter) else {}
+    dots = sorted(apart.values(), key=lambda v: float(line.xy[v, 0].mean()))
+    rest = [b for b in range(len(net.branches)) if b not in apart]
+    if not rest:
+        return [Candidate(tuple(dots), 0.0, lambda: ((True,) * len(dots),) * 2)]
+    laid, cuts = _nearest(net, rest, line, letter, hands)
+    net = subnetwork(net, rest, cuts)
+    traversals, foreign = _traversals(net, line, letter, laid, weights)
+    # traversals have many of their strokes in common
+    path_of = {s: chain_vertices(net, s) for s in dict.fromkeys(s for one in traversals for s in one.strokes)}
+    total = np.array([traversal.cost for traversal in traversals])
+    total += letter_forms.WEIGHTS.loop * np.array(
+        [loop_direction_errors(net, one.strokes, letter, line.baseline, line.x_height) for one in traversals]
+    )
+    drawn: Indices | None = None
+    if laid is not None:
+        places = {stroke: net.xy[path] for stroke, path in path_of.items()}
+        unlike, drawn = _form_costs(traversals, foreign, places, laid, line)
+        total += unlike
+
+    def flags(number: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
+        traversal = traversals[number]
+        late: tuple[bool, ...] = (False,) * len(traversal.strokes)
+        if laid is not None and drawn is not None:
+            late = _delayed_by_form([net.xy[path_of[stroke]] for stroke in traversal.strokes], laid, int(drawn[number]))
+        delayed, bars = _flags(traversal, late, foreign, line, letter)
+        return (*delayed, *(True for _ in dots)), (*bars, *(True for _ in dots))
+
+    ranked = np.argsort(total, kind="stable")[:most].tolist()
+    strokes = {k: (*(_with_overlap(path_of[s], line) for s in traversals[k].strokes), *dots) for k in ranked}
+    return [Candidate(strokes[k], float(total[k]), partial(flags, k)) for k in ranked]
+
+
+def _bridged_network(line: LetterLine, letter: str) -> Network:
+    """The branches of a letter's line, gaps bridged where its ink failed."""
+    half_width = float(np.median(line.radius))
+    least = DOT * line.x_height if has_dots(letter) else 0.0
+    edges = bridge_gaps(line.xy, line.radius, line.edges, half_width, line.joints, least)
+    return build_network(line.xy, line.radius, line.density, edges, half_width)
+
+
+def _nearest(
+    net: Network, rest: Sequence[int], line: LetterLine, letter: str, hands: tuple[str, ...]
+) -> tuple[_Laid | None, list[int]]:
+    """The forms that lie nearest to a letter, laid over it; and vertices where its branches are to be cut."""
+    ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
+    every = forms_of(letter, bool(line.entries), bool(line.exits), hands)
+    if every is None:
+        return None, ends
+    foreign = {int(v) for bar in line.foreign_bars for v in bar}
+    inner = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
+    body = [b for b in inner if not lies_on(net.branches[b], foreign)]
+    own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
+    forms, laid = nearest_forms(every, net.xy[own], _FORMS)
+    barred = {int(v) for bar in line.own_bars for v in bar}
+    turns = [v for v in turning_points(net, body, own, laid, forms) if v not in barred] if body else []
+    return _Laid(forms, laid), [*turns, *ends]
+
+
+def _traversals(
+    net: Network, line: LetterLine, letter: str, laid: _Laid | None, weights: CostWeights
+) -> tuple[list[Traversal], list[tuple[int, ...]]]:
+    """Cheap traversals of a letter, those that its forms would take among them; and the crossbars of other letters."""
+    ends = Ends(*(_ends_at(net, own) for own in (line.entries, line.exits, line.bar_entries)))
+    foreign = [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
+    bar_ends = [end for end in ends.bar_entries if not any(end in chain for chain in foreign)]
+    foreign += [tuple(straight_continuation(net, end)) for end in bar_ends]
+    cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
+    least = min(traversal.cost for traversal in cheap)
+    cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
+    if laid is not None and not laid.forms.drawn.all() and not foreign and not line.own_bars:
+        taught = np.flatnonzero(~laid.forms.drawn)
+        there = {traversal.strokes for traversal in cheap}
+        guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
+        guided = guided_search(net, line.x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
+        cheap += [traversal for traversal in guided if traversal.strokes not in there]
+    return cheap, foreign
+
+
+def _with_crossbars(
+    net: Network, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
+) -> list[Traversal]:
+    """Traversals of a letter whose crossbars are found beforehand and come last, and, where there are none, others."""
+    own = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
+    search = Ends(ends.entries, ends.exits)
+    barred: list[Traversal] = []
+    if not own and not line.own_bars and (letter in CROSSED or letter in CROSSED_ASLANT):
+        passed = {e >> 1 for chain in foreign for e in chain}
+        loose = [e for e in range(len(net.node)) if net.is_loose(e)]
+        starts = [e for e in loose if e >> 1 not in passed and e not in ends.entries]
+        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED_ASLANT)
+        if bar:
+            barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
+    if not barred:
+        barred += _beside_bars(net, line.x_height, [*foreign, *own], search, weights)
+    return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
+
+
+def _beside_bars(net: Network, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights) -> list[Traversal]:
+    """Traversals of a letter beside its crossbars, which come last; none if there is nothing else."""
+    if not bars:
+        return beam_search(net, x_height, ends, weights=weights, most=_TRAVERSALS)
+    kept = branches_beside(net, [e for chain in bars for e in chain])
+    if not kept:
+        return []
+    number = {b: i for i, b in enumerate(kept)}
+    entries, exits = (
+        [2 * number[e >> 1] + (e & 1) for e in own if e >> 1 in number] for own in (ends.entries, ends.exits)
+    )
+    rest = subnetwork(net, kept)
+    traversals = beam_search(rest, x_height, Ends(entries, exits), weights=weights, most=_TRAVERSALS)
+    return [
+        Traversal((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
+        for t in traversals
+    ]
+
+
+def _ends_at(net: Network, vertices: Sequence[int]) -> list[int]:
+    """The ends at some nodes."""
+    return [end for end, node in enumerate(net.node.tolist()) if node in vertices]
+
+
+def _form_costs(
+    traversals: Sequence[Traversal],
+    foreign: _Chains,
+    places: Mapping[tuple[int, ...], Array],
+    laid: _Laid,
+    line: LetterLine,
+) -> tuple[Array, Indices]:
+    """How much traversals cost for being unlike the forms of a letter, and the drawn form that each is most like."""
+    weights, forms = letter_forms.WEIGHTS, laid.forms
+    parts = [
+        [places[s] for s in traversal.strokes if s not in foreign] or [places[s] for s in traversal.strokes]
+        for traversal in traversals
+    ]
+    apart = form_distances(parts, forms, laid.xy, entered=bool(line.entries), left=bool(line.exits))
+    unlike = weights.unlike * apart + forms.cost
+    lifts = np.array([len(traversal.strokes) - 1 for traversal in traversals])
+    unlike -= weights.spared * np.minimum(lifts[:, None], forms.strokes - 1)
+    return unlike.min(axis=1), np.where(forms.drawn, unlike, np.inf).argmin(axis=1)
+
+
+def _delayed_by_form(strokes: Sequence[Array], laid: _Laid, form: int) -> tuple[bool, ...]:
+    """Which strokes, all after the first, lie along what a form delays."""
+    delayed = [False]
+    for xy in strokes[1:]:
+        places = resample_strokes([xy], _ALONG)[0]
+        away = ((places[:, None] - laid.xy[form][None]) ** 2).sum(axis=-1)
+        delayed.append(bool(laid.forms.delayed[form][away.argmin(axis=1)].mean() > 0.5))
+    return tuple(delayed)
+
+
+def _flags(
+    traversal: Traversal, late: Sequence[bool], foreign: _Chains, line: LetterLine, letter: str
+) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
+    """Which strokes of a traversal are delayed, and which are crossbars; `late`: which of them a form delays."""
+    bars = tuple(by_form or s in traversal.crossbars for by_form, s in zip(late, traversal.strokes, strict=True))
+    # a bar waits only where the pen must first go on to the next letter
+    waits = bool(line.joints if line.joined_hand else line.exits) or (line.joined_hand and letter in DELAYED)
+    return tuple(s in foreign or (waits and bar) for bar, s in zip(bars, traversal.strokes, strict=True)), bars
+
+
+def _with_overlap(path: Indices, line: LetterLine) -> Indices:
+    """A stroke with what it shares at its ends with others, if it is a known crossbar."""
+    for bar, (before, after) in zip((*line.own_bars, *line.foreign_bars), line.bar_overlaps, strict=False):
+        if len(path) > 1 and np.isin(path, bar).mean() >= SHARED:
+            first = before if path[0] == bar[0] else before[:0]
+            return np.concatenate([first, path, after if path[-1] == bar[-1] else after[:0]])
+    return path

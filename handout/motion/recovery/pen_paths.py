@@ -1,0 +1,266 @@
+"""The paths of a pen over a page of scanned glyphs: each letter's strokes, joined along the ligatures of its word."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from handout.hand.letter_classes import CROSSED, CROSSED_ASLANT, CROSSED_CAPITALS
+from handout.hand.scanned import ScannedHand
+from handout.motion.optimal_control import follow
+from handout.motion.recovery.letter_forms import HANDS
+from handout.motion.recovery.placed_strokes import (
+    Part,
+    PlacedGlyph,
+    PlacedStroke,
+    WordInk,
+    goes_on_over_gap,
+    merge_interleaved_strokes,
+    orient_loop,
+    place_strokes,
+    shared_ligatures,
+    without_shared,
+)
+from handout.motion.recovery.stroke_order import StrokeOrderModel, stroke_order_model
+from handout.values import POSE, ActionPlan, Array, Indices, Placed
+
+_BACK = 3.0  # x-heights that the pen goes back over its ink rather than be lifted
+_DELAYED = CROSSED | CROSSED_ASLANT | CROSSED_CAPITALS  # letters whose last strokes may come after the next letter
+_SMOOTH = 0.28  # of a line that strikes out, see ActionPlan
+
+
+@dataclass(frozen=True, eq=False)
+class PenPath:
+    """One pen-down movement over ink.
+
+    xy : (n, 2) float, mm on the page.
+    width : (n,) float, mm; density : (n,) float: of the ink there.
+    word : index of its word on the page; of : (n,) int, index in the text of the letter it belongs to.
+    delayed : whether it is a dot or crossbar that is written after the letters it belongs to.
+    steps : (n − 1,) float, s: how long a recorded pen took from each place to the next, nan where that is not known.
+    pose : (n, 4) float: how it was held (the channels of `POSE`), nan where that is not known.
+    """
+
+    xy: Array
+    width: Array
+    density: Array
+    word: int
+    of: Indices
+    delayed: bool = False
+    steps: Array | None = None
+    pose: Array | None = None
+
+
+def pen_paths(
+    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, late_after: str = ""
+) -> list[PenPath]:
+    """The pen's paths over a line that is written in a scanned hand, in the order of writing.
+
+    Parameters
+    ----------
+    placed : glyphs of `hand`, and strokes, in the order of the text.
+    hands : drawn hands whose forms tell how letters are written.
+    late_after : {"word", "letter"}, optional
+        When dots, crossbars and accents are written, which ink does not show; default: after the word in joined hands,
+        else after their letter.
+    """
+    model = stroke_order_model(hand, hands)
+    delays = late_after == "word" if late_after else model.delays
+    paths: list[PenPath] = []
+    for _, word in groupby(placed, key=lambda glyph: glyph.word):
+        units = list(word)
+        paths += _word_paths([unit for unit in units if unit.ink is not None], model, delays)
+        paths += [_drawn(points, unit, model) for unit in units for points in unit.strokes]
+    return paths
+
+
+def _drawn(points: Array, placed: Placed, model: StrokeOrderModel) -> PenPath:
+    """What was drawn over ink, such as the line that strikes a word out."""
+    _, xy = follow(ActionPlan(points, 1.0, _SMOOTH), baked_at=_SMOOTH)
+    count = len(xy)
+    of = np.full(count, placed.at, dtype=np.intp)
+    return PenPath(xy, np.full(count, model.width), np.ones(count), placed.word, of)
+
+
+def _word_paths(placed: Sequence[Placed], model: StrokeOrderModel, delays: bool) -> Iterator[PenPath]:
+    """The paths of one word."""
+    glyphs = [place_strokes(glyph, model) for glyph in placed]
+    shared: list[dict[int, int]] = [{}, *(shared_ligatures(a, b) for a, b in pairwise(glyphs))]
+    for (a, b), joins in zip(pairwise(glyphs), shared[1:], strict=True):
+        merge_interleaved_strokes(a, b, joins)
+    delays = delays or any(glyph.clocks is not None for glyph in glyphs)
+    before = [None, *glyphs[:-1]]
+    onward = [*(_written_over(b, joins) for b, joins in zip(glyphs[1:], shared[1:], strict=True)), set[int]()]
+    written = _Written()
+    for glyph, last, joins, leads in zip(glyphs, before, shared, onward, strict=True):
+        if written.delayed and not joins and not delays:
+            yield from written.paths(glyphs, model)
+            written = _Written()
+        at_once, later = _divide(glyph, leads)
+        written.write(glyph, at_once, joins, model.joined_share)
+        written.delay(glyph, later, last, joins)
+    yield from written.paths(glyphs, model)
+
+
+@dataclass(frozen=True, eq=False)
+class _Movement:
+    """Parts of several glyphs that are written in one go.
+
+    leaving : the ligature by which it left the last of them.
+    bar : whether it is nothing but a crossbar, which the pen is lifted for.
+    """
+
+    parts: list[Part]
+    leaving: int | None
+    bar: bool = False
+
+
+@dataclass(eq=False)
+class _Written:
+    """What of a word is written so far: movements that are done, the current one, and those that wait for its end."""
+
+    done: list[_Movement] = field(default_factory=list)
+    current: _Movement = field(default_factory=lambda: _Movement([], None))
+    delayed: list[_Movement] = field(default_factory=list)
+
+    def write(
+        self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], joins: dict[int, int], joined_share: float
+    ) -> None:
+        """Write a glyph's strokes; the first that can goes on from what was written before, without a lift."""
+        entered = False
+        for stroke in strokes:
+            part = (glyph, without_shared(glyph, stroke, joins))
+            if not entered and self._goes_on(stroke, part, joins, joined_share):
+                parts = [*self.current.parts, part, *stroke.then]
+                self.current, entered = _Movement(orient_loop(parts) if stroke.then else parts, stroke.end), True
+            else:
+                self.done.append(self.current)
+                self.current = _Movement([part, *stroke.then], stroke.end, stroke.bar)
+
+    def _goes_on(self, stroke: PlacedStroke, part: Part, joins: dict[int, int], joined_share: float) -> bool:
+        """Whether a stroke is written without a lift after what was written before it."""
+        if not self.current.parts:
+            return False
+        if stroke.begin is not None and stroke.begin in joins:
+            return joins[stroke.begin] == self.current.leaving
+        # where the pen was recorded it is known that it was lifted
+        recorded = any(glyph.clocks is not None for glyph, _ in (self.current.parts[-1], part))
+        if self.current.leaving is not None or recorded:
+            return False
+        return goes_on_over_gap(self.current.parts[-1], part, joined_share)
+
+    def delay(
+        self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], last: PlacedGlyph | None, joins: dict[int, int]
+    ) -> None:
+        """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
+        crossing = [movement for movement in self.delayed if movement.leaving is not None]
+        waiting = [movement for movement in self.delayed if movement.leaving is None]
+        for stroke in strokes:
+            begun = [m for m in crossing if stroke.begin in joins and joins[stroke.begin] == m.leaving]
+            crossing = [m for m in crossing if m not in begun]
+            over = (glyph, without_shared(glyph, stroke, joins))
+            ligature = joins[stroke.begin] if stroke.begin in joins and not begun else None
+            if ligature is not None and last is not None and lead_bar_on(self.done, last, ligature, over, stroke.end):
+                continue
+            part = over if begun else (glyph, without_shared(glyph, stroke, {}))
+            waiting.append(_Movement([*(p for m in begun[:1] for p in m.parts), part], stroke.end))
+        self.delayed = [*(_Movement(m.parts, None) for m in crossing), *waiting]
+
+    def paths(self, glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel) -> Iterator[PenPath]:
+        """The paths of all that is written, then of what waited."""
+        movements = join_over_ink([*self.done, self.current], glyphs, model)
+        yield from (_path(movement.parts, False) for movement in movements if movement.parts)
+        yield from (_path(movement.parts, True) for movement in self.delayed if movement.parts)
+
+
+def lead_bar_on(done: list[_Movement], last: PlacedGlyph, ligature: int, over: Part, end: int | None) -> bool:
+    """Whether a crossbar of the last letter, which did not wait, left it by a ligature; it is then led on over this."""
+    for i, movement in enumerate(done):
+        if movement.bar and movement.leaving == ligature and movement.parts[-1][0] is last:
+            done[i] = _Movement([*movement.parts, over], end, bar=True)
+            return True
+    return False
+
+
+def join_over_ink(
+    movements: Sequence[_Movement], glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel
+) -> list[_Movement]:
+    """The movements of a word, those joined that go on in one another over a little of the word's own ink.
+
+    Where a stem is gone over twice, or a letter is closed by retracing, the line shows one way only, and it is easily
+    taken for the end of a movement.  Who joins letters does not lift the pen there.
+    """
+    written = [movement for movement in movements if movement.parts]
+    if len(written) < 2:
+        return written
+    ink: WordInk | None = None
+    half_width = float(np.median(np.concatenate([glyph.graph.radius for glyph in glyphs])))
+    joined = written[:1]
+    for movement in written[1:]:
+        before, after = joined[-1].parts[-1], movement.parts[0]
+        # capitals and marks are lifted for by nearly everybody; of a recorded pen it is known when it was lifted
+        free = all(g.placed.glyph.letter.islower() and g.clocks is None for g, _ in (before, after))
+        way = None
+        if free and not (joined[-1].bar or movement.bar):
+            ink = ink or WordInk(glyphs, model.joined_share)
+            way = ink.path_between(before, after, _BACK * half_width * model.half_widths)
+        if way is None:
+            joined.append(movement)
+        else:
+            joined[-1] = _Movement([*joined[-1].parts, *way, *movement.parts], movement.leaving)
+    return joined
+
+
+def _written_over(glyph: PlacedGlyph, joins: dict[int, int]) -> set[int]:
+    """Ligatures out of the glyph before by which the pen comes into this that writes it, and not only a crossbar."""
+    return {out for into, out in joins.items() if any(s.begin == into and not s.delayed for s in glyph.strokes)}
+
+
+def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], list[PlacedStroke]]:
+    """A glyph's strokes: those that are written with the word, and those that come after it.
+
+    Parameters
+    ----------
+    leads : ligatures by which the pen goes to the next letter.
+    """
+    main = [s for s in glyph.strokes if not s.delayed]
+    delayed = [s for s in glyph.strokes if s.delayed]
+    exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
+    if not exits:
+        # a bar by which alone the word goes on is no bar
+        onward = next((s for s in delayed if s.end in leads), None)
+        if onward is None:
+            return main, delayed
+        return [*main, onward], [s for s in delayed if s is not onward]
+    leaving = next((n for n in exits if main[n].end in leads), exits[-1])
+    if glyph.placed.glyph.letter in _DELAYED or main[leaving].begin is not None:
+        return main[: exits[0] + 1], [*main[exits[0] + 1 :], *delayed]
+    # who has no bar to come back for leaves a letter when all of it is there
+    return [*main[:leaving], *main[leaving + 1 :], main[leaving]], delayed
+
+
+def _path(parts: Sequence[Part], delayed: bool) -> PenPath:
+    """One path of the parts that several glyphs have in it."""
+    xy = np.concatenate([glyph.graph.xy[own] for glyph, own in parts])
+    radius = np.concatenate([glyph.graph.radius[own] for glyph, own in parts])
+    density = np.concatenate([glyph.graph.density[own] for glyph, own in parts])
+    of = np.concatenate([np.full(len(own), glyph.placed.at, dtype=np.intp) for glyph, own in parts])
+    return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_recorded(parts))
+
+
+def _recorded(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
+    """How long a recorded pen took for the steps of a path, and how it was held; None where no pen was recorded."""
+    if all(glyph.clocks is None for glyph, _ in parts):
+        return None, None
+    steps, poses = list[Array](), list[Array]()
+    for glyph, own in parts:
+        times, pose = np.full(len(glyph.graph), np.nan), np.full((len(glyph.graph), len(POSE)), np.nan)
+        if glyph.clocks is not None:
+            times[: len(glyph.clocks[0])], pose[: len(glyph.clocks[1])] = glyph.clocks
+        following = np.abs(np.diff(own)) == 1
+        steps += [np.where(following, np.abs(np.diff(times[own])), np.nan), np.array([np.nan])]
+        poses.append(pose[own])
+    return np.concatenate(steps)[:-1], np.concatenate(poses)

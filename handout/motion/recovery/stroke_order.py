@@ -1,0 +1,322 @@
+"""The strokes of the glyphs of one scanned hand, each traced with what is known of the glyphs beside it on its page.
+
+Where the pen of a page was recorded its vertices are numbered in the order of writing, and nothing need be traced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from handout.hand import measures
+from handout.hand.letter_classes import CROSSED, CROSSED_CAPITALS
+from handout.hand.scanned import NOBODY, ScannedHand
+from handout.motion.recovery.crossbars import WordCrossbars
+from handout.motion.recovery.ink_gaps import Endpoint, endpoints, log_odds, prior_log_odds
+from handout.motion.recovery.letter_line import Candidate, LetterLine, LetterStrokes
+from handout.motion.recovery.letter_tracing import candidates
+from handout.motion.recovery.writer_habits import (
+    CANDIDATES,
+    MARGIN,
+    POOL,
+    Instance,
+    WriterHabit,
+    instance_of,
+    learn_habit,
+    typical_instances,
+)
+from handout.values import POSE, Array, Indices, LineGraph
+from handout.writing.scanned.bending import measures as body_sizes
+from handout.writing.scanned.forms import Connector, Form, Forms
+
+_BAR = 0.7  # x-heights: no crossbar is lower
+_ALONG = 0.6  # of a ligature that lies in a crossbar
+_TOUCHED = 8  # vertices of a body that a crossbar may share where it only ends there
+_JOINING = 0.2  # share of a hand's letters joined to the one before, from which crossbars wait for the end of the word
+
+
+class StrokeOrderModel:
+    """The strokes of a hand's glyphs, each glyph's worked out when it is first asked for.
+
+    width : mm, of the hand's usual line.
+    delays : whether dots and crossbars wait for the end of the word, as they do where letters are joined; people who
+        print dot every i at once.
+    joined_share : share of letters that are joined to the next, of those that have one.
+    half_widths : half widths of the usual line in an x-height.
+    """
+
+    def __init__(self, hand: ScannedHand, hands: tuple[str, ...]) -> None:
+        self._hand, self._hands = hand, hands
+        self.forms = Forms(hand)
+        joins = measures.joins(hand)
+        self.delays = joins.share >= measures.JOINED_SHARE
+        self._joined_hand = joins.share >= _JOINING
+        self.joined_share = (joins.joined + 0.5) / (joins.pairs + 1)
+        self.width = 2 * measures.half_width(hand)
+        self._x_height = measures.x_height(hand)
+        self.half_widths = measures.x_height_in_half_widths(hand)
+        self._crossbars = WordCrossbars(hand, self.forms.paths)
+        self._endpoints: dict[int, list[Endpoint]] = {}
+        self._instances: dict[int, tuple[Instance, tuple[Indices, ...]]] = {}
+        self._habits: dict[str, tuple[tuple[int, ...], WriterHabit | None]] = {}
+        self._strokes: dict[int, LetterStrokes] = {}
+
+    def strokes_of(self, number: int) -> tuple[LetterStrokes, tuple[Indices, ...]]:
+        """The strokes of a glyph, and which vertices of its line are those of each of its ligatures, anchor left out,
+        outwards: entries, then exits."""
+        instance, sections = self._instance(number)
+        strokes = self._strokes.get(number)
+        if strokes is None:
+            strokes = self._strokes[number] = self._choose(number, instance).letter_strokes
+        return strokes, sections
+
+    def _choose(self, number: int, instance: Instance) -> Candidate:
+        """Of the candidates of a glyph that which its writer has the habit of."""
+        if len(instance.candidates) == 1 or self.forms.marks[number]:
+            return instance.candidates[0]
+        letter = self._hand.glyphs[number].letter
+        if letter not in self._habits:
+            pool = self._pool(letter)
+            self._habits[letter] = pool, learn_habit([self._instance(other)[0] for other in pool])
+        pool, habit = self._habits[letter]
+        if habit is None:
+            return instance.candidates[0]
+        return habit.choose(instance, pool.index(number) if number in pool else -1)
+
+    def _pool(self, letter: str) -> tuple[int, ...]:
+        """Instances of a letter, those that are most as its others are."""
+        own = self._hand.of(letter)
+        return tuple(own[typical_instances(self._measures[own], POOL)].tolist())
+
+    @cached_property
+    def _measures(self) -> Array:
+        """(n, 4): of every glyph, see `body_sizes`, and how much line it has."""
+        bodies = self.forms.bodies
+        size = body_sizes(bodies.xy, bodies.radius, bodies.first, self._x_height)
+        return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
+
+    def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
+        """A glyph with its candidates, and the vertices of its ligatures."""
+        known = self._instances.get(number)
+        if known is None:
+            line, sections = _letter_line(self.forms[number], self._x_height)
+            line = self._with_neighbours(number, line, sections)
+            instance = instance_of(self._candidates(number, line), line, len(self.forms[number].xy))
+            known = self._instances[number] = (instance, sections)
+        return known
+
+    def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
+        glyph = self._hand.glyphs[number]
+        if self._hand.pages[glyph.page].moments is not None:
+            recorded = recorded_strokes(self._hand, self.forms, number, line)
+            return [Candidate(recorded.strokes, 0.0, lambda: (recorded.delayed, recorded.bars))]
+        return candidates(line, glyph.letter, hands=self._hands, most=CANDIDATES, margin=MARGIN)
+
+    def clocks(self, number: int) -> tuple[Array, Array] | None:
+        """(n,) s and (n, 4): when the pen was at each vertex of a glyph's body and how it was held (channels as in
+        `POSE`), nan where that is not known; None for a glyph that was not recorded.
+        """
+        moments = self._hand.pages[self._hand.glyphs[number].page].moments
+        if moments is None:
+            return None
+        own = self.forms.vertices(number)
+        times, *pose = (
+            np.full(len(own), np.nan) if channel is None else channel[own]
+            for channel in (getattr(moments, name) for name in ("times", *POSE))
+        )
+        return times, np.column_stack(pose)
+
+    def _with_neighbours(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> LetterLine:
+        """A line with what the letters beside it tell: crossbars that come in, and loose ends where ink has failed."""
+        glyph = self._hand.glyphs[number]
+        line = self._with_crossbars(number, line, sections)
+        entries, through, unsure = list(line.entries), list(line.bar_entries), list(line.unsure_entries)
+        high = self._high_entries(number, line, sections)
+        facing: list[int] = []
+        if glyph.before != NOBODY and (not entries or high):
+            facing = self._facing(glyph.before, number, entering=True)
+        if high:
+            entries = [end for end in entries if end not in high]
+            sure = bool(entries or facing)
+            through, unsure = (through + high, unsure) if sure else (through, unsure + high)
+        if not entries and not unsure:
+            entries += facing
+        exits = list(line.exits)
+        if glyph.after != NOBODY and not exits:
+            exits += self._facing(glyph.after, number, entering=False)
+        return replace(
+            line,
+            entries=tuple(entries),
+            exits=tuple(exits),
+            bar_entries=tuple(through),
+            unsure_entries=tuple(unsure),
+            joined_hand=self._joined_hand,
+            baseline=-float(self.forms.centre[number, 1]),
+        )
+
+    def _high_entries(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[int]:
+        """Loose ends of ligatures by which a crossbar of the letter before may come in that no word told of."""
+        glyph, form = self._hand.glyphs[number], self.forms[number]
+        known = any(bar.glyph == glyph.before for bar in self._crossbars[number])
+        if known or glyph.before == NOBODY or self._hand.glyphs[glyph.before].letter not in CROSSED | CROSSED_CAPITALS:
+            return []
+        ends = [int(section[-1]) for section in sections[: len(form.entries)]]
+        rows = zip(ends, form.entries, strict=True)
+        return [end for end, way in rows if way.height > _BAR * self._x_height and end in line.entries]
+
+    def _with_crossbars(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> LetterLine:
+        """A line with the crossbars that its word has there."""
+        recorded = self._hand.pages[self._hand.glyphs[number].page].moments is not None
+        bars = () if recorded else self._crossbars[number]
+        if not bars:
+            return line
+        place = self._places_on_page(number, sections)
+        form, ends = self.forms[number], _BarEnds()
+        for bar in bars:
+            before, here, after = (
+                np.array([place[v] for v in vertices.tolist() if v in place], dtype=np.intp)
+                for vertices in (bar.before, bar.vertices, bar.after)
+            )
+            if not len(here):
+                continue
+            side = ends.own if bar.glyph == number else ends.foreign
+            side.append((here, (before, after)))
+            over_body = int((here < len(form.xy)).sum()) > _TOUCHED
+            for k, section in enumerate(sections):
+                if np.isin(section, here).mean() >= _ALONG:
+                    sure = over_body and (bar.glyph != number or bar.loose[0])
+                    ends.add(int(section[-1]), k < len(form.entries), sure, bar.loose[0] or over_body)
+        return ends.on(line)
+
+    def _places_on_page(self, number: int, sections: tuple[Indices, ...]) -> dict[int, int]:
+        """Vertex of the page → vertex of a glyph's line."""
+        glyph = self._hand.glyphs[number]
+        paths = (*self.forms.paths.get(glyph.before, ()), *self.forms.paths.get(number, ()))
+        place = {int(v): i for i, v in enumerate(self.forms.vertices(number))}
+        for (_, step), path, section in zip(outwards(self.forms[number]), paths, sections, strict=True):
+            place |= dict(zip(path[::step][1:].tolist(), section.tolist(), strict=True))
+        return place
+
+    def _facing(self, other: int, number: int, *, entering: bool) -> list[int]:
+        """The loose end of a glyph's body that goes on in its neighbour's, if a little ink is missing between them."""
+        form = self.forms[number]
+        anchors = {way.anchor for way in (*form.entries, *form.exits)}
+        ours = [end for end in self._endpoints_of(number) if end.vertex not in anchors]
+        if not ours:
+            return []
+        theirs, shift = self._endpoints_of(other), self.forms.centre[other] - self.forms.centre[number]
+        half_width = float(np.median(form.radius))
+        best, facing, prior = 0.0, [], prior_log_odds(self.joined_share)
+        for end in ours:
+            for opposite in theirs:
+                there = opposite.place + shift
+                odds = log_odds(end, replace(opposite, place=there), half_width) + prior
+                if odds > best and (there[0] < end.place[0] + half_width) == entering:
+                    best, facing = odds, [end.vertex]
+        return facing
+
+    def _endpoints_of(self, number: int) -> list[Endpoint]:
+        ends = self._endpoints.get(number)
+        if ends is None:
+            form = self.forms[number]
+            ends = endpoints(form.xy, form.radius, form.edges, float(np.median(form.radius)))
+            self._endpoints[number] = ends
+        return ends
+
+
+@lru_cache(maxsize=4)
+def stroke_order_model(hand: ScannedHand, hands: tuple[str, ...]) -> StrokeOrderModel:
+    """The model of a hand; that of the last few hands is kept."""
+    return StrokeOrderModel(hand, hands)
+
+
+@dataclass(frozen=True, eq=False)
+class _BarEnds:
+    """Crossbars on one letter's line, and at which ends of its ligatures they come in and leave.
+
+    own, foreign : the letter's own crossbars, and others': vertices, and those before and after them.
+    """
+
+    own: list[tuple[Indices, tuple[Indices, Indices]]] = field(default_factory=list)
+    foreign: list[tuple[Indices, tuple[Indices, Indices]]] = field(default_factory=list)
+    entering: set[int] = field(default_factory=set)
+    unsure: set[int] = field(default_factory=set)
+    leaving: set[int] = field(default_factory=set)
+
+    def add(self, end: int, entry: bool, sure: bool, leaves: bool) -> None:
+        """Note that a crossbar lies along the ligature with that loose end."""
+        if entry:
+            (self.entering if sure else self.unsure).add(end)
+        elif leaves:
+            self.leaving.add(end)
+
+    def on(self, line: LetterLine) -> LetterLine:
+        """The line with these."""
+        return replace(
+            line,
+            entries=tuple(v for v in line.entries if v not in self.entering | self.unsure),
+            exits=tuple(v for v in line.exits if v not in self.leaving),
+            bar_entries=tuple(sorted(self.entering)),
+            unsure_entries=tuple(sorted(self.unsure - self.entering)),
+            bar_exits=tuple(sorted(self.leaving)),
+            own_bars=tuple(vertices for vertices, _ in self.own),
+            foreign_bars=tuple(vertices for vertices, _ in self.foreign),
+            bar_overlaps=tuple(overlap for _, overlap in (*self.own, *self.foreign)),
+        )
+
+
+def _letter_line(form: Form, x_height: float) -> tuple[LetterLine, tuple[Indices, ...]]:
+    """A form with its ligatures as one line, and the vertices of each ligature."""
+    parts = [(form.xy, form.radius, form.density)]
+    edges, sections = [form.edges], []
+    count = len(form.xy)
+    for way, step in outwards(form):
+        own = np.arange(len(way))[::step][1:]
+        parts.append((way.xy[own], way.radius[own], way.density[own]))
+        numbers = np.arange(count, count + len(own))
+        chain = np.concatenate([[way.anchor], numbers])
+        edges.append(np.column_stack([chain[:-1], chain[1:]]))
+        sections.append(numbers)
+        count += len(own)
+    xy, radius, density = (np.concatenate(values) for values in zip(*parts, strict=True))
+    ends = tuple(int(section[-1]) for section in sections)
+    entries, exits = ends[: len(form.entries)], ends[len(form.entries) :]
+    return LetterLine(xy, radius, density, np.concatenate(edges), x_height, entries, exits), tuple(sections)
+
+
+def outwards(form: Form) -> Iterator[tuple[Connector, int]]:
+    """A form's ligatures, entries first, and the step with which their vertices go away from its body."""
+    yield from ((way, -1) for way in form.entries)
+    yield from ((way, 1) for way in form.exits)
+
+
+def recorded_strokes(hand: ScannedHand, forms: Forms, number: int, line: LetterLine) -> LetterStrokes:
+    """How a glyph of a recorded page was written.
+
+    Parameters
+    ----------
+    line : its body, whose vertices are in the order of writing, and after it its ligatures.
+    """
+    body = forms.vertices(number)
+    graph = LineGraph(line.xy, line.radius, line.density, np.zeros((len(line.xy), 2)), line.edges)
+    paths = [_forwards(path, line, len(body)) for path in graph.branches]
+    strokes = sorted(paths, key=lambda path: _first_written(path, body))
+    beside = hand.glyphs[number].after
+    onward = forms.vertices(beside).min() if beside != NOBODY else np.inf
+    return LetterStrokes(tuple(strokes), tuple(bool(body[_first_written(path, body)] > onward) for path in strokes))
+
+
+def _first_written(path: Indices, body: Indices) -> int:
+    """The place in the body of what of a path was written first; a path that is all ligature has the last."""
+    return int(min(path[path < len(body)], default=len(body) - 1))
+
+
+def _forwards(path: Indices, line: LetterLine, count: int) -> Indices:
+    """A path from where the pen began."""
+    own = path[path < count]
+    if len(own) > 1:
+        return path if own[0] < own[-1] else path[::-1]
+    return path[::-1] if path[-1] in line.entries or path[0] in line.exits else path

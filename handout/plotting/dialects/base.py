@@ -1,0 +1,139 @@
+"""What the conversations and the controllers of all dialects share: lines in, silence, limits, counts, the pen."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+import msgspec
+
+from handout.errors import DeviceSilent
+from handout.plotting.dialect import Log, StateReport, ignore_report
+from handout.plotting.ports import Port
+from handout.profiles import Limits, Plotter
+
+Reply = TypeVar("Reply")
+
+GLANCE = 0.25  # s that a machine is listened to at a time, before silence is reckoned with
+RESTARTED = "The plotter restarted by itself and no longer knows where it is: check its power and its cable."
+
+
+class Conversation(Generic[Reply]):
+    """A port with a controller behind it that talks in lines.
+
+    Parameters
+    ----------
+    reply : what a line from the controller means.
+    timeout : s of silence before it is given up.
+
+    Attributes
+    ----------
+    patience : s that it may stand on hold, or wait for a person.
+    """
+
+    line_end: ClassVar[re.Pattern[bytes]] = re.compile(rb"\n")
+
+    def __init__(self, port: Port, timeout: float, log: Log, reply: Callable[[bytes], Reply]) -> None:
+        self.port, self.timeout, self.log, self._reply = port, timeout, log, reply
+        self.patience = math.inf
+        self._partial = b""
+
+    def replies(self, patience: float) -> list[Reply]:
+        """What the controller says within `patience` s; returns with the first complete lines, or with none."""
+        *complete, self._partial = self.line_end.split(self._partial + self.port.read(patience))
+        return [self._reply(line) for line in complete if line.strip()]
+
+    def listen(self, patience: float, glance: float = GLANCE) -> Iterator[list[Reply]]:
+        """What it says, glance by glance ([]: nothing), until it has been silent for `patience` s in all."""
+        waited = 0.0
+        while waited < patience:
+            replies = self.replies(glance)
+            yield replies
+            waited += 0.0 if replies else glance
+
+    def ask(self, data: bytes) -> object:
+        """Send something and wait until it is answered; each dialect has a way of its own."""
+        raise NotImplementedError
+
+    @property
+    def glance(self) -> float:
+        """s that it is listened to at a time."""
+        return min(GLANCE, self.timeout / 2)
+
+
+def unanswered(seconds: str) -> DeviceSilent:
+    """The error of a machine that has been silent for too long."""
+    return DeviceSilent(
+        f"The plotter has not answered for {seconds} s: check its cable and its power, and that it moves freely."
+    )
+
+
+def never_answered(language: str, patience: float, garbage: bool) -> DeviceSilent:
+    """The error of a machine that cannot be met; garbage : something answers, but not in the language."""
+    if garbage:
+        return DeviceSilent(
+            f"Something answers, but not as a {language} controller does: check baud and dialect in the profile."
+        )
+    return DeviceSilent(
+        f"The plotter does not answer within {patience:g} s: is it switched on, is this its port, "
+        "is the baud rate of the profile right?"
+    )
+
+
+def with_limits(profile: Plotter, limits: Mapping[str, float], log: Log) -> Limits:
+    """The limits of a profile with those that the machine has told in their place; `log` is told where they differ."""
+    for name, value in limits.items():
+        expected = getattr(profile.limits, name)
+        if abs(value - expected) > 1e-3 * max(abs(expected), abs(value)):
+            log(f"{name.replace('_', ' ')}: the plotter's own {value:g} instead of the profile's {expected:g}.")
+    return msgspec.structs.replace(profile.limits, **limits)
+
+
+class BaseController:
+    """The counts and habits of a `dialect.Controller`, whose words say what they mean.
+
+    conversation : with the machine; its `patience` is the controller's.
+    """
+
+    conversation: Conversation[Any]
+    silent = ""
+
+    def __init__(self, profile: Plotter, log: Log) -> None:
+        self.profile, self.log = profile, log
+        self.sent = self.taken = self.executed = 0
+        self.queued: int | None = None
+        self.listener: Callable[[StateReport], None] = ignore_report
+        self.spoilt = False
+
+    @property
+    def patience(self) -> float:
+        """As the conversation has it."""
+        return self.conversation.patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self.conversation.patience = seconds
+
+    def level(self) -> None:
+        """A machine without a Z axis has nothing to level."""
+
+    def heed_button(self) -> None:
+        """A machine without a button, or one that holds by itself, has nothing to heed."""
+
+    def pressed(self) -> bool:
+        """Never, without a button."""
+        return False
+
+    def _ask_all(self, lines: Iterable[bytes]) -> None:
+        """Send lines one at a time, each when the one before is answered."""
+        for line in lines:
+            self.conversation.ask(line)
+
+    def _hurry(self, seconds: float) -> None:
+        """Something has gone wrong: wait no longer than so many s for an answer."""
+        self.conversation.timeout = min(self.conversation.timeout, seconds)
+
+    def _pen_not_lifted(self) -> None:
+        self.log("The pen could not be lifted and may stand on the paper: lift it by hand.")

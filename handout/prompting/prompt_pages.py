@@ -1,0 +1,174 @@
+"""Pages of sentences to copy, line by line: a pangram, then what adds most, then what holds the last characters.
+
+Source: seed 000, §4.1.
+"""
+
+from __future__ import annotations
+
+import string
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from handout.errors import DoesNotFit, InputError
+from handout.prompting import corpus
+from handout.prompting.sentence_choice import Chooser, Closing, Frequencies, Score, pangrams
+
+_TRIES = 200  # sentences that are tried for the rest of a page
+_LEAST = 12  # characters of a page that are left empty rather than searched for a sentence that short
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """What is to be copied: the lines of each page, and the sentences of all of them in order."""
+
+    pages: tuple[tuple[str, ...], ...]
+    sentences: tuple[str, ...]
+
+    @property
+    def words(self) -> int:
+        """Of all pages."""
+        return sum(len(line.split()) for page in self.pages for line in page)
+
+
+@dataclass
+class _Page:
+    """A page being filled: its lines, and how many more there may be."""
+
+    room: int
+    width: int
+    lines: list[str] = field(default_factory=list)
+
+    def add(self, text: str) -> None:
+        """Let the text follow what is there."""
+        self.lines = self._with(text)
+
+    def fits(self, text: str) -> bool:
+        """Whether it could still follow."""
+        return len(self._with(text)) <= self.room
+
+    def _with(self, text: str) -> list[str]:
+        # only the last line can change
+        return self.lines[:-1] + wrap(" ".join([*self.lines[-1:], text]), self.width)
+
+    @property
+    def left(self) -> int:
+        """Characters that may still fit."""
+        last = len(self.lines[-1]) + 1 if self.lines else 0
+        return (self.room - max(len(self.lines), 1) + 1) * self.width - last
+
+
+def prompt(
+    sentences: Sequence[str],
+    target: Frequencies,
+    characters: str = corpus.PRINTABLE,
+    *,
+    pages: int = 4,
+    lines: int = 23,
+    width: int = 51,
+    score: Score = "gain",
+) -> Prompt:
+    """Choose sentences for some pages of a number of lines.
+
+    Parameters
+    ----------
+    sentences : sequence of str
+        To choose from; those with characters that are neither printable ASCII nor in `characters` lose their accents
+        or are passed over.
+    target : Frequencies
+        Of the text that will be wanted.
+    characters : str
+        Each occurs at least once.
+    pages, lines, width : int
+        At most so many pages of so many lines of so many characters.
+    score : {"gain", "haines-2016"}
+        How sentences are weighed.
+
+    Raises
+    ------
+    InputError
+        No sentence can be used.
+    DoesNotFit
+        There is no room for all characters.
+
+    Source: seed 000, §4.1.
+    """
+    if min(pages, lines) < 1 or width < 10:
+        raise InputError(f"{pages} pages of {lines} lines of {width} characters leave no room: give at least 1, 1, 10.")
+    wanted = dict.fromkeys(char for char in characters if not char.isspace())
+    allowed = frozenset(corpus.PRINTABLE) | frozenset(wanted) | {" "}
+    pool = corpus.usable(sentences, allowed)
+    if not pool:
+        raise InputError("No sentence of the corpus can be used: it needs sentences of two words or more.")
+    first: set[int] = set()
+    if wanted.keys() >= set(string.ascii_lowercase):
+        pool, first = _with_pangram(pool, allowed)
+    closing = Closing(corpus.usable(corpus.shipped(), allowed))
+    return _filled(
+        Chooser(pool, target, score), first, set(wanted), closing, [_Page(lines, width) for _ in range(pages)]
+    )
+
+
+def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], set[int]]:
+    """The sentences, with the shipped pangrams if they have none, and which of them are pangrams."""
+    if first := pangrams(pool):
+        return pool, set(first)
+    own = corpus.usable(corpus.shipped(), allowed)
+    added = [own[i] for i in pangrams(own)]
+    return pool + added, set(range(len(pool), len(pool) + len(added)))
+
+
+def _filled(chooser: Chooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]) -> Prompt:
+    """Fill page after page; `first` are the sentences that may stand first (none: any)."""
+    taken: list[str] = []
+    for page in pages:
+        tail = _tail(closing, missing, taken, page) if page is pages[-1] else []
+        while (index := _next(chooser, page, first if not taken else set(), " ".join(tail))) is not None:
+            taken.append(chooser.take(index))
+            page.add(taken[-1])
+            missing.difference_update(taken[-1])
+            tail = _shorter(tail, closing.sentences(missing, taken), missing, page) if tail else []
+        for sentence in tail:
+            page.add(sentence)
+        taken.extend(tail)
+    return Prompt(tuple(tuple(page.lines) for page in pages if page.lines), tuple(taken))
+
+
+def _tail(closing: Closing, missing: set[str], taken: list[str], page: _Page) -> list[str]:
+    """What must close the last page: sentences, or bare characters if these take too much room."""
+    for tail in (closing.sentences(missing, taken), closing.bare(missing)):
+        if page.fits(" ".join(tail)):
+            return tail
+    raise DoesNotFit(
+        f"The {len(missing)} characters asked for do not fit on a page of {page.room} lines of {page.width}: "
+        "ask for fewer of them."
+    )
+
+
+def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) -> list[str]:
+    """The tail without what is no longer needed, or a fresh one where that is shorter."""
+    # with some of its words left out the tail never takes more lines, but a fresh one may
+    needed = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
+    better = len(" ".join(fresh)) < len(" ".join(needed)) and page.fits(" ".join(fresh))
+    return fresh if better else needed
+
+
+def _next(chooser: Chooser, page: _Page, first: set[int], tail: str) -> int | None:
+    """The best sentence that fits the page together with the tail that must close it."""
+    if page.left - len(tail) < _LEAST:
+        return None
+    tries = 0
+    for index in chooser.best().tolist():
+        if (first and index not in first) or len(chooser.sentences[index]) + len(tail) > page.left:
+            continue
+        if page.fits(" ".join(filter(None, (chooser.sentences[index], tail)))):
+            return int(index)
+        tries += 1
+        if tries >= _TRIES:
+            break
+    return None
+
+
+def wrap(text: str, width: int) -> list[str]:
+    """Lines of at most `width` characters, broken at spaces (longer words anywhere)."""
+    return textwrap.wrap(text, width, break_on_hyphens=False)

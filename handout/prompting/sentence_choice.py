@@ -1,0 +1,209 @@
+"""Chooses the sentences of a prompt: greedily those that add most to the letters and pairs of letters chosen so far.
+
+Letters and pairs are counted in every sentence, and weighed by how often they occur in the text that will be wanted.
+
+Source: seed 000, §4.1.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from handout.values import Array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+from collections.abc import Collection
+from dataclasses import field
+from typing import Literal
+
+from numpy.typing import NDArray
+
+
+def letter_counts(text: str) -> Counter[str]:
+    """Characters of the text, spaces left out."""
+    return Counter(char for char in text if not char.isspace())
+
+
+def pair_counts(text: str) -> Counter[str]:
+    """Characters that follow one another within a word."""
+    return Counter(a + b for word in text.split() for a, b in pairwise(word))
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """Of letters and of pairs in the text that the author will want written; the commonest of each is 1."""
+
+    letters: Mapping[str, float]
+    pairs: Mapping[str, float]
+
+
+def frequencies(texts: Iterable[str]) -> Frequencies:
+    """Frequencies in some texts, scaled so that the commonest letter and the commonest pair are 1."""
+    single: Counter[str] = Counter()
+    double: Counter[str] = Counter()
+    for text in texts:
+        single.update(letter_counts(text))
+        double.update(pair_counts(text))
+    return Frequencies(_scaled(single), _scaled(double))
+
+
+def _scaled(counts: Counter[str]) -> dict[str, float]:
+    most = max(counts.values(), default=1)
+    return {key: count / most for key, count in counts.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class CountTable:
+    """Counts of every unit (letter or pair) in every sentence.
+
+    units : the letters or pairs that have a frequency in the target, one a column.
+    counts : (sentences, units) sparse float.
+    frequency : (units,) of the target.
+    """
+
+    units: tuple[str, ...]
+    counts: csr_array
+    frequency: Array
+
+
+def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float]) -> CountTable:
+    """The matrix of counts; units that the target lacks are worth nothing and left out."""
+    from scipy.sparse import csr_array
+
+    units = tuple(sorted(frequency))
+    column = {unit: i for i, unit in enumerate(units)}
+    found = [(row, column[u], n) for row, count in enumerate(counted) for u, n in count.items() if u in column]
+    rows, columns, values = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    place = (rows.astype(np.intp), columns.astype(np.intp))
+    matrix = csr_array((values, place), shape=(len(counted), len(units)))
+    return CountTable(units, matrix, np.array([frequency[unit] for unit in units], dtype=np.float64))
+
+
+Score = Literal["gain", "haines-2016"]
+
+_LETTERS = 32.0  # what a letter counts against a pair
+_DAMPED = 10  # words below which a sentence is held back
+
+
+@dataclass(eq=False)
+class Chooser:
+    """Sentences, and how much each of them would add to those taken so far.
+
+    Parameters
+    ----------
+    sentences : sequence of str
+        To choose from.
+    target : Frequencies
+        Of the text that will be wanted.
+    score : {"gain", "haines-2016"}
+        The gain per word, or the cost as it is printed (negated), which prefers the shortest sentences.
+    """
+
+    sentences: Sequence[str]
+    target: Frequencies
+    score: Score = "gain"
+    letters: CountTable = field(init=False)
+    pairs: CountTable = field(init=False)
+    words: Array = field(init=False)
+    free: NDArray[np.bool_] = field(init=False)
+    _letters_taken: Array = field(init=False)
+    _pairs_taken: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.letters = count_table([letter_counts(s) for s in self.sentences], self.target.letters)
+        self.pairs = count_table([pair_counts(s) for s in self.sentences], self.target.pairs)
+        self.words = np.array([len(s.split()) for s in self.sentences], dtype=np.float64)
+        self.free = np.ones(len(self.sentences), dtype=bool)
+        self._letters_taken = np.zeros(len(self.letters.units))
+        self._pairs_taken = np.zeros(len(self.pairs.units))
+
+    def scores(self) -> Array:
+        """(n,) float: of every sentence, the higher the better; −∞ for those taken."""
+        if self.score == "gain":
+            found = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
+        else:
+            found = -cost_haines_2016(self.letters, self.pairs, self._letters_taken, self._pairs_taken)
+        return np.where(self.free, found, -np.inf)
+
+    def best(self) -> NDArray[np.intp]:
+        """Indices of the free sentences, the best first; of equals the earlier one."""
+        scores = self.scores()
+        order = np.argsort(-scores, kind="stable")
+        return order[: int(self.free.sum())]
+
+    def take(self, index: int) -> str:
+        """Count the sentence as written, and return it."""
+        self.free[index] = False
+        self._letters_taken += self.letters.counts[[index]].toarray()[0]
+        self._pairs_taken += self.pairs.counts[[index]].toarray()[0]
+        return self.sentences[index]
+
+
+def gain(letters: CountTable, pairs: CountTable, words: Array, letters_taken: Array, pairs_taken: Array) -> Array:
+    """What each sentence adds per word, (n,) float.
+
+    ``[32 Σ n Pr / (1 + F²) + Σ n Pr / (1 + F²)] / words``, over letters and over pairs; sentences under ten words are
+    damped by ``(1 + 2 words / 10) / 3``, since the value of a word is easily high in very short ones.
+
+    Source: seed 000, §4.1, as the authors' program has it.
+    """
+    total = _LETTERS * (letters.counts @ (letters.frequency / (1 + letters_taken**2)))
+    total = total + pairs.counts @ (pairs.frequency / (1 + pairs_taken**2))
+    damping = np.minimum((1 + 2 * words / _DAMPED) / 3, 1.0)
+    return np.asarray(total / words * damping)
+
+
+def cost_haines_2016(letters: CountTable, pairs: CountTable, letters_taken: Array, pairs_taken: Array) -> Array:
+    """The cost of each sentence as it is printed, (n,) float: ``Σ (1 + F²) / Pr + ω Σ (1 + F²) / Pr``, ω = 1/32.
+
+    Here a letter that is wanted often costs little and every letter costs something, so the least total belongs to
+    the shortest sentence. For comparison only.
+
+    Source: seed 000, §4.1 (Haines, Mac Aodha, Brostow 2016).
+    """
+    single = letters.counts @ ((1 + letters_taken**2) / letters.frequency)
+    return np.asarray(single + pairs.counts @ ((1 + pairs_taken**2) / pairs.frequency) / _LETTERS)
+
+
+def pangrams(sentences: Sequence[str], alphabet: str = "abcdefghijklmnopqrstuvwxyz") -> list[int]:
+    """Indices of the sentences that have every letter of the alphabet, large or small."""
+    every = frozenset(alphabet)
+    return [i for i, sentence in enumerate(sentences) if every.issubset(sentence.lower())]
+
+
+class Closing:
+    """Finds few words with all of some characters."""
+
+    def __init__(self, sentences: Sequence[str]) -> None:
+        self._held = [(sentence, frozenset(sentence), len(sentence.split())) for sentence in sentences]
+
+    def sentences(self, missing: Collection[str], taken: Collection[str] = ()) -> list[str]:
+        """Sentences that hold every missing character, greedily those with most of them a word.
+
+        What no sentence has stands alone at the end (see `bare`).
+        """
+        left, found = set(missing), list[str]()
+        while left:
+            worth = [
+                (len(left & held) / (words + 1), -i)
+                for i, (sentence, held, words) in enumerate(self._held)
+                if sentence not in taken and not left.isdisjoint(held)
+            ]
+            if not worth:
+                return found + self.bare(left)
+            sentence, held, _ = self._held[-max(worth)[1]]
+            found.append(sentence)
+            left -= held
+        return found
+
+    @staticmethod
+    def bare(missing: Collection[str]) -> list[str]:
+        """The characters alone, letters twice, so that one of them begins and one ends a word; nothing for none."""
+        return [" ".join(char * 2 if char.isalpha() else char for char in sorted(missing))] if missing else []

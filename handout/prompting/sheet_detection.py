@@ -1,0 +1,168 @@
+"""Finding a sheet in a scan: where it lies, which page it is, what was to be written on which line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.prompting.registration import Registration, in_grey, register
+from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, unpack
+from handout.prompting.sheet_layout import SheetLayout
+from handout.values import Array, Page
+
+_INCH = 25.4
+_DPI = (36.0, 2400.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A sheet in a picture, and what it says of itself.
+
+    registration : where it lies.
+    record : what its codes say.
+    layout : where everything is on it.
+    """
+
+    registration: Registration
+    record: PageRecord
+    layout: SheetLayout
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The text that was to be copied, line by line."""
+        return self.record.lines
+
+    @property
+    def transcript(self) -> str:
+        """The same as one text."""
+        return "\n".join(self.record.lines)
+
+    @property
+    def page(self) -> Page:
+        """The paper, mm."""
+        return self.layout.page
+
+    @property
+    def baselines(self) -> Array:
+        """(lines,) mm from the upper edge: the ruled lines that have text, in order."""
+        return self.layout.baselines[: len(self.record.lines)]
+
+    @property
+    def masks(self) -> Array:
+        """(k, 4) mm, left, top, right, bottom: marks, codes and label, where nothing is the author's."""
+        return self.layout.masks
+
+    @property
+    def bands(self) -> Array:
+        """(lines, 4) mm: the printed words, through which strokes may pass; (0, 4) if none are printed."""
+        return self.layout.bands[: len(self.record.lines)]
+
+    @property
+    def dpi(self) -> float:
+        """Pixels an inch of the sheet; `rectify` at this loses and adds nothing."""
+        return self.registration.dpi
+
+    @property
+    def turn(self) -> float:
+        """rad by which the sheet lies turned in the picture, clockwise."""
+        return self.registration.turn
+
+
+def find_sheet(image: NDArray[np.uint8]) -> Sheet | None:
+    """Find a printed sheet in a scan or photograph.
+
+    Parameters
+    ----------
+    image : (h, w) or (h, w, 3) uint8
+        Any resolution from about 150 dpi, any angle.
+
+    Returns
+    -------
+    Sheet or None
+        None if the picture has no mark of a sheet in it.
+
+    Raises
+    ------
+    InputError
+        There are marks, but too few or misplaced; or the codes cannot be read.
+    """
+    grey = in_grey(image)
+    registration = register(grey)
+    if registration is None:
+        return None
+    boxes = SheetLayout(registration.page).codes
+    parts = read_codes(grey, registration, boxes)
+    data = join(parts)
+    if data is None:
+        raise InputError(
+            f"Only {len(parts)} of the {len(boxes)} codes at the foot of the sheet can be read, and {PARTS} are "
+            f"needed: scan it at 200 dpi or more (this has {registration.dpi:.0f}), flat and clean at the foot."
+        )
+    record = unpack(data)
+    return Sheet(registration, record, SheetLayout(registration.page, record.pitch, record.printed))
+
+
+def rectify(image: NDArray[np.uint8], sheet: Sheet | Registration, dpi: float | None = None) -> NDArray[np.uint8]:
+    """The page upright and flat, its upper left corner at the first pixel.
+
+    Parameters
+    ----------
+    image : (h, w) or (h, w, 3) uint8
+        The picture in which the sheet was found.
+    sheet : Sheet or Registration
+        Where it is.
+    dpi : float, optional
+        Of the result, 36–2400; by default that of the picture.
+
+    Returns
+    -------
+    (height, width) or (height, width, 3) uint8
+        Pixel (i, j) has its middle at ((j + ½), (i + ½)) · 25.4 / dpi mm; white outside the picture.
+
+    Raises
+    ------
+    InputError
+        A resolution outside its bounds.
+    """
+    import cv2
+
+    registration = sheet.registration if isinstance(sheet, Sheet) else sheet
+    wanted = registration.dpi if dpi is None else dpi
+    if not _DPI[0] <= wanted <= _DPI[1]:
+        raise InputError(f"dpi: {wanted:g} is outside {_DPI[0]:g} to {_DPI[1]:g}.")
+    pixel = _INCH / wanted
+    width, height = (round(side / pixel) for side in (registration.page.width, registration.page.height))
+    to_mm = np.array([[pixel, 0, pixel / 2], [0, pixel, pixel / 2], [0, 0, 1]])
+    backwards = registration.to_pixels @ to_mm
+    reduced = registration.dpi / wanted
+    if reduced > 1.2:
+        # what is finer than the result's pixels would come out as false patterns
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), 0.45 * reduced))
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    white = (255, 255, 255)
+    warped = cv2.warpPerspective(image, backwards, (width, height), flags=flags, borderValue=white)
+    return np.asarray(warped, dtype=np.uint8)
+
+
+def printed_on(sheet: Sheet, dpi: float, *, words: bool = False) -> NDArray[np.bool_]:
+    """Where the rectified page holds print: True in the marks, codes and label, and with `words` in the words' bands.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    dpi : float
+        That of `rectify`.
+
+    Returns
+    -------
+    (height, width) bool
+    """
+    pixel = _INCH / dpi
+    mask = np.zeros((round(sheet.page.height / pixel), round(sheet.page.width / pixel)), dtype=bool)
+    boxes = np.vstack([sheet.masks, sheet.bands]) if words else sheet.masks
+    for left, top, right, bottom in np.rint(boxes / pixel).astype(int).tolist():
+        mask[max(top, 0) : bottom, max(left, 0) : right] = True
+    return mask

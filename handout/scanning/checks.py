@@ -1,0 +1,183 @@
+"""Every check of a scan that can refuse it, in the order in which a page meets them.  Add a check of a scan here.
+
+Each raises `InputError` with a sentence that says what is wrong and what to do; most take plain numbers, so that each
+step of the pipeline can call its own:
+
+- of a file, before it is decoded: `refuse_large`, `page_index`, `square_resolution`
+- of the resolution: `check_dpi`, `plausible_dpi`, `refuse_oversize`
+- of the inks and the mask: `refuse_blank`, `refuse_bad_strokes`, `refuse_false_resolution`
+- of the text lines: `check_writing_size`
+
+Two checks look at the whole picture and stand by themselves, in `page_layout`: a sheet photographed at an angle and two
+columns side by side.  Checks that need the transcript are in `tagging`: `orientation` and `page_sources`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from handout.errors import InputError
+from handout.page_sizes import page
+from handout.scanning.scan import Picture, Scan
+
+if TYPE_CHECKING:
+    from handout.scanning.text_lines import TextLines
+
+MOST_PIXELS = 200_000_000  # an A4 sheet at 1200 dpi has 139 million
+_LEAST_SIDE = 32  # pixels: a line of writing needs more
+_SQUARE = 1.02  # greatest ratio of the resolutions across and down: faxes have 2
+LEAST_DPI, MOST_DPI = 100.0, 2400.0  # below, strokes have no width to measure; above, no scanner resolves
+_ROUNDED = 0.5  # dpi: PNG counts whole pixels a metre
+_LONGEST_SIDE = 610.0  # mm: two sheets of A3
+_SHEETS = ("A4", "Letter")  # whose width a scan is compared with
+_SCANNER_DPI = (200, 300, 400, 600, 1200)  # that scanners offer
+LEAST_STROKE = 2.0  # pixels: of a thinner stroke neither radius nor density can be measured
+_FINEST_PEN = 0.1  # mm: technical pens start there
+_PITCHES = (3.0, 28.0)  # mm from line to line: handwriting has 5 to 15
+_X_HEIGHTS, _USUAL_X_HEIGHT = (0.8, 9.0), 2.6  # mm
+
+
+def refuse_large(width: int, height: int, path: Path) -> None:
+    """Raise InputError for a picture above the limit, and for an empty one."""
+    if width * height > MOST_PIXELS:
+        raise InputError(
+            f"{path} has {width} × {height} pixels, {width * height / 1e6:.0f} megapixels; the limit is "
+            f"{MOST_PIXELS // 10**6}. Scan at 600 dpi or less, or cut the page into parts."
+        )
+    if min(width, height) < _LEAST_SIDE:
+        raise InputError(f"{path} has {width} × {height} pixels: too small to hold a line of writing.")
+
+
+def source_of(path: Path, page: int | None, count: int) -> str:
+    """What a page of a file is called."""
+    return f"{path}:{page}" if count > 1 else str(path)
+
+
+def page_index(count: int, page: int | None, path: Path) -> int:
+    """Index from 0 of the page to read, of a file of `count` pages."""
+    if page is None:
+        if count > 1:
+            raise InputError(f"{path} holds {count} pages: say which one, as {path}:1 … {path}:{count}.")
+        return 0
+    if not 1 <= page <= count:
+        raise InputError(f"{path}:{page}: there is no such page; {path} holds {_pages(count)}.")
+    return page - 1
+
+
+def _pages(count: int) -> str:
+    return "1 page" if count == 1 else f"pages 1–{count}"
+
+
+def square_resolution(own: Any, path: Path) -> float | None:
+    """Pixels per inch, the same across and down.
+
+    Raises
+    ------
+    InputError
+        They are not.
+    """
+    if not own or not all(float(side) > 0 for side in own):
+        return None
+    across, down = (float(side) for side in own)
+    if max(across, down) > _SQUARE * min(across, down):
+        raise InputError(
+            f"{path} has {across:g} dpi across and {down:g} down, as faxes have: scan the page at 300 dpi both ways."
+        )
+    return across
+
+
+def check_dpi(dpi: float | None) -> None:
+    """Raise InputError for a resolution that no scan has."""
+    if dpi is not None and not LEAST_DPI <= dpi <= MOST_DPI:
+        raise InputError(
+            f"--dpi {dpi:g} is outside {LEAST_DPI:g}–{MOST_DPI:g}: handwriting needs a scan of 300 or more."
+        )
+
+
+def plausible_dpi(picture: Picture) -> float:
+    """The file's own resolution, if it can be a scanner's; otherwise a question."""
+    own, (height, width) = picture.own, picture.rgb.shape[:2]
+    longest = max(width, height) / own * 25.4 if own else np.inf
+    if own and LEAST_DPI - _ROUNDED <= own <= MOST_DPI and longest <= _LONGEST_SIDE:
+        return own
+    said = f"says {own:g} dpi, which is not a scan's" if own else "does not say its resolution"
+    if picture.photographed:
+        said = f"is a photograph and {said}"
+    raise InputError(f"{picture.source} {said}: give it with --dpi{_dpi_hint(width, height)}.")
+
+
+def _dpi_hint(width: int, height: int) -> str:
+    """What the resolution would be if a whole sheet had been scanned."""
+    for name in _SHEETS:
+        sheet = page(name)
+        for dpi in _SCANNER_DPI:
+            if abs(width / dpi * 25.4 / sheet.width - 1) < 0.025 and height / dpi * 25.4 < 1.03 * sheet.height:
+                return f" (if the {name} sheet was scanned at its full width: --dpi {dpi})"
+    return ""
+
+
+def refuse_oversize(picture: Picture, dpi: float) -> None:
+    """Raise InputError for a resolution by which the page would be larger than two sheets of A3."""
+    height, width = picture.rgb.shape[:2]
+    if max(width, height) / dpi * 25.4 > _LONGEST_SIDE:
+        raise InputError(
+            f"{picture.source} would be {width / dpi * 25.4:.0f} × {height / dpi * 25.4:.0f} mm large at "
+            f"--dpi {dpi:g}, and a page has at most {_LONGEST_SIDE:g}: give its true resolution"
+            f"{_dpi_hint(width, height)}."
+        )
+
+
+def blank(scan: Scan) -> InputError:
+    """What is said of a scan without ink."""
+    return InputError(
+        f"{scan.source} holds nothing but paper: no strokes stand out from it. "
+        "Was the right side scanned? A faint pencil needs a darker scan."
+    )
+
+
+def refuse_bad_strokes(found: bool, width: float, source: str) -> None:
+    """Raise InputError if there are no strokes, or strokes of a width, pixels, at which nothing can be measured."""
+    if not found:
+        raise InputError(f"{source} holds nothing but paper and specks: no strokes stand out from it.")
+    if width < LEAST_STROKE:
+        raise InputError(
+            f"{source}: strokes are {width:.1f} pixels wide, and need {LEAST_STROKE:g}: "
+            "scan at a higher resolution (300 dpi, better 600)."
+        )
+
+
+def refuse_false_resolution(stroke: float, scan: Scan) -> None:
+    """Raise InputError if strokes of that width, pixels, would be thinner than any pen's, were the resolution true."""
+    if not 0 < stroke * scan.pixel < _FINEST_PEN or stroke >= LEAST_STROKE:
+        return
+    raise InputError(
+        f"{scan.source}: strokes would be {stroke * scan.pixel:.2f} mm wide, and pens write {_FINEST_PEN:g} or more: "
+        f"{'--dpi' if scan.told else 'the resolution in the file'} is wrong; give the true one with --dpi."
+    )
+
+
+def check_writing_size(text: TextLines, scan: Scan) -> tuple[str, ...]:
+    """Notes on the writing, such as that there is none.
+
+    Raises
+    ------
+    InputError
+        Writing of that size is not handwriting: the resolution is wrong.
+    """
+    if not text.lines:
+        return (f"{scan.source}: no line of writing was found.",)
+    fits = _X_HEIGHTS[0] <= text.x_height <= _X_HEIGHTS[1]
+    if len(text.lines) > 2:
+        fits &= _PITCHES[0] <= text.pitch <= _PITCHES[1]
+    if fits:
+        return ()
+    usual = min((150, *_SCANNER_DPI), key=lambda dpi: abs(np.log(text.x_height * scan.dpi / dpi / _USUAL_X_HEIGHT)))
+    raise InputError(
+        f"{scan.source}: at {scan.dpi:g} dpi small letters are {text.x_height:.1f} mm tall and lines "
+        f"{text.pitch:.1f} mm apart, which is not the size of handwriting ({_X_HEIGHTS[0]:g}–{_X_HEIGHTS[1]:g} mm, "
+        f"{_PITCHES[0]:g}–{_PITCHES[1]:g} mm): {'--dpi' if scan.told else 'the resolution in the file'} is wrong; "
+        f"give the true one with --dpi, perhaps {usual}."
+    )

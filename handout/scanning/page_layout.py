@@ -1,0 +1,203 @@
+"""What shows that a picture is no single flat page: a sheet seen at an angle, or two columns of writing side by side.
+
+The outline of a sheet against the ground that it lies on tells a photograph taken at an angle from a scan.  The empty
+band between two columns tells an open book, or two pages scanned at once.
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import find_text_lines
+from handout.values import Array
+
+_LONG = 800  # pixels of the picture in which the outline is looked for
+_CONTRAST = 40  # levels between sheet and ground
+_SHARE = (0.2, 0.97)  # of the picture: what a sheet covers
+_FULL = 0.96  # of the four sides' own area: what the sheet fills
+_EDGE = 4  # pixels from the edge of the picture: what lies there is no side of the sheet
+_BESIDE = 6  # pixels to either side of an edge
+_STRAIGHT = 2.5  # pixels: how far a side may bend
+_MOST = 2.0  # degrees between opposite sides
+
+
+def refuse_oblique(scan: Scan) -> None:
+    """Raise InputError for a sheet that was photographed at an angle: its opposite sides are not parallel."""
+    sides = outline(np.asarray(scan.rgb))
+    for pair in (sides[0::2], sides[1::2]):
+        if any(side is None for side in pair):
+            continue
+        apart = _between(*(side for side in pair if side is not None))
+        if apart > _MOST:
+            raise InputError(
+                f"{scan.source} was photographed at an angle: opposite edges of the sheet are {apart:.1f}° apart "
+                f"(at most {_MOST:g}°). Lay it on a scanner, make it flat with a scanning app, or write on a sheet of "
+                "`handout hand prompt`, whose marks make photographs flat."
+            )
+
+
+def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
+    """Directions (2,) of the sheet's upper, right, lower and left side; None for one that is not to be seen."""
+    import cv2
+
+    factor = min(1.0, _LONG / max(rgb.shape[:2]))
+    small = np.asarray(cv2.resize(rgb, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))
+    grey = np.asarray(cv2.morphologyEx(small.max(axis=2), cv2.MORPH_CLOSE, np.ones((15, 15), np.uint8)))
+    piece = _sheet(np.asarray(grey, dtype=np.uint8))
+    if piece is None:
+        return [None] * 4
+    contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
+    points = contour.reshape(-1, 2).astype(np.float64)
+    corners = _corners(points)
+    if piece.sum() < _FULL * cv2.contourArea(corners.astype(np.float32)):
+        return [None] * 4
+    return _sides(points, corners, np.asarray(grey, dtype=np.float64))
+
+
+def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """(h, w) uint8: the largest bright piece, if it stands out and is large enough."""
+    import cv2
+
+    bright = np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1])
+    if not bright.any() or bright.all():
+        return None
+    if float(np.median(grey[bright > 0])) - float(np.median(grey[bright == 0])) < _CONTRAST:
+        return None
+    bright = np.asarray(cv2.morphologyEx(bright, cv2.MORPH_OPEN, np.ones((9, 9), np.uint8)))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(bright, connectivity=4)
+    if count < 2:
+        return None
+    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+    if not _SHARE[0] < stats[largest, cv2.CC_STAT_AREA] / grey.size < _SHARE[1]:
+        return None
+    return np.asarray(labels == largest, dtype=np.uint8)
+
+
+def _corners(points: Array) -> Array:
+    """(4, 2): the outermost points of a contour along the diagonals, clockwise from the upper left."""
+    ways = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    return np.asarray(points[np.argmax(points @ ways.T, axis=0)])
+
+
+def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
+    """The direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
+    high, wide = (side - 1 - _EDGE for side in grey.shape)
+    inside = (points > _EDGE).all(axis=1) & (points[:, 0] < wide) & (points[:, 1] < high)
+    sides: list[Array | None] = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        length = float(np.linalg.norm(b - a))
+        way = (b - a) / max(length, 1e-9)
+        along = (points - a) @ way
+        across = (points - a) @ np.array([-way[1], way[0]])
+        own = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
+        seen = own.sum() > 0.6 * 0.8 * length > 40 and _step(grey, points[own], way) > _CONTRAST / 2
+        sides.append(_straight(points[own]) if seen else None)
+    return sides
+
+
+def _step(grey: Array, points: Array, way: Array) -> float:
+    """How much darker it is just outside a side than just inside, levels; little at the edge of a shadow."""
+    inwards = np.array([-way[1], way[0]])
+    inner, outer = (np.rint(points + by * inwards).astype(np.intp) for by in (_BESIDE, -_BESIDE))
+    held = [grey[np.clip(at[:, 1], 0, len(grey) - 1), np.clip(at[:, 0], 0, grey.shape[1] - 1)] for at in (inner, outer)]
+    return float(np.median(held[0] - held[1]))
+
+
+def _straight(points: Array) -> Array | None:
+    """Direction of the line through points (n, 2), or None if they do not lie on one."""
+    off = points - np.median(points, axis=0)
+    for _ in range(3):
+        _, _, axes = np.linalg.svd(off - off.mean(axis=0), full_matrices=False)
+        away = np.abs((off - off.mean(axis=0)) @ axes[1])
+        if away.max() < _STRAIGHT:
+            return np.asarray(axes[0])
+        off = off[away < max(_STRAIGHT, float(np.percentile(away, 90)))]
+    return np.asarray(axes[0]) if len(off) > 0.6 * len(points) else None
+
+
+def _between(a: Array, b: Array) -> float:
+    """Degrees between two directions."""
+    return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
+
+
+_CELL = 1.0  # mm
+_LEAST = 8.0  # mm: wider than any space between words
+_MIDDLE = (0.2, 0.8)  # of the ink's width: where the band may lie
+_STRAYS = 0.02  # of the rows with ink: so few may cross the band
+_LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
+_LINES = 3  # on either side
+
+
+@dataclass(frozen=True)
+class Gutter:
+    """A band without ink between two columns.
+
+    at : x of its middle, half-way down the page, mm.
+    width : mm.
+    lines : how many lines of writing there are left and right of it.
+    """
+
+    at: float
+    width: float
+    lines: tuple[int, int]
+
+
+def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
+    """The band between two columns of writing, or None if there is one column.
+
+    Parameters
+    ----------
+    ink : (h, w) bool
+    dpi : pixels per inch.
+    """
+    cells = _cells(ink, dpi)
+    rows = np.flatnonzero(cells.any(axis=1))
+    if not len(rows):
+        return None
+    part = cells[rows[0] : rows[-1] + 1]
+    width, at = max(_band(_leaning(part, lean)) for lean in _LEANS.tolist())
+    if width * _CELL < _LEAST:
+        return None
+    cut = round(at * _CELL / 25.4 * dpi)
+    sides = tuple(len(find_text_lines(np.ascontiguousarray(side), dpi).lines) for side in (ink[:, :cut], ink[:, cut:]))
+    if min(sides) < _LINES:
+        return None
+    return Gutter(at * _CELL, width * _CELL, (sides[0], sides[1]))
+
+
+def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
+    """Whether there is ink in each square millimetre."""
+    side = _CELL / 25.4 * dpi
+    y, x = np.nonzero(ink)
+    cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
+    cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
+    return cells
+
+
+def _leaning(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
+    """The cells with their rows moved, so that a band that leans stands upright."""
+    middle = len(cells) / 2
+    return np.stack([np.roll(row, round(lean * (i - middle))) for i, row in enumerate(cells)])
+
+
+def _band(cells: NDArray[np.bool_]) -> tuple[int, float]:
+    """Width of the widest empty band inside the ink, and its middle, in cells."""
+    held = cells.sum(axis=0)
+    inky = np.flatnonzero(held > _STRAYS * len(cells))
+    if len(inky) < 2:
+        return 0, 0.0
+    low, high = (inky[0] + share * (inky[-1] - inky[0]) for share in _MIDDLE)
+    gaps, left = np.diff(inky) - 1, inky[:-1] + 1
+    middle = left + gaps / 2
+    inside = np.flatnonzero((middle > low) & (middle < high))
+    if not len(inside):
+        return 0, 0.0
+    k = int(inside[np.argmax(gaps[inside])])
+    return int(gaps[k]), float(middle[k])

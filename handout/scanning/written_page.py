@@ -1,0 +1,265 @@
+"""A page read: from the file to ink, line graph, matte and text lines; `read_page` does it in one call.
+
+Source: seed 000, §5.1.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.errors import InputError
+from handout.scanning.checks import check_writing_size, refuse_false_resolution
+from handout.scanning.density import Density, Scale, find_density, find_scale
+from handout.scanning.inks import Inks, find_inks
+from handout.scanning.line_graph import find_line_graph, mean_within
+from handout.scanning.mask import Mask, find_mask, hysteresis, stroke_width
+from handout.scanning.matting import Matte, find_matte
+from handout.scanning.paper import Paper, crop, find_paper, flatten
+from handout.scanning.picture_files import read_scan
+from handout.scanning.scan import Scan
+from handout.scanning.text_lines import TextLines, find_text_lines
+from handout.summary import one_line
+from handout.values import POSE, Array, LineGraph, Moments, Stroke
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenPage:
+    """All that is known of a scanned page before its letters are.
+
+    scan : as scanned, borders cut off.
+    paper : light and stains.
+    inks : colours.
+    density : (h, w), 0–2.
+    mask : ink or paper.
+    graph : the line of the pen, mm on the page.
+    matte : ink without paper.
+    text_lines : where the writing runs, mm on the page.
+    notes : sentences to show the user.
+    seconds : processor time of every step.
+    moments : what a recorded pen says of the vertices of `graph`.
+    """
+
+    scan: Scan
+    paper: Paper
+    inks: Inks
+    density: Density
+    mask: Mask
+    graph: LineGraph
+    matte: Matte
+    text_lines: TextLines
+    notes: tuple[str, ...]
+    seconds: Mapping[str, float]
+    moments: Moments | None = None
+
+    __repr__ = one_line
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A scan whose light and inks are known: all that the scale of densities of a hand's pages is made of.
+
+    scan : as scanned, borders cut off.
+    paper : light and stains.
+    inks : colours.
+    scale : of the page's own ink.
+    seconds : processor time of every step.
+    """
+
+    scan: Scan
+    paper: Paper
+    inks: Inks
+    scale: Scale
+    seconds: Mapping[str, float]
+
+    def turned(self, quarters: int) -> Prepared:
+        """The page turned anticlockwise by so many quarters of a circle."""
+        return prepare(self.scan.turned(quarters))
+
+
+@dataclass(frozen=True, eq=False)
+class Inked:
+    """A page whose ink and lines are known.
+
+    prepared : what it was found from.
+    density : (h, w), 0–2.
+    mask : ink or paper.
+    text_lines : where the writing runs, mm on the page.
+    seconds : processor time of every step.
+    """
+
+    prepared: Prepared
+    density: Density
+    mask: Mask
+    text_lines: TextLines
+    seconds: Mapping[str, float]
+
+
+def prepare(source: Path | Scan, dpi: float | None = None, page: int | None = None) -> Prepared:
+    """Light, paper and inks of a scan.
+
+    Parameters
+    ----------
+    source, dpi, page : as `read_page`.
+
+    Raises
+    ------
+    InputError
+        Unreadable or too large; no resolution; nothing but paper.
+    """
+    seconds: dict[str, float] = {}
+    with _timed(seconds, "scan"):
+        scan = crop(source if isinstance(source, Scan) else read_scan(Path(source), dpi, page))
+    with _timed(seconds, "paper"):
+        paper = find_paper(scan)
+        level = flatten(scan, paper)
+    with _timed(seconds, "inks"):
+        inks = find_inks(level)
+        scale = find_scale(level, inks)
+    return Prepared(scan, paper, inks, scale, seconds)
+
+
+def find_ink(
+    prepared: Prepared,
+    pen: str | None = None,
+    *,
+    lines: int | None = None,
+    scale: Scale | None = None,
+    method: str = "cut",
+    paint: NDArray[np.int8] | None = None,
+) -> Inked:
+    """Ink and lines of a page that has been prepared.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    pen, lines, scale, method, paint : as `read_page`.
+
+    Raises
+    ------
+    InputError
+        Strokes too thin, nothing but specks.
+    """
+    scan, inks, seconds = prepared.scan, prepared.inks, dict(prepared.seconds)
+    with _timed(seconds, "density"):
+        level = flatten(scan, prepared.paper)
+        density = find_density(level, inks, scale or prepared.scale)
+    with _timed(seconds, "mask"):
+        try:
+            mask = find_mask(level, inks, density, pen, method, paint)
+        except InputError:
+            refuse_false_resolution(stroke_width(hysteresis(density.values, density)), scan)
+            raise
+    with _timed(seconds, "text lines"):
+        text_lines = find_text_lines(mask.ink, scan.dpi, lines)
+    return Inked(prepared, density, mask, text_lines, seconds)
+
+
+def finish(inked: Inked) -> WrittenPage:
+    """Line graph and matte of a page whose ink is known.
+
+    Raises
+    ------
+    InputError
+        The size of the writing belies the resolution.
+    """
+    prepared, density, mask = inked.prepared, inked.density, inked.mask
+    scan, seconds = prepared.scan, dict(inked.seconds)
+    notes = check_writing_size(inked.text_lines, scan)
+    with _timed(seconds, "graph"):
+        graph = find_line_graph(scan, mask, density)
+    with _timed(seconds, "matte"):
+        matte = find_matte(scan, mask, prepared.inks)
+    return WrittenPage(
+        scan, prepared.paper, prepared.inks, density, mask, graph, matte, inked.text_lines, notes, seconds
+    )
+
+
+def read_page(
+    source: Path | Scan,
+    dpi: float | None = None,
+    pen: str | None = None,
+    *,
+    page: int | None = None,
+    lines: int | None = None,
+    scale: Scale | None = None,
+    method: str = "cut",
+    paint: NDArray[np.int8] | None = None,
+) -> WrittenPage:
+    """Read a scanned page of handwriting.
+
+    Parameters
+    ----------
+    source : Path or Scan
+        PNG, JPEG, TIFF, PDF, or a scan in memory.
+    dpi : float, optional
+        Pixels per inch, where the file does not say.
+    pen : str, optional
+        One of `mask.PENS`; otherwise told from the ink.
+    page : int, optional
+        Which page of a file that holds several, from 1.
+    lines : int, optional
+        How many lines of writing there are, if a transcript says so.
+    scale : Scale, optional
+        Scale of densities of the whole hand (`density.pooled_scale`).
+    method : "cut" or "hysteresis".
+    paint : (h, w) int8, optional
+        What the user painted, on the cropped scan: 1 ink, −1 paper.
+
+    Raises
+    ------
+    InputError
+        Unreadable or too large; no resolution, or one that the size of the writing belies; nothing but paper; strokes
+        too thin.
+    """
+    prepared = prepare(source, dpi, page)
+    return finish(find_ink(prepared, pen, lines=lines, scale=scale, method=method, paint=paint))
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], name: str) -> Iterator[None]:
+    begin = time.process_time()
+    yield
+    seconds[name] = time.process_time() - begin
+
+
+def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed: bool) -> WrittenPage:
+    """A page with the line that its pen was recorded on in place of the one its ink shows.
+
+    Parameters
+    ----------
+    strokes : in the order of writing, mm on the page before its borders were cut off; samples about a pixel apart, all
+        with `width`.
+    timed : whether their times mean anything.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if not strokes:
+        raise InputError(f"{written.scan.source}: the recording has no movement of a pen on paper.")
+    scan = written.scan
+    counts = [len(stroke.t) for stroke in strokes]
+    uv = np.concatenate([stroke.xy for stroke in strokes]) / scan.pixel - 0.5 - np.array(scan.origin)
+    radius = _together([stroke.width for stroke in strokes]) / 2
+    density = np.clip(mean_within(written.density.values, uv, radius / scan.pixel), 0, 2)
+    first = np.cumsum([0, *counts[:-1]])
+    edges = np.concatenate(
+        [np.column_stack([np.arange(n - 1), np.arange(1, n)]) + a for a, n in zip(first, counts, strict=True)]
+    )
+    graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
+    held = {name: [getattr(stroke, name) for stroke in strokes] for name in POSE}
+    known = {name: _together(parts) for name, parts in held.items() if all(one is not None for one in parts)}
+    times = np.concatenate([stroke.t for stroke in strokes]) if timed else None
+    return replace(written, graph=graph, moments=Moments(times, **known))
+
+
+def _together(parts: Sequence[Array | None]) -> Array:
+    return np.concatenate([part for part in parts if part is not None])

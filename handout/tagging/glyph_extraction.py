@@ -1,0 +1,190 @@
+"""What a hand keeps of an aligned page: the page itself, its glyphs, and the ligatures between them.
+
+Glyphs that the edge of the picture cuts off are kept, but doubted, and named in a note.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.hand.ligatures import LigatureFinder
+from handout.hand.places import Place, graphemes, places
+from handout.hand.scanned import DOUBTFUL, NOBODY, ScannedGlyph, ScannedPage, Texture
+from handout.scanning.scan import Scan
+from handout.scanning.written_page import WrittenPage
+from handout.tagging.alignment import Alignment
+from handout.tagging.letter_assignment import Assignment, by_letter
+from handout.tagging.line_space import X_HEIGHT, frames
+from handout.values import Indices, LineGraph
+
+_POOR = DOUBTFUL / 2  # greatest confidence of a letter of a line that fits poorly
+# x-heights from a letter's column and baseline within which some part of its pieces lies; set by eye on real pages
+_BESIDE, _BELOW, _ABOVE = 1.5, 2.5, 4.0
+_PAPER = 64  # pixels: longest side of the paper that is kept, for its colour and shading only
+_LISTED = 12  # letters that a note names
+_NO_JOINTS: Indices = np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A letter of a transcript that was not found: its index among the graphemes there, and the written line."""
+
+    at: int
+    letter: str
+    line: int
+
+
+def scanned_page(written: WrittenPage, transcript: str) -> ScannedPage:
+    """What is kept of a page; its places are pixels of the file's own picture, before borders were cut off."""
+    scan, graph, text_lines = written.scan, written.graph, written.text_lines
+    dx, dy = scan.origin
+    uv = graph.uv + np.array(scan.origin)
+    lines = [
+        (frame.baseline[0] + dy, frame.baseline[1], frame.baseline[2], frame.middle + dx, frame.reach)
+        for frame in frames(written)
+    ]
+    return ScannedPage(
+        source=Path(scan.source).name,
+        transcript=transcript,
+        dpi=scan.dpi,
+        shape=(scan.shape[0] + dy, scan.shape[1] + dx),
+        graph=LineGraph((uv + 0.5) * scan.pixel, graph.radius, graph.density, uv, graph.edges),
+        baselines=np.array(lines).reshape(-1, 5),
+        pitch=text_lines.pitch,
+        x_height=text_lines.x_height,
+        slant=text_lines.slant,
+        pen=written.mask.pen,
+        texture=_texture(written.matte.rgba, (dx, dy)),
+        paper=_reduced(written.matte.paper),
+        moments=written.moments,
+    )
+
+
+def _texture(rgba: NDArray[np.uint8], origin: tuple[int, int]) -> Texture:
+    """The ink, cut to its own box."""
+    inky = rgba[:, :, 3] > 0
+    rows, columns = np.flatnonzero(inky.any(axis=1)), np.flatnonzero(inky.any(axis=0))
+    top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
+    left, right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 1)
+    cut = np.ascontiguousarray(rgba[top:bottom, left:right])
+    cut[cut[:, :, 3] == 0] = 0
+    return Texture((left + origin[0], top + origin[1]), (bottom - top, right - left), lambda: cut)
+
+
+def _reduced(paper: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    import cv2
+
+    height, width = paper.shape[:2]
+    part = min(1.0, _PAPER / max(height, width))
+    size = (max(1, round(width * part)), max(1, round(height * part)))
+    return np.asarray(cv2.resize(paper, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def letters_within_reach(graph: LineGraph, alignment: Alignment, letter: Indices) -> Indices:
+    """The letter of each vertex (n,), −1 for pieces that lie nowhere near it: the edge of the sheet, a stain."""
+    near = np.zeros(len(graph), dtype=bool)
+    first = 0
+    for line in alignment.lines:
+        vertices = np.flatnonzero((letter >= first) & (letter < first + len(line.letters)))
+        at = letter[vertices] - first
+        u, up = line.frame.to_line(graph.uv[vertices]).T / X_HEIGHT
+        unit = line.frame.scale / X_HEIGHT
+        left = (np.array([each.left for each in line.letters]) - line.frame.left) * unit
+        right = (np.array([each.right for each in line.letters]) - line.frame.left) * unit
+        away = np.maximum(left[at] - u, u - right[at])
+        near[vertices] = (away < _BESIDE) & (up > -_BELOW) & (up < _ABOVE)
+        first += len(line.letters)
+    _, piece = np.unique(np.stack([letter, graph.components]), axis=1, return_inverse=True)
+    reached = np.zeros(int(piece.max(initial=0)) + 1, dtype=bool)
+    np.logical_or.at(reached, piece.ravel(), near)
+    return np.where(reached[piece.ravel()], letter, NOBODY)
+
+
+def extract_glyphs(
+    page: ScannedPage, alignment: Alignment, letters: Indices
+) -> tuple[tuple[ScannedGlyph, ...], tuple[Missing, ...]]:
+    """The letters that were found, in the order of the text, and those that were not.
+
+    letters : (n,) int: index of each vertex's letter in `Alignment.letters`, −1 for none.
+    """
+    words = _words_and_places(page.transcript)
+    vertices = by_letter(Assignment(letters, _NO_JOINTS), len(alignment.letters))
+    owner = np.full(len(page.graph), NOBODY, dtype=np.intp)
+    glyphs: list[ScannedGlyph] = []
+    missing: list[Missing] = []
+    in_order = ((line, letter) for line in alignment.lines for letter in line.letters)
+    for (line, letter), of_letter in zip(in_order, vertices, strict=True):
+        if len(graphemes(letter.text)) > 1:  # something struck out
+            continue
+        if not letter.present or not len(of_letter):
+            missing.append(Missing(letter.at, letter.text, line.number))
+            continue
+        word, place = words[letter.at]
+        confidence = min(letter.confidence, _POOR) if line.number in alignment.poor else letter.confidence
+        owner[of_letter] = len(glyphs)
+        sorted_ = np.sort(of_letter)
+        glyphs.append(
+            ScannedGlyph(letter.text, place, 0, line.number, word, letter.at, sorted_, confidence=float(confidence))
+        )
+    return tuple(_joined(page, glyphs, owner)), tuple(missing)
+
+
+def _joined(page: ScannedPage, glyphs: list[ScannedGlyph], owner: Indices) -> list[ScannedGlyph]:
+    """The glyphs with their neighbours, where no letter between is missing, and the ligatures towards those."""
+    joining = LigatureFinder(page, owner)
+    joined = list(glyphs)
+    for i, (a, b) in enumerate(pairwise(glyphs)):
+        if a.word == b.word and a.line == b.line and b.at == a.at + 1:
+            joined[i] = replace(joined[i], after=i + 1, ligatures=joining.between(i, i + 1, a.line))
+            joined[i + 1] = replace(b, before=i)
+    return joined
+
+
+def _words_and_places(transcript: str) -> list[tuple[int, Place]]:
+    """For every grapheme of a text the number of its word, and its place among the letters, or digits, there."""
+    units = graphemes(transcript)
+    begins_word = [not unit.isspace() and (i == 0 or units[i - 1].isspace()) for i, unit in enumerate(units)]
+    return list(zip((np.cumsum(begins_word) - 1).tolist(), places(units), strict=True))
+
+
+def doubt_cropped_glyphs(
+    glyphs: Sequence[ScannedGlyph], graph: LineGraph, scan: Scan
+) -> tuple[tuple[ScannedGlyph, ...], list[str]]:
+    """The glyphs, without confidence where their ink reaches the edge of the scan, and the note that names these."""
+    at_edge = reaches_edge(graph, scan.shape, scan.pixel)
+    cropped = [bool(at_edge[glyph.vertices].any()) for glyph in glyphs]
+    doubted = tuple(
+        replace(glyph, confidence=0.0) if cut else glyph for glyph, cut in zip(glyphs, cropped, strict=True)
+    )
+    if not any(cropped):
+        return doubted, []
+    names = [f"{glyph.letter} (line {glyph.line + 1})" for glyph, cut in zip(glyphs, cropped, strict=True) if cut]
+    return doubted, [
+        f"{Path(scan.source).name}: the edge of the picture cuts {listed(names)}; kept as doubtful. Scan the whole "
+        "page, if there is more of it."
+    ]
+
+
+def reaches_edge(graph: LineGraph, shape: tuple[int, int], pixel: float) -> NDArray[np.bool_]:
+    """(n,): whether the line of each vertex reaches the edge of its picture.
+
+    Parameters
+    ----------
+    graph : of a page, with `uv` in pixels of that picture and radii in mm.
+    shape : (height, width), pixels.
+    pixel : mm, its side.
+    """
+    room = np.minimum(graph.uv + 0.5, np.array(shape[::-1]) - 0.5 - graph.uv).min(axis=1)
+    return np.asarray(room < np.maximum(graph.radius / pixel - 0.5, 0.5))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a row, no more than a note can bear."""
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(names[:_LISTED]) + more

@@ -1,0 +1,269 @@
+"""Which letter every vertex of the line graph belongs to, after the columns have been aligned.
+
+A column cut is wrong where a comma lies under the letter before it, where a g's tail swings under its neighbour, where
+a bar or the last stroke of a word reaches out.  Here whole components, and whole branches within a component, follow
+the letter they are joined to; a component is cut only where its line runs from one letter's column into the next.
+
+Source: seed 000, §5.1.3 (labels, splits, links); whole components and branches: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from handout.branching import branches
+from handout.hand.letter_classes import NEVER_DESCENDING, NOT_ASCENDING
+from handout.hand.places import graphemes
+from handout.tagging.alignment import AlignedLine, Alignment
+from handout.tagging.line_space import X_HEIGHT
+from handout.values import Array, Indices, LineGraph
+
+NOBODY = -1
+_LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
+_MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
+_DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
+_LOWEST, _HIGHEST = -0.45, 1.35  # x-heights: of letters without tails and stems
+_NEAR = 0.7  # x-heights from a mark's column to its ink
+_HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
+_CUT = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
+_OWN = 1.0  # x-heights of line that belong to a letter in whose column they lie, connected to the rest of it or not
+_NEVER = 1e6
+_ANCHOR = 0.35  # x-heights: anchors are sought as near to this height as there is ink
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """The letters of a line graph.
+
+    letter : (n,) int: index of each vertex's letter in `Alignment.letters`, −1 for none.
+    joints : (k,) int: the edges that lead from one letter to another: there a ligature is cut.
+    """
+
+    letter: Indices
+    joints: Indices
+
+    def vertices(self, letter: int) -> Indices:
+        """The vertices of one letter."""
+        return np.flatnonzero(self.letter == letter)
+
+
+def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.integer]) -> Assignment:
+    """Give every vertex of a page to a letter.
+
+    Parameters
+    ----------
+    graph : LineGraph, of the page; its `uv` are pixels.
+    owner : (n,) int: number of the line that each vertex belongs to (see `line_space.vertex_lines`), −1 for none.
+    """
+    letter = np.full(len(graph), NOBODY, dtype=np.intp)
+    first = 0
+    for line in alignment.lines:
+        vertices = np.flatnonzero(np.asarray(owner) == line.number)
+        found = _Line(graph, line, vertices).assigned()
+        letter[vertices] = np.where(found >= 0, found + first, NOBODY)
+        first += len(line.letters)
+    a, b = graph.edges.T
+    joints = np.flatnonzero((letter[a] != letter[b]) & (letter[a] >= 0) & (letter[b] >= 0))
+    return Assignment(letter, joints)
+
+
+class _Line:
+    """One line's vertices while they are shared out; all lengths in x-heights."""
+
+    def __init__(self, graph: LineGraph, line: AlignedLine, vertices: Indices) -> None:
+        self.names = [graphemes(letter.text)[0] if letter.text else "" for letter in line.letters]
+        self.present = np.array([letter.present for letter in line.letters], dtype=bool)
+        place = line.frame.to_line(graph.uv[vertices]) / X_HEIGHT
+        self.u, self.up = place.T
+        unit = line.frame.scale / X_HEIGHT
+        self.left = np.array([(letter.left - line.frame.left) * unit for letter in line.letters])
+        self.right = np.array([(letter.right - line.frame.left) * unit for letter in line.letters])
+        number = np.full(len(graph), -1, dtype=np.intp)
+        number[vertices] = np.arange(len(vertices))
+        edges = number[graph.edges]
+        self.edges = edges[(edges >= 0).all(axis=1)]
+        self.column = self._columns()
+        self.whole = _pieces(self.edges, len(vertices))
+
+    def _columns(self) -> Indices:
+        """(n,) the letter in whose column each vertex lies, or the nearest one; strokes are cut no more than needed."""
+        if not self.present.any() or not len(self.u):
+            return np.full(len(self.u), NOBODY)
+        before = self.left[None] - self.u[:, None]
+        after = self.u[:, None] - self.right[None]
+        away = np.maximum(np.maximum(before, after), 0) + self._beyond()
+        away = np.where(self.present, away, np.inf)
+        nearest = np.asarray(away.argmin(axis=1))
+        paths = branches(self.edges, len(self.u))
+        # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
+        ends: dict[int, list[int]] = {}
+        for path, found in zip(paths, self._cut(paths, nearest, away), strict=True):
+            for end in (0, -1):
+                ends.setdefault(int(path[end]), []).append(int(found[end]))
+        settled = nearest.copy()
+        for vertex, found_ in ends.items():
+            settled[vertex] = max(sorted(set(found_)), key=lambda one: (found_.count(one), one == nearest[vertex]))
+        pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
+        met = np.array(sorted(ends), dtype=np.intp)
+        away[met] = pinned[met]
+        for path, found in zip(paths, self._cut(paths, settled, away), strict=True):
+            settled[path] = found
+        return settled
+
+    def _beyond(self) -> Array:
+        """(n, letters) how far above or below what its letter reaches each vertex lies."""
+        low, high = np.array([_reach(name) for name in self.names]).T
+        return np.asarray(np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0))
+
+    def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
+        """The letter of every vertex of each path, so that it runs little outside their columns and is little cut."""
+        for path in paths:
+            among = np.unique(nearest[path])
+            if len(among) == 1:
+                yield nearest[path]
+                continue
+            run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
+            yield among[_fewest_cuts(away[np.ix_(path, among)] ** 2 * run)]
+
+    def assigned(self) -> Indices:
+        """(n,) the letter of each vertex, −1 for none."""
+        if not len(self.u) or not self.present.any():
+            return np.full(len(self.u), NOBODY)
+        anchors = self._anchors()
+        letter = self._branches(anchors)
+        for component in set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()}:
+            own = self.whole == component
+            letter[own] = self._free(own)
+        return letter
+
+    def _anchors(self) -> dict[int, int]:
+        """Letter → the vertex that is surely its own.  Marks come last and take what no letter has."""
+        anchors: dict[int, int] = {}
+        taken: set[int] = set()
+        marks = [i for i, name in enumerate(self.names) if name in _MARKS and self.present[i]]
+        for i in range(len(self.names)):
+            vertex = self._middle(i) if self.present[i] and i not in marks else None
+            if vertex is not None:
+                anchors[i] = vertex
+                taken.add(int(self.whole[vertex]))
+        for i in marks:
+            vertex = self._mark(i, taken)
+            if vertex is None:
+                vertex = self._middle(i)
+            if vertex is not None:
+                anchors[i] = vertex
+                taken.add(int(self.whole[vertex]))
+        return anchors
+
+    def _middle(self, i: int) -> int | None:
+        """The vertex in the middle of a letter's column that is nearest to the usual height."""
+        third = (self.right[i] - self.left[i]) / 3
+        own = self.column == i
+        inner = own & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
+        among = np.flatnonzero(inner if inner.any() else own)
+        return int(among[np.abs(self.up[among] - _ANCHOR).argmin()]) if len(among) else None
+
+    def _mark(self, i: int, taken: set[int]) -> int | None:
+        """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
+        free = ~np.isin(self.whole, list(taken))
+        away = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
+        fits = free & (away <= _NEAR)
+        if self.names[i] in _LOW_MARKS:
+            fits &= self.up < _LOW
+        elif self.names[i] in _HIGH_MARKS:
+            fits &= self.up > _HIGH
+        among = np.flatnonzero(fits)
+        return int(among[away[among].argmin()]) if len(among) else None
+
+    def _branches(self, anchors: dict[int, int]) -> Indices:
+        """(n,) letters within components that have anchors: pieces follow what they are joined to."""
+        a, b = self.edges.T
+        inside = self.column[a] == self.column[b]
+        for vertex, letter in ((v, i) for i, v in anchors.items()):
+            # a mark's component may lie in another letter's column: it is the mark's all the same
+            if self.column[vertex] != letter:
+                own = self.whole == self.whole[vertex]
+                self.column = np.where(own, letter, self.column)
+                inside = self.column[a] == self.column[b]
+        piece = _pieces(self.edges[inside], len(self.u))
+        holder = np.full(int(piece.max()) + 1, NOBODY)
+        for number in np.flatnonzero(self._lengths(piece, inside) >= _OWN):
+            holder[number] = self.column[np.argmax(piece == number)]
+        for letter, vertex in anchors.items():
+            holder[piece[vertex]] = letter
+        across = piece[self.edges[~inside]]
+        _follow(holder, across)
+        return holder[piece]
+
+    def _lengths(self, piece: Indices, inside: NDArray[np.bool_]) -> Array:
+        """Length of the line of each piece."""
+        a, b = self.edges[inside].T
+        steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
+        return np.asarray(np.bincount(piece[a], steps, minlength=int(piece.max()) + 1), dtype=np.float64)
+
+    def _free(self, own: NDArray[np.bool_]) -> int:
+        """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""
+        middle, height = float(self.u[own].mean()), float(self.up[own].mean())
+        away = np.maximum(np.maximum(self.left - middle, middle - self.right), 0)
+        away = np.where(self.present, away, np.inf)
+        dotted = np.array([name in _DOTTED or not name.isascii() for name in self.names])
+        if height > _HIGH and (dotted & (away <= _NEAR)).any():
+            away = np.where(dotted, away, np.inf)
+        elif height <= _HIGH and middle < self.left[self.present].min():
+            return int(np.flatnonzero(self.present)[0])
+        return int(away.argmin())
+
+
+def _reach(name: str) -> tuple[float, float]:
+    """How far down and up a letter reaches; loops and stems beyond that are another's."""
+    return -np.inf if name not in NEVER_DESCENDING else _LOWEST, np.inf if name not in NOT_ASCENDING else _HIGHEST
+
+
+def _fewest_cuts(cost: Array) -> Indices:
+    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `_CUT`."""
+    total, came = cost[0], np.zeros(cost.shape, dtype=np.intp)
+    for row in range(1, len(cost)):
+        best = int(total.argmin())
+        changes = total[best] + _CUT < total
+        came[row] = np.where(changes, best, np.arange(cost.shape[1]))
+        total = np.where(changes, total[best] + _CUT, total) + cost[row]
+    chosen = np.empty(len(cost), dtype=np.intp)
+    chosen[-1] = int(total.argmin())
+    for row in range(len(cost) - 1, 0, -1):
+        chosen[row - 1] = came[row, chosen[row]]
+    return chosen
+
+
+def _pieces(edges: Indices, count: int) -> Indices:
+    """(count,) number of the connected piece of every vertex."""
+    a, b = edges.T if len(edges) else (np.zeros(0, np.intp), np.zeros(0, np.intp))
+    joined = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+
+
+def _follow(holder: Indices, across: Indices) -> None:
+    """Pieces without a letter take that of a neighbour, those with most neighbours of one letter first."""
+    while True:
+        open_ = (holder[across] == NOBODY) & (holder[across[:, ::-1]] != NOBODY)
+        if not open_.any():
+            return
+        votes: dict[int, list[int]] = {}
+        for side in (0, 1):
+            for piece, other in zip(across[open_[:, side], side], across[open_[:, side], 1 - side], strict=True):
+                votes.setdefault(int(piece), []).append(int(holder[other]))
+        for piece, letters in votes.items():
+            holder[piece] = max(set(letters), key=lambda letter: (letters.count(letter), -letter))
+
+
+def by_letter(assignment: Assignment, count: int) -> Sequence[Indices]:
+    """The vertices of each of `count` letters."""
+    order = np.argsort(assignment.letter, kind="stable")
+    bounds = np.searchsorted(assignment.letter[order], np.arange(count + 1))
+    return [order[a:b] for a, b in pairwise(bounds)]

@@ -1,0 +1,343 @@
+"""From files to the pages that a hand is read from: each scan with its transcript, its light and inks known.
+
+A prompt sheet that was filled in is found in its scan, made flat, and everything printed on it is replaced by paper;
+its codes say what was to be copied.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import units
+from handout.errors import InputError
+from handout.progress import Tell, silent, within
+from handout.scanning.checks import check_dpi, source_of
+from handout.scanning.density import Scale, pooled_scale
+from handout.scanning.matting import fill_smooth
+from handout.scanning.page_layout import refuse_oblique
+from handout.scanning.picture_files import ENOUGH_DPI, count_pages, read_picture, scan_of
+from handout.scanning.scan import Picture, Scan
+from handout.scanning.written_page import Prepared, find_ink, finish, prepare, with_recorded_line
+from handout.tagging.alignment import Method
+from handout.tagging.orientation import find_turn, orientation_name
+from handout.tagging.page_tagging import TaggedPage, tag_labelled_page, tag_page
+from handout.values import Indices, Stroke
+
+if TYPE_CHECKING:
+    from handout.prompting.sheet_detection import Sheet
+    from handout.scanning.scan import Picture
+
+
+_CHOSEN = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
+_LOST = 0.3  # share of a text's letters that may be missing on its page
+_DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before it is mentioned
+
+Say = Callable[[str], None]
+_TURNED, _WRITTEN = 0.11, 0.17  # of the work on a page, when it lies upright, and when its lines are known; measured
+
+
+@dataclass(frozen=True, eq=False)
+class PageSource:
+    """A page that is to be read.
+
+    prepared : its scan, upright or not.
+    transcript : what is written on it.
+    movements : of a recording, the way of its pen; see `with_recorded_line`. Such a page lies upright.
+    timed : whether their times mean anything.
+    letters : (n,) int, for every sample of them the grapheme of the transcript that it writes, where that is known.
+    lines : how many lines of writing there are, where that is known.
+    """
+
+    prepared: Prepared
+    transcript: str
+    movements: tuple[Stroke, ...] = ()
+    timed: bool = False
+    letters: Indices | None = None
+    lines: int | None = None
+
+
+def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
+    """The files and pages of them that are meant by some names, in order.
+
+    A file of several pages stands for all of them, ``file.pdf:2`` for its second, ``file.pdf:2-4`` for three.
+
+    Raises
+    ------
+    InputError
+        A page that is twice among them, or pages in the wrong order.
+    """
+    found: list[tuple[Path, int | None]] = []
+    for name in names:
+        found += _pages(name)
+    real = [(path.resolve(), page or 1) for path, page in found]
+    for i, one in enumerate(real):
+        if one in real[:i]:
+            path, page = found[i]
+            raise InputError(f"{source_of(path, page, 2 if page else 1)} is given twice: leave it out once.")
+    return found
+
+
+def _pages(name: str) -> list[tuple[Path, int | None]]:
+    path, wanted = Path(name), _CHOSEN.fullmatch(name)
+    if wanted and not path.exists():
+        path, first = Path(wanted["path"]), int(wanted["first"])
+        last = int(wanted["last"] or first)
+        if last < first:
+            raise InputError(f"{name}: the pages run backwards; write {path}:{last}-{first}.")
+        count = count_pages(path)
+        if path.is_file() and not 1 <= first <= last <= count:
+            there = "1 page" if count == 1 else f"pages 1–{count}"
+            raise InputError(f"{name}: there is no such page; {path} holds {there}.")
+        return [(path, number) for number in range(first, last + 1)]
+    count = count_pages(path)
+    return [(path, None)] if count == 1 else [(path, number) for number in range(1, count + 1)]
+
+
+def gather_sources(
+    names: Sequence[str], texts: Sequence[tuple[str, str]], dpi: float | None, say: Say
+) -> list[PageSource]:
+    """The pages of some files, each with its transcript: its own of `texts`, or what a prompt sheet says of itself.
+
+    Parameters
+    ----------
+    names : as `chosen_pages`.
+    texts : names and contents, in the order of the pages; sheets need none.
+    dpi : float, optional
+        Pixels an inch, where neither a file nor a sheet's marks say.
+    say : takes sentences to show the user.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or used, a page twice, texts too few or too many.
+    """
+    check_dpi(dpi)
+    pages = chosen_pages(names)
+    if len(texts) > len(pages):
+        raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
+    remaining, found, seen = list(texts), list[PageSource](), dict[bytes, str]()
+    for path, page in pages:
+        picture = read_picture(path, page)
+        _refuse_again(picture, seen)
+        sheet = filled_sheet(picture)
+        own = len(texts) == len(pages) or (sheet is None and bool(remaining))
+        if sheet is None and not own:
+            refuse_mirrored(picture)
+            raise InputError(_untold(picture.source, len(texts), len(pages)))
+        text = remaining.pop(0)[1] if own else sheet.transcript if sheet else ""
+        found.append(PageSource(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
+    if remaining:
+        raise InputError(
+            f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
+        )
+    return found
+
+
+_ONE_EACH = "give one --text for each page, in the same order"
+
+
+def _counted(count: int, name: str) -> str:
+    return units.count(count, name)
+
+
+def _untold(source: str, texts: int, pages: int) -> str:
+    said = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
+    return (
+        f"{source}: what is written on it? Give its text with --text{said}; only sheets made with `handout "
+        "hand prompt` say it themselves."
+    )
+
+
+def _refuse_again(picture: Picture, seen: dict[bytes, str]) -> None:
+    """Raise InputError for a picture that is the same as one before, under another name."""
+    mark = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
+    if mark in seen:
+        raise InputError(
+            f"{picture.source} shows the very same picture as {seen[mark]}: leave one of them out, or its "
+            "letters would count twice."
+        )
+    seen[mark] = picture.source
+
+
+def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
+    """A page that is no sheet of ours."""
+    scan = scan_of(picture, dpi)
+    if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
+        say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
+    refuse_oblique(scan)
+    if picture.photographed:
+        say(f"  {picture.source} is a photograph: light and lens bend what it shows; a scan makes a better hand.")
+    return prepare(scan)
+
+
+def common_scale(sources: Sequence[PageSource]) -> Scale | None:
+    """The scale of densities of all pages of a hand; None where there is but one.
+
+    Source: seed 000, §5.1.1.
+    """
+    return pooled_scale([source.prepared.scale for source in sources]) if len(sources) > 1 else None
+
+
+def tagged_pages(
+    sources: Sequence[PageSource],
+    seed: int,
+    pen: str | None,
+    say: Say,
+    *,
+    method: str | Method = "segments",
+    tell: Tell = silent,
+) -> Iterator[TaggedPage]:
+    """The pages with their letters, one after the other, all on one scale of densities.
+
+    Parameters
+    ----------
+    sources : as `gather_sources` gives them.
+    seed : the same one gives the same pages.
+    pen : one of `mask.PENS`, optional.
+    say : takes sentences to show the user.
+    method : of the alignment, as `alignment.align` takes it.
+    tell : told how far it has come.
+
+    Raises
+    ------
+    InputError
+        As `find_ink`, `find_turn`, `tag_page`.
+    """
+    scale = common_scale(sources)
+    for number, source in enumerate(sources):
+        say(f"Page {number + 1} of {len(sources)}: {source.prepared.scan.source} …")
+        rng = np.random.default_rng((seed, number))
+        part = within(tell, number / len(sources), (number + 1) / len(sources), f"page {number + 1}: ")
+        yield _tagged(source, scale, rng, pen, say, method, part)
+
+
+def _tagged(
+    source: PageSource,
+    scale: Scale | None,
+    rng: np.random.Generator,
+    pen: str | None,
+    say: Say,
+    method: str | Method,
+    tell: Tell,
+) -> TaggedPage:
+    tell(0.0, "the ink")
+    inked = find_ink(source.prepared, pen, lines=source.lines, scale=scale)
+    turn = 0 if source.movements else find_turn(inked, source.transcript, rng.spawn(1)[0])
+    if turn:
+        say(f"  the page lies {orientation_name(turn)}: turned upright")
+        inked = find_ink(source.prepared.turned(turn), pen, scale=scale)
+    tell(_TURNED, "the lines")
+    written = finish(inked)
+    if source.movements:
+        written = with_recorded_line(written, source.movements, timed=source.timed)
+    say(f"  ink and {_counted(len(written.text_lines.lines), 'line')} found; looking for the letters …")
+    try:
+        if source.letters is not None:
+            made = tag_labelled_page(written, source.transcript, source.letters)
+        else:
+            made = tag_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
+    except InputError as error:
+        raise InputError(f"{written.scan.source}: {error}") from error
+    _refuse_lost(made, len(written.text_lines.lines))
+    for note in made.notes:
+        say(f"  {note}")
+    return made
+
+
+def _refuse_lost(made: TaggedPage, lines: int) -> None:
+    """Raise InputError for a text much of which is not on its page."""
+    lost = len(made.missing)
+    if lost > _LOST * (lost + len(made.glyphs)):
+        raise InputError(
+            f"{made.page.source}: {lost} of the {lost + len(made.glyphs)} characters of its text are not on the page, "
+            f"which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
+        )
+
+
+# printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
+_LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
+_MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
+
+_LEAST_PAPER = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class FilledSheet:
+    """A sheet as a scan of its own: flat, everything printed on it replaced by paper; and what was to be copied."""
+
+    scan: Scan
+    transcript: str
+
+    @property
+    def prepared(self) -> Prepared:
+        """The sheet with its light and inks known."""
+        return prepare(self.scan)
+
+
+def filled_sheet(scan: Scan | Picture) -> FilledSheet | None:
+    """The prompt sheet in a scan or photograph, or None if there is none; its marks say how large it is.
+
+    Raises
+    ------
+    InputError
+        There are marks of a sheet, but too few; or its codes cannot be read.
+    """
+    from handout.prompting.sheet_detection import find_sheet, printed_on, rectify
+
+    try:
+        sheet = find_sheet(np.asarray(scan.rgb))
+    except InputError as error:
+        raise InputError(f"{scan.source}: {error}") from error
+    if sheet is None:
+        return None
+    dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
+    flat = rectify(np.asarray(scan.rgb), sheet, dpi)
+    bare = _without(flat, printed_on(sheet, dpi), sheet)
+    return FilledSheet(Scan(bare, dpi, scan.source, told=True), sheet.transcript)
+
+
+def refuse_mirrored(scan: Scan | Picture) -> None:
+    """Raise InputError for the mirror image of a sheet."""
+    from handout.prompting.registration import register
+
+    try:
+        found = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
+    except InputError:
+        found = True
+    if found:
+        raise InputError(
+            f"{scan.source} is mirrored: the marks of a sheet can be read only backwards. Scan it again without "
+            "mirroring, or flip the picture from left to right."
+        )
+
+
+def _without(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet) -> NDArray[np.uint8]:
+    """The sheet (h, w, 3) with paper in place of its marks, and of words and lines where no ink is over them."""
+    import cv2
+
+    light = flat.astype(np.float32) / np.median(flat.reshape(-1, 3)[::97], axis=0).astype(np.float32)
+    # a scanner's colours lie a little apart at the edges of black strokes
+    light = np.asarray(cv2.GaussianBlur(light, (0, 0), 0.8))
+    red, blue = light[:, :, 0], light[:, :, 2]
+    printed = marks.copy()
+    if len(sheet.bands):
+        words = (red - blue > _LESS_BLUE) & (red > _MOST_RED)
+        printed |= (_grown(words, 1) > 0) & (red > _MOST_RED)
+    # paper is taken from where there is neither print nor ink
+    filled = fill_smooth(flat, (printed | (_grown(red < _LEAST_PAPER, 3) > 0)).astype(np.uint8))
+    return np.where(printed[:, :, None], filled, flat)
+
+
+def _grown(mask: NDArray[np.bool_], by: int) -> NDArray[np.uint8]:
+    import cv2
+
+    size = 2 * by + 1
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)), dtype=np.uint8)

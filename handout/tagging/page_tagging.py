@@ -1,0 +1,221 @@
+"""From a page that was read and its transcript to its letters, and from pages to a hand.
+
+`tag_page` is the way of a scan; `tag_labelled_page` that of a recording which says itself what every vertex writes.
+
+Source: seed 000, §5.1.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from handout import units
+from handout.errors import InputError
+from handout.hand.places import graphemes
+from handout.hand.scanned import ScannedGlyph, ScannedHand, ScannedPage
+from handout.progress import Tell, silent, within
+from handout.scanning.text_lines import TextLines, find_text_lines
+from handout.scanning.written_page import WrittenPage
+from handout.summary import one_line
+from handout.tagging.alignment import AlignedLine, Alignment, Letter, Method, align
+from handout.tagging.glyph_extraction import (
+    Missing,
+    doubt_cropped_glyphs,
+    extract_glyphs,
+    letters_within_reach,
+    listed,
+    scanned_page,
+)
+from handout.tagging.letter_assignment import assign_letters
+from handout.tagging.line_space import frames, vertex_lines
+from handout.tagging.transcript import read_transcript
+from handout.values import Indices
+
+_ALIGNED = 0.96  # share of the time of `tag_page` that the alignment takes; measured
+_SCRIBBLE = (3.0, 0.0, 10.0)  # x-height mm, slant, pitch mm of pages without writing: nothing depends on them
+_QUOTED = 24  # characters of a line that are quoted in a note
+
+
+@dataclass(frozen=True, eq=False)
+class TaggedPage:
+    """A page with its glyphs; `hand_of_pages` puts several together.
+
+    glyphs : numbered from 0 on this page, all of page 0.
+    notes : sentences to show the user.
+    poor : numbers of the written lines whose text seems not to be what is there.
+    missing : letters that are in the transcript and were not found.
+    fits : how well each aligned line's text explains it, 0–1, by number of the line.
+    """
+
+    page: ScannedPage
+    glyphs: tuple[ScannedGlyph, ...]
+    notes: tuple[str, ...] = ()
+    poor: tuple[int, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    fits: tuple[tuple[int, float], ...] = ()
+
+    __repr__ = one_line
+
+
+def tag_page(
+    written: WrittenPage,
+    transcript: str,
+    *,
+    rng: np.random.Generator,
+    method: str | Method = "segments",
+    tell: Tell = silent,
+) -> TaggedPage:
+    """Find the letters of a page that has been read.
+
+    Parameters
+    ----------
+    written : WrittenPage
+    transcript : str
+        What is written on it; words struck out as ``~~words~~`` are no letters of the hand.
+    rng : numpy.random.Generator
+        The same generator gives the same page.
+    method : str or function
+        Of the alignment, as `alignment.align` takes it.
+    tell : function, optional
+        Told how far it has come.
+
+    Raises
+    ------
+    InputError
+        As `align`: an empty transcript, a page without lines, the transcript of another page.
+
+    Source: seed 000, §5.1.3.
+    """
+    written = with_transcript_lines(written, transcript, rng)
+    alignment = align(written, transcript, method=method, rng=rng, tell=within(tell, 0.0, _ALIGNED))
+    tell(_ALIGNED, "the joins")
+    assignment = assign_letters(written.graph, alignment, vertex_lines(written))
+    page = scanned_page(written, transcript)
+    letters = letters_within_reach(written.graph, alignment, assignment.letter)
+    glyphs, missing = extract_glyphs(page, alignment, letters)
+    glyphs, cropped = doubt_cropped_glyphs(glyphs, written.graph, written.scan)
+    notes = (*written.notes, *_notes(page, alignment, missing), *cropped)
+    fits = tuple((line.number, line.fit) for line in alignment.lines)
+    return TaggedPage(page, glyphs, notes, alignment.poor, missing, fits)
+
+
+def with_transcript_lines(written: WrittenPage, transcript: str, rng: np.random.Generator) -> WrittenPage:
+    """The page with as many lines as its transcript has, if the text fits those better than the lines that were found.
+
+    A transcript may break lines as the page does, and then its number of lines helps; or it may not.
+    """
+    count = len(read_transcript(transcript))
+    if count == len(written.text_lines.lines):
+        return written
+    counted = replace(written, text_lines=find_text_lines(written.mask.ink, written.scan.dpi, count))
+    fits = [_fit(page, transcript, rng) for page in (written, counted)]
+    return counted if fits[1] > fits[0] else written
+
+
+def _fit(written: WrittenPage, transcript: str, rng: np.random.Generator) -> float:
+    """How well a text explains a page's lines, weighted by its letters; 0 if not at all."""
+    try:
+        alignment = align(written, transcript, method="segments-once", rng=rng)
+    except InputError:
+        return 0.0
+    weights = [len(line.letters) for line in alignment.lines]
+    return float(np.average([line.fit for line in alignment.lines], weights=weights)) if sum(weights) else 0.0
+
+
+def tag_labelled_page(written: WrittenPage, transcript: str, graphemes_at: Indices) -> TaggedPage:
+    """A page of which it is known what every vertex of its graph writes.
+
+    Parameters
+    ----------
+    written : WrittenPage
+    transcript : str
+    graphemes_at : (n,) int: index of the grapheme of the transcript that each vertex belongs to.
+
+    Raises
+    ------
+    InputError
+        The page has no lines.
+    """
+    if not written.text_lines.lines:
+        raise InputError("no line of writing was found, so its letters stand nowhere.")
+    page = scanned_page(written, transcript)
+    alignment, letters = _labelled_alignment(written, graphemes(transcript), graphemes_at)
+    glyphs, missing = extract_glyphs(page, alignment, letters)
+    return TaggedPage(page, glyphs, (*written.notes, *_notes(page, alignment, missing)), (), missing)
+
+
+def _labelled_alignment(written: WrittenPage, units: Sequence[str], graphemes_at: Indices) -> tuple[Alignment, Indices]:
+    """The alignment that labels of vertices amount to, and the letter of each vertex (n,)."""
+    labels, owner = np.unique(graphemes_at, return_inverse=True)
+    nearest = written.text_lines.nearest(written.graph.xy)
+    rows: dict[int, list[Letter]] = {}
+    for number, at in enumerate(labels.tolist()):
+        vertices = owner == number
+        x, line = written.graph.uv[vertices, 0], int(np.bincount(nearest[vertices]).argmax())
+        rows.setdefault(line, []).append(Letter(at, units[at], float(x.min()), float(x.max()), 1.0))
+    frame = frames(written)
+    lines = tuple(AlignedLine(line, frame[line], tuple(row), 1.0) for line, row in sorted(rows.items()))
+    alignment = Alignment(lines, method="labels")
+    order = {letter.at: number for number, letter in enumerate(alignment.letters)}
+    numbers = np.array([order[at] for at in labels.tolist()], dtype=np.intp)
+    return alignment, numbers[owner]
+
+
+def hand_of_pages(name: str, pages: Sequence[TaggedPage], title: str = "") -> ScannedHand:
+    """The hand that some pages show.
+
+    Raises
+    ------
+    InputError
+        No page, or not a single letter on them.
+    """
+    glyphs: list[ScannedGlyph] = []
+    for number, tagged in enumerate(pages):
+        first = len(glyphs)
+        glyphs += [_renumbered(glyph, number, first) for glyph in tagged.glyphs]
+    if not glyphs:
+        raise InputError(
+            f"{name}: no letter was found on {units.count(len(pages), 'page')}, so there is no hand to keep."
+        )
+    return ScannedHand(name, title or name, tuple(tagged.page for tagged in pages), tuple(glyphs))
+
+
+def pen_of_pages(name: str, pages: Sequence[WrittenPage], title: str = "") -> ScannedHand:
+    """What a pen writes like: pages of anything drawn with it, none of whose letters are known.
+
+    Raises
+    ------
+    InputError
+        No page.
+    """
+    if not pages:
+        raise InputError(f"{name}: no page, so there is no pen to keep.")
+    no_lines = TextLines((), *_SCRIBBLE)
+    kept = tuple(scanned_page(replace(page, text_lines=no_lines), "") for page in pages)
+    return ScannedHand(name, title or name, kept, ())
+
+
+def _renumbered(glyph: ScannedGlyph, page: int, first: int) -> ScannedGlyph:
+    """A glyph of one page as one of a hand: its number, and those of its neighbours, begin at `first`."""
+    before, after = (number + first if number >= 0 else number for number in (glyph.before, glyph.after))
+    return replace(glyph, page=page, before=before, after=after)
+
+
+def _notes(page: ScannedPage, alignment: Alignment, missing: Sequence[Missing]) -> list[str]:
+    text = {line.number: line.text for line in alignment.lines}
+    notes = [
+        f"{page.source}, line {number + 1}: “{_quoted(text.get(number, ''))}” seems not to be what is written there; "
+        "its letters are kept as doubtful."
+        for number in alignment.poor
+    ]
+    if missing:
+        names = listed([f"{letter.letter} (line {letter.line + 1})" for letter in missing])
+        notes.append(f"{page.source}: not found on the page: {names}.")
+    return notes
+
+
+def _quoted(text: str) -> str:
+    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"

@@ -1,0 +1,188 @@
+"""Pages that handout itself wrote are aligned with their transcripts, as they are and with what goes wrong."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from handout.errors import InputError
+from handout.hand import library
+from handout.tagging import network, segmentation, transcript_fit
+from handout.tagging.alignment import align_strips
+from handout.tagging.alphabet import SPACE
+from handout.tagging.decoder import decode
+from handout.tagging.line_space import X_HEIGHT, Frame, Strip
+from handout.tagging.overlay import overlay
+from handout.tagging.segmentation import PageReader, by_segments, confidence
+from handout.tagging.synthetic_lines import write_lines
+from handout.tagging.synthetic_writers import WriterHabits
+from handout.tagging.transcript import read_transcript
+
+PLAIN = WriterHabits(
+    tight=0.05, gap=1.2, slur=0.0, swash=0.0, tail=0.0, breadth=1.0, size=1.0, shear=0.0, rise=0.0, ascender=1.0,
+    descender=1.0, wobble=0.02, pen=0.1, haste=1.0,
+)  # fmt: skip
+TEXT = (
+    "The harbour master keeps two grey cats, and neither of them will come when he calls. Yesterday, at half past "
+    'three, both sat on his desk among the charts; one had a herring. "Out!" he said, but quietly. Nobody moved, '
+    "except the clock above the door, which has been six minutes fast since 1987."
+)
+
+
+@lru_cache(maxsize=4)
+def page(name: str = "house-joined", seed: int = 2):
+    """Strips, the text of each line, and where its letters are."""
+    made = write_lines(TEXT, library.load(name), PLAIN, np.random.default_rng(seed))
+    strips = [Strip(one.image, Frame((float(100 * i),), float(X_HEIGHT))) for i, one in enumerate(made)]
+    rest, texts = TEXT.split(" "), []
+    for one in made:
+        letters = "".join(span.letter for span in one.spans)
+        words: list[str] = []
+        while len("".join(words)) < len(letters):
+            words.append(rest.pop(0))
+        texts.append(" ".join(words))
+    assert not rest
+    return strips, texts, [one.spans for one in made]
+
+
+def right(alignment, spans) -> float:
+    """Share of letters whose ends are within a third of their width, or 3 pixels, of where they are."""
+    good = total = 0
+    for line in alignment.lines:
+        for letter, span in zip(line.letters, spans[line.number], strict=True):
+            off = max(abs(letter.left - span.left), abs(letter.right - span.right))
+            good += off <= max((span.right - span.left) / 2, 5.0)
+            total += 1
+    return good / total
+
+
+@pytest.fixture(scope="module")
+def aligned():
+    strips, texts, _ = page()
+    with pytest.MonkeyPatch.context() as less:  # of what takes time
+        less.setattr(segmentation, "_REHEARSED", 8)
+        less.setattr(segmentation, "_COPIES", 2)
+        two = network.shipped()[:2]
+        return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
+
+
+def test_nearly_every_letter_is_found(aligned):
+    assert right(aligned, page()[2]) > 0.93
+    assert not aligned.poor and min(line.fit for line in aligned.lines) > 0.5
+    assert aligned.method == "segments"
+
+
+def test_letters_know_their_place_in_the_text(aligned):
+    text = "\n".join(page()[1])
+    assert all(text[letter.at] == letter.text for letter in aligned.letters)
+    assert len(aligned.letters) == sum(not c.isspace() for c in text)
+    assert [line.text for line in aligned.lines] == [line.replace(" ", "") for line in page()[1]]
+
+
+def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(aligned):
+    sure = [letter.confidence for letter in aligned.letters]
+    assert np.median(sure) > 0.7 and min(sure) >= 0 and max(sure) <= 1
+    doubt = [letter.confidence for letter in aligned.doubtful]
+    assert doubt == sorted(doubt) and len(doubt) < 0.2 * len(sure)
+
+
+def test_the_same_generator_gives_the_same_alignment(monkeypatch):
+    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
+    monkeypatch.setattr(segmentation, "_COPIES", 1)
+    strips, texts, _ = page()
+    some, two = (strips[:1], texts[0]), network.shipped()[:2]
+    first, second = (align_strips(*some, rng=np.random.default_rng(5), networks=two) for _ in range(2))
+    assert first == second
+
+
+def test_line_breaks_that_differ_from_the_page_are_found():
+    strips, texts, _ = page()
+    some = PageReader([strip.image for strip in strips], network.shipped())
+    readings = [some.reading(i) for i in range(len(strips))]
+    lines = read_transcript(TEXT)
+    parts = transcript_fit.broken_freely(readings, lines, some.widths(read_transcript("\n".join(texts))))
+    assert [part.text for part in parts] == texts
+
+
+def test_the_transcript_of_another_page_is_refused():
+    strips, _, _ = page()
+    other = "Dear Aunt Ruth,\nThank you for the parcel, which\narrived on Monday with the plums\nunharmed and sweet."
+    with pytest.raises(InputError, match="does not seem to be this page's"):
+        align_strips(strips, other, rng=np.random.default_rng(1))
+
+
+def test_a_line_of_wrong_text_is_named():
+    strips, texts, _ = page()
+    wrong = [*texts[:1], "quite other words stand here, surely", *texts[2:]]
+    found = align_strips(strips, "\n".join(wrong), method="segments-once", rng=np.random.default_rng(1))
+    assert found.poor == (1,)
+
+
+def test_small_slips_cost_only_themselves():
+    strips, texts, spans = page()
+    slip = [texts[0].replace("master", "mastter"), texts[1] + "!", *texts[2:]]
+    some = PageReader([strip.image for strip in strips], network.shipped())
+    widths = some.widths(read_transcript("\n".join(texts)))
+    for number, (text, true) in enumerate(zip(slip, texts, strict=True)):
+        (line,) = read_transcript(text)
+        found = decode(some.reading(number), line.letters, widths)
+        k = next((i for i, (a, b) in enumerate(zip(text, true, strict=False)) if a != b), len(true))
+        keep = [i for i, letter in enumerate(line.letters) if letter != SPACE and not k - 2 <= i <= k + 2]
+        want = dict(zip([i for i, c in enumerate(true) if c != SPACE], spans[number], strict=True))
+        off = [abs(found.left[i] - want[i if i < k else i - (len(text) - len(true))].left) for i in keep]
+        assert np.mean(np.array(off) < 8) > 0.85
+
+
+def test_what_cannot_be_aligned_is_said():
+    strips, texts, _ = page()
+    with pytest.raises(InputError, match="No lines"):
+        align_strips([], "text", rng=np.random.default_rng(0))
+    with pytest.raises(InputError, match="unknown; use segments or"):
+        align_strips(strips, "\n".join(texts), method="haines", rng=np.random.default_rng(0))
+
+
+def test_decodings_that_agree_are_sure():
+    strips, texts, _ = page()
+    some = PageReader([strips[0].image], network.shipped())
+    lines = read_transcript(texts[0])
+    one = decode(some.reading(0), lines[0].letters, some.widths(lines))
+    away = replace(one, left=one.left + 9, right=one.right + 9)
+    assert confidence([one, one, one]) == pytest.approx(np.ones(len(one.left)))
+    assert confidence([away, one]).max() < 0.5
+    assert (confidence([away, one, one]) > confidence([away, one])).all()
+
+
+def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
+    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
+    monkeypatch.setattr(segmentation, "_COPIES", 1)
+    strips, texts, _ = page()
+    nets = network.shipped()[:2]
+    some = PageReader([strip.image for strip in strips[:2]], nets)
+    lines = read_transcript("\n".join(texts[:2]))
+    once = by_segments(some, lines, np.random.default_rng(1), adapting=False)
+    assert [len(each) for each in once] == [3, 3]
+    alone = decode(some.reading(0, [nets[1]]), lines[0].letters, some.widths(lines))
+    assert np.array_equal(once[0][1].left, alone.left)
+    both = by_segments(some, lines, np.random.default_rng(1))
+    assert [len(each) for each in both] == [5, 5]
+    assert np.array_equal(both[0][1].left, alone.left)
+    single = PageReader([strips[0].image], nets[:1])
+    assert len(by_segments(single, lines[:1], np.random.default_rng(1), adapting=False)[0]) == 1
+
+
+def test_the_overlay_marks_letters_where_they_are(aligned):
+    blank = np.full((100 * len(page()[0]) + 100, 1200, 3), 255, np.uint8)
+    # the lines lie 100 pixels apart, the first at the top: moved down to be seen
+    moved = replace(
+        aligned,
+        lines=tuple(
+            replace(one, frame=replace(one.frame, baseline=(100.0 * one.number + 60,))) for one in aligned.lines
+        ),
+    )
+    picture = overlay(blank, moved, 2.0)
+    assert picture.shape == (2 * blank.shape[0], 2 * blank.shape[1], 3)
+    letter = aligned.lines[0].letters[0]
+    column = picture[2 * 50, round(2 * letter.left) - 1 : round(2 * letter.left) + 4]
+    assert (column != 255).any()
+    assert (picture[:, -100:] == 255).all()

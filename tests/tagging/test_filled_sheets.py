@@ -1,0 +1,68 @@
+"""Filled prompt sheets: what is printed goes, what is written stays."""
+
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from handout.prompting import sheet_detection
+from handout.scanning.scan import Scan
+from handout.tagging.page_sources import filled_sheet
+from handout.values import Page
+
+DPI, PAPER = 300.0, np.array([242, 240, 235])
+WORDS, LINES, INK, BLACK = (245, 150, 90), (245, 195, 140), (50, 50, 130), (20, 20, 20)
+
+
+def drawn(*, words=True, ink=True):
+    image = np.full((472, 709, 3), PAPER, np.uint8)
+    if words:
+        cv2.putText(image, "printed words", (80, 150), cv2.FONT_HERSHEY_SIMPLEX, 1.2, WORDS, 4, cv2.LINE_AA)
+        cv2.line(image, (60, 260), (650, 260), LINES, 3, cv2.LINE_AA)
+    if ink:
+        cv2.putText(image, "kept by me", (80, 255), cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, 2.4, INK, 5, cv2.LINE_AA)
+        cv2.line(image, (300, 80), (280, 300), INK, 5, cv2.LINE_AA)
+    cv2.rectangle(image, (20, 20), (60, 60), BLACK, -1)
+    return image
+
+
+@pytest.fixture
+def sheet(monkeypatch):
+    """A sheet that lies straight and needs no finding."""
+    found = SimpleNamespace(
+        transcript="kept by me", dpi=299.9, page=Page(60.0, 40.0), masks=np.array([[1.0, 1.0, 6.0, 6.0]]),
+        bands=np.array([[5.0, 9.0, 55.0, 14.0]]),
+    )  # fmt: skip
+    monkeypatch.setattr(sheet_detection, "find_sheet", lambda image: found)
+    monkeypatch.setattr(sheet_detection, "rectify", lambda image, sheet, dpi: image.copy())
+    return found
+
+
+def test_print_goes_and_ink_stays(sheet):
+    both = drawn()
+    grain = np.random.default_rng(0).normal(0, 2, both.shape)
+    filled = filled_sheet(Scan(np.clip(both + grain, 0, 255).astype(np.uint8), DPI, "sheet.png"))
+    assert filled.transcript == "kept by me" and filled.scan.dpi == 300 and filled.scan.source == "sheet.png"
+    bare = filled.scan.rgb.astype(float)
+    want = drawn(words=False).astype(float)
+    want[15:66, 15:66] = PAPER
+    off = np.abs(cv2.GaussianBlur(bare - want, (0, 0), 1)).max(axis=2)
+    # where ink crosses print its colour is a mixture; nowhere else does it differ from ink on bare paper
+    crossing = np.abs(drawn().astype(float) - drawn(ink=False)).max(axis=2) > 20
+    crossing = cv2.dilate(crossing.astype(np.uint8), np.ones((7, 7))) > 0
+    assert off[~crossing].max() < 12
+    assert np.median(off[crossing]) < 6
+    dark = want[:, :, 0] < 90
+    assert (bare[:, :, 0][dark] < 130).mean() > 0.99, "no stroke is broken"
+
+
+def test_a_plain_sheet_keeps_all_colours(sheet):
+    sheet.bands = np.zeros((0, 4))
+    image = drawn()
+    filled = filled_sheet(Scan(image, DPI, "sheet.png"))
+    assert np.array_equal(filled.scan.rgb[80:], image[80:]) and filled.scan.rgb[:66, :66].min() > 200
+
+
+def test_another_scan_is_no_sheet():
+    assert filled_sheet(Scan(drawn(), DPI, "page.png")) is None
