@@ -50,9 +50,8 @@ from benchmarks.likeness import house_page, real_pages
 from benchmarks.parts import write as written_in_parts
 from handout.hand.scanned import ScannedHand
 from handout.prompting.corpus import shipped
-from handout.score.closeness import closeness
-from handout.score.crowd import Distance, Style, mean, standing
-from handout.score.measured import MeasuredLine, full_lines, measure_lines, pooled
+from handout.score.comparison import closeness, rank_writers
+from handout.score.features import Distance, LineFeatures, PageFeatures, full_lines, mean, measure_lines, pool_lines
 from handout.score.repetition import repetition
 from handout.score.two_sample import TwoSample, together, two_sample
 
@@ -90,7 +89,7 @@ STEPS: dict[str, dict[str, Any]] = {
 class Candidate:
     """Something that may be the author's writing: its lines, measured, and how often its worst page repeats itself."""
 
-    lines: Sequence[MeasuredLine]
+    lines: Sequence[LineFeatures]
     repetition: float
 
 
@@ -146,13 +145,13 @@ def _words(letters: frozenset[str]) -> Iterator[str]:
         yield from parts[number]
 
 
-def judge(author: Author, fold: int, candidate: Candidate, crowd: Mapping[str, Style], seed: int = 0) -> Result:
+def judge(author: Author, fold: int, candidate: Candidate, crowd: Mapping[str, PageFeatures], seed: int = 0) -> Result:
     """A candidate against the lines that were kept out."""
     rng = np.random.default_rng((seed, fold))
     real = _full(author, author.kept_out(fold))
     near = closeness(real, candidate.lines, rng, author=full_lines(author.lines))
-    gallery = {**{name: style for name, style in crowd.items() if name != author.path.stem}, "\0": pooled(real)}
-    rank = standing(pooled(_as_many(candidate.lines, len(real), rng)), gallery).rank("\0")
+    gallery = {**{name: style for name, style in crowd.items() if name != author.path.stem}, "\0": pool_lines(real)}
+    rank = rank_writers(pool_lines(_as_many(candidate.lines, len(real), rng)), gallery).rank("\0")
     return Result(near.ratio, rank, candidate.repetition, two_sample(real, candidate.lines, rng))
 
 
@@ -255,17 +254,17 @@ def _folds(column: str) -> Sequence[int]:
     return FOLDS[:1] if column == OWN else FOLDS
 
 
-def _full(author: Author, numbers: Sequence[int]) -> list[MeasuredLine]:
+def _full(author: Author, numbers: Sequence[int]) -> list[LineFeatures]:
     """Some of the author's lines, without those far shorter than his others."""
     full = {id(line) for line in full_lines(author.lines)}
     return [author.lines[i] for i in numbers if id(author.lines[i]) in full]
 
 
-def _half(grey: Grey) -> Style:
-    return pooled(full_lines(measure_lines(grey))[::2])
+def _half(grey: Grey) -> PageFeatures:
+    return pool_lines(full_lines(measure_lines(grey))[::2])
 
 
-def _as_many(lines: Sequence[MeasuredLine], count: int, rng: np.random.Generator) -> list[MeasuredLine]:
+def _as_many(lines: Sequence[LineFeatures], count: int, rng: np.random.Generator) -> list[LineFeatures]:
     return [lines[i] for i in rng.permutation(len(lines))[:count]]
 
 

@@ -255,7 +255,7 @@ def perform(run: Run, plotter: Desk, whole: Drawing) -> None:
         for _ in range(_TRIES):
             plotter.until = plotter.now + _ENDLESS
             try:
-                runner.run_job(job, lambda: plotter, person, patience=_HELD, log=run.said.append)
+                runner.run_job(job, lambda: plotter, person, runner.RunOptions(patience=_HELD), log=run.said.append)
             except (DeviceError, KeyboardInterrupt) as error:
                 run.stops.append(str(error) or type(error).__name__)
                 mend(run, plotter)

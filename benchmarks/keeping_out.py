@@ -26,9 +26,9 @@ from handout.hand.scanned import NOBODY, ScannedGlyph, ScannedHand, ScannedPage
 from handout.scanning.scan import Scan
 from handout.scanning.text_lines import line_owners
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.score.measured import MeasuredLine, measure_lines
-from handout.score.pages import read_page as read_grey
+from handout.score.features import LineFeatures, measure_lines
 from handout.score.repetition import repetition
+from handout.score.written_lines import read_page as read_grey
 from handout.tagging.line_space import frames
 from handout.tagging.page_tagging import hand_of_pages, tag_page, with_transcript_lines
 
@@ -49,7 +49,7 @@ class Author:
     name: str
     path: Path
     text: tuple[str, ...]
-    lines: tuple[MeasuredLine, ...]
+    lines: tuple[LineFeatures, ...]
     repetition: float
     whole: ScannedHand | None = None
 

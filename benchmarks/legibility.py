@@ -21,7 +21,7 @@ from handout.inking import pens
 from handout.inking.pen import usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.score.pages import read_page
+from handout.score.written_lines import read_page
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 

@@ -2,7 +2,7 @@
 
 The pages of real writers are read from the folder in the environment variable HANDOUT_DATA (`scans/cvl/*.png` and
 `scans/csafe/*_s01_*.png`, one page a writer); without it only the house pages are measured.  Those scans hold
-handwriting alone, prompts cut off by their makers; `handout.score.pages.ink` drops what remains of the paper's edge.
+handwriting alone, prompts cut off by their makers; `score.written_lines.ink` drops what remains of the paper's edge.
 
 A distance shrinks as there is more to measure, so of a house page excerpts of as many lines are taken as have about
 as much ink contour as the middle real page, and the figures are means over excerpts.
@@ -26,11 +26,11 @@ from handout.inking import pens
 from handout.inking.pen import PENS, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
-from handout.score.crowd import Distance, Style, distance, least, own_nearest, style
-from handout.score.lines import find_lines
-from handout.score.pages import ink, read_page
+from handout.score.comparison import own_nearest
+from handout.score.features import Distance, PageFeatures, distance, least, page_features
 from handout.score.repetition import repetition
 from handout.score.statistics import PageStatistics, page_statistics
+from handout.score.written_lines import find_lines, ink, read_page
 from handout.values import Drawing
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
@@ -94,7 +94,7 @@ def halves(mask: Mask) -> Distance:
     """From the upper half of the ink to the lower."""
     below = np.cumsum(mask.sum(axis=1))
     cut = int(np.searchsorted(below, below[-1] / 2))
-    return distance(style(mask[:cut]), style(mask[cut:]))
+    return distance(page_features(mask[:cut]), page_features(mask[cut:]))
 
 
 def measure(
@@ -113,7 +113,7 @@ def _real(folder: Path) -> dict[str, Any] | None:
         print(f"No page in {folder}/scans/cvl or /csafe: only the house pages are measured.", file=sys.stderr)
         return None
     masks = [ink(grey) for grey in pages.values()]
-    styles = [style(mask) for mask in masks]
+    styles = [page_features(mask) for mask in masks]
     return {
         "names": list(pages),
         "styles": styles,
@@ -128,11 +128,11 @@ def _real(folder: Path) -> dict[str, Any] | None:
 def _hand(greys: Sequence[Grey], amount: float, real: dict[str, Any] | None) -> dict[str, Any]:
     masks = [ink(grey) for grey in greys]
     parts = [part for mask in masks for part in excerpts(mask, amount)]
-    styles = [style(part) for part in parts]
+    styles = [page_features(part) for part in parts]
     found: dict[str, Any] = {
         "styles": styles,
         "halves": [halves(part) for part in parts],
-        "whole": [style(mask) for mask in masks],
+        "whole": [page_features(mask) for mask in masks],
         "repetition": [repetition(grey) for grey in greys],
         "statistics": [page_statistics(grey) for grey in greys],
     }
@@ -142,7 +142,7 @@ def _hand(greys: Sequence[Grey], amount: float, real: dict[str, Any] | None) -> 
     return found
 
 
-def _nearest(own: Style, others: Sequence[Style]) -> Distance:
+def _nearest(own: PageFeatures, others: Sequence[PageFeatures]) -> Distance:
     return least([distance(own, other) for other in others])
 
 

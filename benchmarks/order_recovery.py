@@ -128,7 +128,7 @@ def _traced(hand: ScannedHand, hands: tuple[str, ...], late: str) -> list[Array]
     return [
         path.xy
         for line in as_written(hand).lines
-        for path in pen_paths.pen_paths(line.placed, hand, hands, late_after=late)
+        for path in pen_paths.pen_paths(line.placed, hand, hands, delayed_after=late)
     ]
 
 
@@ -231,7 +231,7 @@ def main() -> None:
             hand, true, words = simulated(name, kept_out=kept_out)
             others = tuple(other for other in HANDS if other != name)
             said = name + ", kept out" * kept_out
-            _print(said, judged(hand, true, words, others, library.load(name).late_after))
+            _print(said, judged(hand, true, words, others, library.load(name).delayed_after))
     given = os.environ.get("HANDOUT_DATA")
     folder = Path(given) / "pen" / "unipen" if given else None
     if folder is None or not folder.is_dir():

@@ -79,7 +79,7 @@ def measured(values: Values, pages: Sequence[Page], cells: Sequence[recorded.Cel
 def _page(page: Page, recover: order_recovery.Recover) -> Tally:
     name, hand, true, words = page
     others = tuple(other for other in HANDS if other != name)
-    paths = order_recovery.traced(hand, recover, others, library.load(name).late_after)
+    paths = order_recovery.traced(hand, recover, others, library.load(name).delayed_after)
     return tally(true, words, paths, hand.pages[0].graph.uv * hand.pages[0].pixel)
 
 

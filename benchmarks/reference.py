@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.inks import Inks
-from handout.calibrating.reference import at_dpi
+from handout.calibrating.ink_samples import Inks
+from handout.calibrating.pen_reference import at_dpi
 from handout.colour import conversions, gamut
 from handout.colour.chart import chart
 from handout.colour.chart_files import render

@@ -45,4 +45,4 @@ def sheet():
 
 
 if __name__ == "__main__":
-    handout.write_drawings([sheet()], sys.argv[1:] or ["styles.svg"], dpi=120)
+    handout.write_drawings([sheet()], sys.argv[1:] or ["styles.svg"], handout.Look(dpi=120))

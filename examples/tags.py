@@ -29,4 +29,4 @@ def sheet():
 
 
 if __name__ == "__main__":
-    handout.write_drawings([sheet()], sys.argv[1:] or ["tags.svg"], dpi=130)
+    handout.write_drawings([sheet()], sys.argv[1:] or ["tags.svg"], handout.Look(dpi=130))

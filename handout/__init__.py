@@ -1,6 +1,11 @@
 """handout writes any text in a person's handwriting and puts it on paper.
 
-The few functions that are the product, offered by name and imported only when used::
+The few functions that are the product, offered by name and imported only when used.  What the commands do::
+
+    mine = handout.read("me", ["page.jpg"], ["page.txt"]).hand
+    handout.write("Dear Ada, …", ["letter.pdf"], handout.WritingOptions(hand=mine), handout.SheetOptions("A5"))
+
+and the steps that they are made of::
 
     hand = handout.load("house-joined")
     page, *_ = handout.compose("Dear Ada, …", hand, handout.Layout(handout.page("A5")), rng)
@@ -16,10 +21,16 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Layout": "handout.writing.layout",
+    "PictureOptions": "handout.pipeline.options",
+    "ReadingOptions": "handout.pipeline.options",
+    "SheetOptions": "handout.pipeline.options",
+    "WritingOptions": "handout.pipeline.options",
+    "Look": "handout.sinks",
     "apply": "handout.colour.table",
     "complete_hand": "handout.completion.completed_hand",
     "compose": "handout.writing.compose",
     "each_page": "handout.writing.compose",
+    "drawings": "handout.pipeline.writing",
     "find": "handout.hand.library",
     "ink": "handout.inking.plain",
     "load": "handout.hand.library",
@@ -27,10 +38,12 @@ _PUBLIC = {
     "plan": "handout.plotting",
     "open_port": "handout.plotting",
     "print_rows": "handout.printing.batch",
+    "read": "handout.pipeline.hands",
     "read_addresses": "handout.printing.address_table",
     "restyle": "handout.motion.styles.restyling",
     "run": "handout.plotting",
     "trace": "handout.motion.trace",
+    "write": "handout.pipeline.writing",
     "write_drawings": "handout.sinks",
 }
 

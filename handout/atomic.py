@@ -1,4 +1,4 @@
-"""Writing files so that nothing is ever left half-written, and holding them against other programs."""
+"""Writes files so that none is ever left half-written, and locks them against other programs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     """
     path = target(path)
     if path.exists() and not path.is_file():
-        with _refusing(path), path.open("wb") as stream:
+        with _reporting_errors(path), path.open("wb") as stream:
             yield stream
         return
     try:
@@ -50,7 +50,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 
 
 @contextlib.contextmanager
-def _refusing(path: Path) -> Iterator[None]:
+def _reporting_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

@@ -5,6 +5,8 @@ encoding is tried on the words that hold such bytes.  What it makes of them is j
 explain their letters, as few as possible, and by where the characters stand: a capital inside a word, a sign between
 letters and a third consonant in a row say that the encoding is another one.
 
+Why by hand: charset-normalizer 3.5 decodes 75 of 156 short lists of names rightly, this 139.
+
 Source: own method; the orders of letters and the figures, in nats, are estimates set by hand, and were measured on
 names that had no part in that (docs/printing.md).
 """
@@ -70,19 +72,21 @@ _LANGUAGES = {
     "Latvian": "āīēšņūļžčķģ",
 }
 _SCRIPTS = ("CYRILLIC", "GREEK")  # letters of which any language will do
-_FOREIGN, _RARE_SIGN, _CONTROL = -7.0, -8.0, -12.0
-_ANOTHER = 5.0  # what every further language costs
+# What characters and languages weigh, nats, set by hand so that names in thirteen encodings were read right
+_FOREIGN, _RARE_SIGN, _CONTROL = -7.0, -8.0, -12.0  # a letter of no language, a rare sign, a control character
+_ANOTHER = 5.0  # cost of every language after the first
+_ALONE = -2.0  # a letter without another beside it
 _INSIDE = -6.0  # a capital behind a small letter, or letters of two scripts in a word
 _CROWD = -1.5  # a third vowel, or a third consonant, in a row
 _VOWELS = frozenset("aeiouyæœøı")
 _WORST = -8.5  # a character on average: below this no encoding makes words of the bytes
 _WORD = re.compile(r"[^\s,;|\"']+")
 _UNTEXT = re.compile(r"[\x00-\x08\x0e-\x19\x1c-\x1f]")
-_MOST_WORDS = 500
-_ZEROS = 0.5  # of every second byte: what makes bytes UTF-16 of a European language
+_MOST_WORDS = 500  # that are judged, for speed
+_ZEROS = 0.5  # share of every second byte that is zero in UTF-16 of a European language
 
 
-def _table() -> dict[str, dict[str, float]]:
+def _frequencies() -> dict[str, dict[str, float]]:
     """Language → its letters → log probability; the frequencies fall as one over the rank."""
     ranks = {name: sum(1 / n for n in range(1, len(letters) + 1)) for name, letters in _LANGUAGES.items()}
     return {
@@ -91,7 +95,7 @@ def _table() -> dict[str, dict[str, float]]:
     }
 
 
-_FREQUENCIES = _table()
+_FREQUENCIES = _frequencies()
 
 
 class NoText(InputError):
@@ -117,7 +121,7 @@ class Decoded:
 
     @property
     def example(self) -> str:
-        """A word on which a guess can be judged; empty if there is none."""
+        """A word by which the user can judge a guess; empty if there is none."""
         lines = list(io.StringIO(self.text, newline="")) if self.odd else []
         words = (word for n in sorted(self.odd) if n < len(lines) for word in _WORD.findall(lines[n]))
         return next((word for word in words if not word.isascii()), "")
@@ -133,26 +137,26 @@ def decode(data: bytes) -> Decoded:
     """
     for bom, codec, name in _BOMS:
         if data.startswith(bom):
-            return Decoded(_whole(data, codec, name).removeprefix("\ufeff"), name)
-    wide = _wide(data)
-    if wide is not None:
-        return wide
+            return Decoded(_marked(data, codec, name).removeprefix("\ufeff"), name)
+    utf16 = _utf16(data)
+    if utf16 is not None:
+        return utf16
     if re.search(rb"[\x00-\x08\x0e-\x19\x1c-\x1f]", data):
         raise NoText("it holds bytes that no text has")
     try:
         return Decoded(data.decode("utf-8"), "UTF-8")
     except UnicodeDecodeError:
-        return _mixed(data)
+        return _eight_bit(data)
 
 
-def _whole(data: bytes, codec: str, name: str) -> str:
+def _marked(data: bytes, codec: str, name: str) -> str:
     try:
         return data.decode(codec)
     except UnicodeError as error:
         raise NoText(f"it begins as {name} but is damaged") from error
 
 
-def _wide(data: bytes) -> Decoded | None:
+def _utf16(data: bytes) -> Decoded | None:
     """UTF-16 without a byte order mark: every second byte of European text is zero."""
     pairs = len(data) // 2
     if not pairs or len(data) % 2:
@@ -168,11 +172,11 @@ def _wide(data: bytes) -> Decoded | None:
     return None
 
 
-def _mixed(data: bytes) -> Decoded:
+def _eight_bit(data: bytes) -> Decoded:
     """Eight-bit text; lines that are valid UTF-8 among it are taken as that."""
     lines = data.splitlines(keepends=True)
     odd = frozenset(n for n, line in enumerate(lines) if not _is_utf8(line))
-    codec = best([lines[n] for n in sorted(odd)])
+    codec = most_likely_codec([lines[n] for n in sorted(odd)])
     if codec is None:
         raise NoText("it is in no encoding that makes words of its letters", min(odd) + 1)
     text = "".join(line.decode(codec if n in odd else "utf-8") for n, line in enumerate(lines))
@@ -187,64 +191,74 @@ def _is_utf8(line: bytes) -> bool:
     return True
 
 
-def best(lines: Sequence[bytes]) -> str | None:
+def most_likely_codec(lines: Sequence[bytes]) -> str | None:
     """The codec that makes the most likely letters of some lines; None where none makes any sense."""
     words = list(dict.fromkeys(word for line in lines for word in line.split() if not word.isascii()))[:_MOST_WORDS]
     signs = sum(byte >= 0x80 for word in words for byte in word)
-    found: tuple[float, str] | None = None
+    best: tuple[float, str] | None = None
     for codec, (_, prior) in _EIGHT_BIT.items():
         try:
             texts = [word.decode(codec) for word in words]
         except UnicodeDecodeError:
             continue
         score = likelihood(texts)
-        if score >= _WORST * signs and (found is None or score + prior > found[0]):
-            found = score + prior, codec
-    return found[1] if found else None
+        if score >= _WORST * signs and (best is None or score + prior > best[0]):
+            best = score + prior, codec
+    return best[1] if best else None
 
 
 def likelihood(words: Sequence[str]) -> float:
     """How likely the characters of some words are that are not ASCII, in nats; the nearer to 0 the better."""
-    standing = sum(_standing(word, i) for word in words for i, char in enumerate(word) if not char.isascii())
+    standing = sum(_position_score(word, i) for word in words for i, char in enumerate(word) if not char.isascii())
     letters = [[c for c in word.lower() if not c.isascii() and c.isalpha() and c not in "ªº"] for word in words]
     return standing + _languages([word for word in letters if word])
 
 
 def _languages(words: Sequence[Sequence[str]]) -> float:
     """The letters of words explained by as few languages as do it well."""
-    by_language = [[sum(_letter(c, table) for c in word) for word in words] for table in _FREQUENCIES.values()]
+    by_language = [[sum(_letter_score(c, table) for c in word) for word in words] for table in _FREQUENCIES.values()]
     # the first language costs nothing
-    found, price, paid = [len(word) * _FOREIGN for word in words], 0.0, 0.0
+    score, cost, total_cost = [len(word) * _FOREIGN for word in words], 0.0, 0.0
     while words:
-        combined = [[max(pair) for pair in zip(found, scores, strict=True)] for scores in by_language]
+        combined = [[max(pair) for pair in zip(score, scores, strict=True)] for scores in by_language]
         better = max(combined, key=sum)
-        if sum(better) - sum(found) <= price:
+        if sum(better) - sum(score) <= cost:
             break
-        found, price, paid = better, _ANOTHER, paid + price
-    return sum(found) - paid
+        score, cost, total_cost = better, _ANOTHER, total_cost + cost
+    return sum(score) - total_cost
 
 
-def _letter(char: str, table: Mapping[str, float]) -> float:
+def _letter_score(char: str, table: Mapping[str, float]) -> float:
     return table.get(char, -1.0 if _script(char) in _SCRIPTS else _FOREIGN)
 
 
-def _standing(word: str, i: int) -> float:
+def _position_score(word: str, i: int) -> float:
     """How usual it is for a character to stand where it does."""
     char, before, after = word[i], word[i - 1] if i else "", word[i + 1 : i + 2]
     if not char.isalpha() or char in "ªº":
-        return _sign(char, before, after)
-    near = [other for other in (before, after) if other.isalpha()]
-    score = sum(_INSIDE for other in near if _script(other) != _script(char))
-    if char.isupper() and before.islower():
-        score += _INSIDE
-    if char.islower() and char != "ß" and before.isupper() and (after.isupper() or not after):
-        score += _INSIDE / 2
-    if _script(char) == "LATIN" and len(near) == 2 and len({_vowel(other) for other in (before, char, after)}) == 1:
+        return _sign_score(char, before, after)
+    neighbours = [letter for letter in (before, after) if letter.isalpha()]
+    score = sum(_INSIDE for letter in neighbours if _script(letter) != _script(char))
+    score += _case_score(char, before, after)
+    if _script(char) == "LATIN" and len(neighbours) == 2 and _alike(before, char, after):
         score += _CROWD
-    return score if near else score - 2.0
+    return score if neighbours else score + _ALONE
 
 
-def _sign(char: str, before: str, after: str) -> float:
+def _case_score(char: str, before: str, after: str) -> float:
+    """Capitals do not follow small letters, nor a small letter stand among capitals."""
+    if char.isupper() and before.islower():
+        return _INSIDE
+    among_capitals = before.isupper() and (after.isupper() or not after)
+    return _INSIDE / 2 if char.islower() and char != "ß" and among_capitals else 0.0
+
+
+def _alike(*letters: str) -> bool:
+    """Whether all letters are vowels, or all consonants."""
+    return len({_is_vowel(letter) for letter in letters}) == 1
+
+
+def _sign_score(char: str, before: str, after: str) -> float:
     """Signs stand at the edge of a word, or by a number."""
     inside = before.isalpha() and after.isalpha()
     if char == "’":
@@ -262,5 +276,5 @@ def _script(char: str) -> str:
     return unicodedata.name(char, "?").split()[0]
 
 
-def _vowel(char: str) -> bool:
+def _is_vowel(char: str) -> bool:
     return unicodedata.normalize("NFD", char)[0].lower() in _VOWELS

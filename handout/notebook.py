@@ -18,7 +18,7 @@ _WIDTH = 1000  # pixels, of what is shown
 _DPI = 150.0  # of scanned ink
 _SAMPLE = "The quick brown fox jumps over the lazy dog, 1234567890"
 _LETTERS = 40  # of a hand that cannot write that
-_PAPER = (148.0, 40.0)  # mm, for the sample
+_PAPER, _X_HEIGHT = "148x40mm", 2.5  # of the sample; mm
 
 
 def drawing_svg(drawing: Drawing) -> str | None:
@@ -36,16 +36,9 @@ def drawing_png(drawing: Drawing) -> bytes | None:
 
 def hand_svg(hand: Hand) -> str | None:
     """A line in a hand that was drawn; the same every time."""
-    import numpy as np
-
-    from handout.page_sizes import page
-
-    layout = import_module("handout.writing.layout")
-    compose, trace = (import_module(f"handout.{room}") for room in ("writing.compose", "motion.trace"))
-    text, rng = _sample(hand), np.random.default_rng(1)
-    sheet = layout.Layout(page("x".join(f"{side:g}" for side in _PAPER) + "mm"), margin=(4.0,) * 4, fit=True)
-    pages = compose.compose(text, hand, sheet, rng)
-    return drawing_svg(trace.trace(pages[0], hand, rng))
+    pipeline = import_module("handout.pipeline.writing")
+    writing = pipeline.WritingOptions(hand=hand, seed=1, x_height=_X_HEIGHT, fit=True)
+    return drawing_svg(pipeline.drawings(_sample(hand), writing, pipeline.SheetOptions(_PAPER, "4mm"))[0])
 
 
 def _sample(hand: Hand) -> str:

@@ -1,4 +1,4 @@
-"""How long work tells whoever waits for it how far it has come; who shows that is not its business."""
+"""Progress of long work, reported to a function; who shows it is not the work's concern."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ Tell = Callable[[float, str], None]
 
 
 def silent(share: float, stage: str) -> None:
-    """Nobody waits."""
+    """Reports to nobody."""
 
 
 def within(tell: Tell, begin: float, end: float, prefix: str = "") -> Tell:
-    """What a part of a greater work tells, which goes from `begin` to `end` of that; `prefix` is put before it."""
+    """The reports of a part of greater work, which goes from `begin` to `end` of that; `prefix` is put before them."""
 
-    def told(share: float, stage: str) -> None:
+    def report(share: float, stage: str) -> None:
         tell(begin + (end - begin) * share, prefix + stage)
 
-    return told
+    return report

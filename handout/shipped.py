@@ -27,8 +27,8 @@ def user_folder(name: str) -> Path:
 
 def files(name: str, pattern: str) -> dict[str, Path]:
     """Stem → path of every file of data folder `name` that matches `pattern`; the user's own win."""
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     for place in (folder(name), user_folder(name)):
         if place.is_dir():
-            found |= {path.stem: path for path in sorted(place.glob(pattern))}
-    return found
+            paths |= {path.stem: path for path in sorted(place.glob(pattern))}
+    return paths

@@ -1,4 +1,4 @@
-"""What a value says of itself in one line: `__repr__` of everything that holds arrays or many parts."""
+"""The `__repr__` of values that hold arrays or many parts: one line."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ def one_line(value: Any) -> str:
 
     Fields that have their default value, and those that are kept out of every `repr`, are left out.
     """
-    told = []
+    parts = []
     for field in dataclasses.fields(value):
         part = getattr(value, field.name)
         if field.repr and not _is_usual(part, field):
-            told.append(f"{field.name}={_part(part)}")
-    return f"{type(value).__name__}({', '.join(told)})"
+            parts.append(f"{field.name}={_part(part)}")
+    return f"{type(value).__name__}({', '.join(parts)})"
 
 
 def _is_usual(part: Any, field: dataclasses.Field[Any]) -> bool:
-    """Whether a part need not be told; arrays have no default and are never compared."""
+    """Whether a part is left out because it is the default; arrays have none, and are never compared."""
     return part is None or (isinstance(part, bool | int | float | str | frozenset) and part == field.default)
 
 
@@ -44,5 +44,5 @@ def _part(part: Any) -> str:
         return f"({', '.join(_part(one) for one in part)})"
     if isinstance(part, tuple | list | Mapping | Set):
         return f"<{len(part)}>"
-    said = " ".join(repr(part).split())
-    return said if len(said) <= _LONGEST else f"{type(part).__name__}(…)"
+    text = " ".join(repr(part).split())
+    return text if len(text) <= _LONGEST else f"{type(part).__name__}(…)"

@@ -1,6 +1,7 @@
-"""TOML files read into frozen, validated structs: quantities with units, and errors that name the key.
+"""TOML files read into frozen, validated structs, with errors that name the key.
 
-A struct's fields are plain numbers and words, or one of the quantities below, which a file gives with their unit.
+A field of a struct is a plain number or word, or one of the quantities below, which a file gives with its unit.  To add
+a kind of quantity: its units in `units`, a class here, and a line in `_KINDS`.
 """
 
 from __future__ import annotations
@@ -63,8 +64,8 @@ def loaded(path: Path, what: str, error: type[InputError] = InputError) -> dict[
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as reason:
-        said = getattr(reason, "strerror", None) or str(reason)
-        raise error(f"{path}: cannot be read as {what}: {said}.") from reason
+        problem = getattr(reason, "strerror", None) or str(reason)
+        raise error(f"{path}: cannot be read as {what}: {problem}.") from reason
 
 
 def converted(values: Mapping[str, Any], kind: type[T]) -> T:
@@ -103,17 +104,17 @@ def _quantity(kind: type, value: Any) -> Any:
 
 def _hint(message: str, kind: type[msgspec.Struct]) -> str:
     """The validation message in plain words: which key, what is wrong with it, and the nearest known key to a slip."""
-    said, _, place = message.partition(" - at `$")
+    problem, _, place = message.partition(" - at `$")
     table = place.strip(".`")
-    quoted = said.split("`")[1] if "`" in said else ""
-    key = f"{table}.{quoted}" if table else quoted
-    if "unknown field" in said:
-        known = {name for one in _tables(kind) for name in one.__struct_fields__}
-        near = difflib.get_close_matches(quoted, known, 1)
-        return f"{key} is not a known key" + (f"; did you mean {near[0]!r}?" if near else ".")
-    if "missing required field" in said:
+    name = problem.split("`")[1] if "`" in problem else ""
+    key = f"{table}.{name}" if table else name
+    if "unknown field" in problem:
+        known = {field for table_kind in _tables(kind) for field in table_kind.__struct_fields__}
+        similar = difflib.get_close_matches(name, known, 1)
+        return f"{key} is not a known key" + (f"; did you mean {similar[0]!r}?" if similar else ".")
+    if "missing required field" in problem:
         return f"{key} is missing."
-    return f"{table}: {said[0].lower()}{said[1:]}." if table else f"{said}."
+    return f"{table}: {problem[0].lower()}{problem[1:]}." if table else f"{problem}."
 
 
 def _tables(kind: type[msgspec.Struct]) -> Iterator[type[msgspec.Struct]]:

@@ -1,7 +1,6 @@
-"""Quantities as people write them, turned into mm, s and rad at the border.
+"""Quantities as people write them, such as ``"297mm"``, ``"0.5in"`` or ``"60mm/s"``, parsed once, where they come in.
 
-Inside the program every length is in mm, every time in s, every angle in rad; a text such as ``"297mm"``,
-``"0.5in"`` or ``"60mm/s"`` is parsed once, where it comes in.
+Inside the program every length is in mm, every time in s, every angle in rad.  Add a unit in `_UNITS`.
 """
 
 from __future__ import annotations

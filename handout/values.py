@@ -7,7 +7,7 @@ x-height 1, baseline y = 0, y up, x to the right, upright (the slant is added wh
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -252,7 +252,7 @@ class Glyph:
 
     letter : the grapheme it writes.
     strokes : tuple of (n, 2) float: points on the curve, in order; a stroke of one point is a dot.
-    late : for each stroke, whether it is written after the word (i-dots, t-bars, accents).
+    delayed : for each stroke, whether it is written after the word (i-dots, t-bars, accents).
     width : how far the next letter is set off.
     entry : how the pen comes in: "low" (joined from the baseline), "high" (joined from a high exit such as
         that of o), "lifted" (starts afresh), or "free" (may follow either; the first point decides nothing).
@@ -267,7 +267,7 @@ class Glyph:
 
     letter: str
     strokes: tuple[Array, ...]
-    late: tuple[bool, ...]
+    delayed: tuple[bool, ...]
     width: float
     entry: str = "lifted"
     exit: str = "lifted"
@@ -284,6 +284,16 @@ class Glyph:
     def __post_init__(self) -> None:
         object.__setattr__(self, "strokes", tuple(readonly(s, None, 2) for s in self.strokes))
 
+    @property
+    def last_main(self) -> int:
+        """Index of the last stroke that is written with the word, before its delayed strokes."""
+        return (self.delayed.index(True) if True in self.delayed else len(self.strokes)) - 1
+
+    def parted(self, strokes: Sequence[Array]) -> tuple[list[Array], list[Array]]:
+        """The strokes of this glyph, wherever they lie: those written with the word, and the delayed ones."""
+        pairs = list(zip(strokes, self.delayed, strict=True))
+        return [s for s, delayed in pairs if not delayed], [s for s, delayed in pairs if delayed]
+
 
 @dataclass(frozen=True, eq=False)
 class Hand:
@@ -294,7 +304,7 @@ class Hand:
     slant : tangent of the slant.
     smooth : see ActionPlan.
     drawn_at : the smoothing at which the points of the glyphs lie on the curve.
-    late_after : dots, bars and accents are written after the "word" or after their "letter".
+    delayed_after : dots, bars and accents are written after the "word" or after their "letter".
     interval : s of motor time a point at the hand's own pace.
     word_space : gap between words, x-heights.
     pitch : distance of lines, x-heights.
@@ -310,7 +320,7 @@ class Hand:
     slant: float
     smooth: float
     drawn_at: float
-    late_after: str
+    delayed_after: str
     interval: float
     word_space: float
     pitch: float

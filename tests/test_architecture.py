@@ -44,10 +44,10 @@ MAY = {
     "inking": {"hand", "writing", "motion", "scanning"},
     "completion": {"hand", "writing", "motion", "inking"},
     "sinks": {"motion", "inking"},
-    "sources": {"sinks"},
+    "sources": {"motion"},
     "printing": {"writing", "inking", "sinks", "colour"},
     "calibrating": {"hand", "writing", "motion", "inking", "sinks", "colour", "printing"},
-    "plotting": {"hand", "writing", "motion", "sinks"},
+    "plotting": {"hand", "writing", "motion", "sinks", "sources"},
     "score": {"scanning"},
     "prompting": {"hand", "writing"},
     "tagging": {"hand", "writing", "motion", "inking", "scanning", "prompting"},
@@ -93,7 +93,7 @@ MAY = {
     "__main__": {"cli"},
 }
 # files of the product that load a simulated device, inside the function that a user's ``sim`` calls
-DOORS = {"cli/calibrate_.py", "cli/calibrating_.py"}
+DOORS = {"pipeline/calibrating.py"}
 HEAVY = {
     "numpy", "scipy", "sklearn", "skimage", "cv2", "colour", "reportlab", "rich", "PIL", "serial", "torch", "tifffile",
 }  # fmt: skip

@@ -47,7 +47,7 @@ def test_every_value_is_one_line(written, small_hand):
     assert seen["Hand"].startswith("Hand(name='house-joined', title='Everyday joined-up hand', glyphs=<")
     sizes = f"strokes=<{len(drawing.strokes)}>, page={seen['Page']}, about=<{len(drawing.about)}>"
     assert seen["Drawing"] == f"Drawing({sizes})"
-    assert "nodes=<9 × 9 × 9 × 3>" in seen["ColourTable"] and "late=" in seen["Glyph"]
+    assert "nodes=<9 × 9 × 9 × 3>" in seen["ColourTable"] and "delayed=" in seen["Glyph"]
     assert {"Manuscript", "Line", "Stroke", "LineGraph", "Raster", "ScannedHand", "ScannedPage", "Plan"} <= set(seen)
 
 

@@ -11,13 +11,14 @@ import pytest
 
 from handout import page_sizes, profiles, shipped
 from handout.errors import ProfileError
+from handout.inking.device_pixels import DevicePixels
 from handout.plotting import fit_to_bed, open_port, plan, run
 from handout.plotting.dialects import dialect
 from handout.plotting.driving import fidelity
 from handout.printing import media, printers
 from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
-from handout.values import Page, Raster
+from handout.values import Page
 
 sys.path.insert(0, str(Path(__file__).parent / "plotting"))
 from cursive import page
@@ -65,7 +66,7 @@ def test_printer_runs_through_the_simulated_device(path, tmp_path):
     turn = media.turn_for(page, profile)
     sheet = media.turned_page(page, turn)
     shape = [round(side * profile.dpi / 25.4) for side in (page.height, page.width)]
-    inked = media.turned_raster(Raster(np.tile(np.float32([0, 0, 0, 1]), (*shape, 1)), profile.dpi), page, turn)
+    inked = media.turned_pixels(DevicePixels(np.zeros((*shape, 3), np.uint8), profile.dpi), page, turn)
     job = tmp_path / "job.pdf"
     with picture_pdf.document(job) as document:
         document.add(sheet, inked)

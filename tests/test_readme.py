@@ -21,10 +21,24 @@ COMMANDS = [
 
 
 def test_the_script_runs(tmp_path, monkeypatch):
-    (code,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
+    _, code = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})
     assert Path("card.svg").stat().st_size > 1000 and Path("card.png").stat().st_size > 1000
+
+
+def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_path, monkeypatch, capsys):
+    code, _ = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
+    assert (ROOT / "examples" / "own_hand.py").read_text(encoding="utf-8").endswith(code)
+    monkeypatch.chdir(tmp_path)
+    # a smaller page, whose letters were found already, and what they can write
+    monkeypatch.setattr("handout.pipeline.hands.tagged_pages", lambda *_, **__: [small_page.made])
+    for path, other in (("examples/page.jpg", small_scan.scan), ("examples/page.txt", small_scan.text)):
+        code = code.replace(path, str(other))
+    word = max(small_scan.written.split(), key=lambda word: len(word) if word.isalpha() else 0)
+    exec(compile(code.replace("the jam is finished", word), "own_hand.py", "exec"), {})
+    assert Path("letter.svg").stat().st_size > 1000 and Path("letter.png").stat().st_size > 1000
+    assert capsys.readouterr().out.startswith("Wrote letter.svg letter.png")
 
 
 def test_both_commands_are_there():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,15 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import handout
 from handout import atomic
+from handout.colour.chart import Chart
+from handout.colour.chart_files import render
 from handout.errors import InputError
+from handout.inking.device_pixels import DevicePixels
+from handout.printing import charts
 from handout.printing.documents import WRITERS
 from handout.printing.media import Feeding
 from handout.printing.printers import open_queue, ticket
 from handout.printing.queue import Queue
 from handout.profiles import Printer
 from handout.sinks.picture_pdf import PdfWriter
-from handout.values import Page, Raster
+from handout.values import Page
 
 Pixels = NDArray[np.uint8]
 
@@ -101,9 +107,7 @@ def _fed(pages: Printed, pixels: Pixels, feeding: Feeding, kind: str) -> bytes:
         turned = np.ascontiguousarray(np.rot90(turned, 1 if turn == "left" else -1))
     if kind == "pdf":
         return _document(Printed(feeding.sheet, [turned], pages.dpi, pages.about))
-    rgba = np.ones((*turned.shape[:2], 4), dtype=np.float32)
-    rgba[..., :3] = turned * np.float32(1 / 255)
-    return WRITERS[kind](feeding.sheet, Raster(rgba, pages.dpi), pages.about)
+    return WRITERS[kind](feeding.sheet, DevicePixels(turned, pages.dpi), pages.about)
 
 
 def _png(pixels: Pixels, dpi: int) -> bytes:
@@ -112,3 +116,27 @@ def _png(pixels: Pixels, dpi: int) -> bytes:
     out = BytesIO()
     Image.fromarray(pixels).save(out, "PNG", dpi=(dpi, dpi))
     return out.getvalue()
+
+
+def chart_pages(made: Chart, profile: Printer, name: str) -> Printed:
+    """The pages of a chart as the printer's own pixels."""
+    dpi = round(charts.fine_enough(profile.dpi))
+    pixels = [render(page, dpi, _title_lines(name)) for page in made.pages]
+    return Printed(made.paper, pixels, dpi, {"chart": made.version, "printer": name})
+
+
+def write_chart(made: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
+    """Write a chart as .pdf, with its tables beside it, or as .png.
+
+    Raises
+    ------
+    InputError
+        Another ending, or a file that cannot be written.
+    """
+    if path.suffix.lower() == ".png":
+        return write(chart_pages(made, profile, name), path)
+    return charts.write_chart(made, path, profile.dpi, _title_lines(name))
+
+
+def _title_lines(name: str) -> tuple[str, ...]:
+    return (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)

@@ -14,12 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.calibrating.inks import Inks, greys
+from handout.calibrating import ink_samples, pen_reference
+from handout.calibrating.ink_samples import Inks, greys
+from handout.calibrating.pages import Printed
+from handout.calibrating.store import Calibration
 from handout.colour import gamut
 from handout.colour.chart import MARKS, PAPERS, ChartPage
+from handout.colour.chart_files import render
 from handout.colour.gamut import Reach
 from handout.colour.table import ColourTable, apply
 from handout.errors import InputError
+from handout.printing.charts import fine_enough
+from handout.profiles import Printer
 from handout.values import Array, Page, Raster, readonly
 
 FIRST_MARK = 112  # the numbers of its marks follow those of the chart's pages
@@ -28,6 +34,7 @@ _TOP = 30.0  # mm from the upper edge to the patches
 _WHITES = 8
 _GREYS = 32
 _REACHED = 1.0  # ΔE00: a colour that loses more is out of the printer's reach, and says nothing about the table
+_USUAL = 200  # samples of usual inks
 _LEAST = 8  # colours of ink that it takes
 
 
@@ -94,7 +101,7 @@ def from_facts(facts: Mapping[str, Any]) -> Strip:
         raise InputError("What is stored of the verification strip cannot be read: print a new strip.") from error
 
 
-def make(table: ColourTable, inks: Inks, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
+def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | None = None, whose: str = "") -> Strip:
     """A strip for a table, of samples of ink and of greys.
 
     Parameters
@@ -108,9 +115,9 @@ def make(table: ColourTable, inks: Inks, paper: str = "A4", page: Reach | None =
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(_cells()[0])
-    found = gamut.reach(np.clip(inks.on(white), 0, 1), table)
+    found = gamut.reach(np.clip(samples.on(white), 0, 1), table)
     room = (cells - _WHITES) // 2 - _GREYS
-    ink = _evenly(inks.take(np.flatnonzero(found.lost < _REACHED)), white, room)
+    ink = _evenly(samples.take(np.flatnonzero(found.lost < _REACHED)), white, room)
     if len(ink.rgba) < _LEAST:
         raise InputError(
             f"The printer reaches only {1 - found.out:.0%} of this ink, too little to verify anything with: verify "
@@ -130,6 +137,49 @@ def make(table: ColourTable, inks: Inks, paper: str = "A4", page: Reach | None =
         np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or found).out,
         (page or found).mean, whose,
     )  # fmt: skip
+
+
+def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
+    """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
+
+    Raises
+    ------
+    InputError
+        No such hand, or an ink of which the printer reaches next to nothing.
+    """
+    known = pen_reference.of_calibration(calibration, hand) if hand else None
+    samples = ink_samples.of_hand(hand) if hand else ink_samples.usual(_USUAL)
+    if known is not None:
+        samples = ink_samples.seen_by_chart(samples, known)
+    table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
+    made = make(table, samples, paper, ink_samples.reach_of(whose, table, known), f"of {whose}")
+    calibration.keep_strip(made.facts())
+    return made
+
+
+def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
+    """The strip as the printer's own pixels."""
+    lines = (f"{calibration.name}   calibration of {calibration.made:%Y-%m-%d %H:%M}",)
+    dpi = round(fine_enough(profile.dpi))
+    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
+    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
+
+
+def last_strip(calibration: Calibration) -> Strip:
+    """The strip that was printed last for a calibration.
+
+    Raises
+    ------
+    InputError
+        None was.
+    """
+    facts = calibration.strip()
+    if facts is None:
+        raise InputError(
+            f"No verification strip was printed for {calibration.name} yet: "
+            f"handout calibrate verify --printer {calibration.printer} -o strip.pdf"
+        )
+    return from_facts(facts)
 
 
 def _sent(rgba: Array) -> Array:

@@ -1,7 +1,8 @@
-"""What a scanned verification strip says of a calibration: ΔE00 with it and without it, and in words."""
+"""What a scanned verification strip says of a calibration: ΔE00 with it and without it, in words and in pictures."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
@@ -9,16 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from handout.calibrating import inks, reference
-from handout.calibrating import strip as strips
-from handout.calibrating.calibration import Calibration
-from handout.calibrating.inks import Inks
-from handout.calibrating.pages import Printed
-from handout.calibrating.strip import FIRST_MARK, Strip
+from handout import atomic
+from handout.calibrating import pen_reference
+from handout.calibrating.store import Calibration
+from handout.calibrating.strip import FIRST_MARK, Strip, from_facts, last_strip
 from handout.colour import conversions, gamut
 from handout.colour.chart import MARKS, ChartPage
-from handout.colour.chart_files import render
 from handout.colour.ink_match import match
 from handout.colour.reading import Finding, Scan, open_scans
 from handout.colour.reading.findings import Refused, refused
@@ -26,9 +25,9 @@ from handout.colour.reading.patch_means import sample
 from handout.colour.reading.pen_field import scribble_of
 from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
 from handout.colour.reading.registration import Placement, place
+from handout.colour.report import image, page
+from handout.colour.table import ColourTable
 from handout.errors import InputError
-from handout.printing.charts import fine_enough
-from handout.profiles import Printer
 from handout.values import Array
 
 # ΔE00 on the mean up to which a match is called so
@@ -46,7 +45,6 @@ _POOR = (
     "paper, quality and the scanner's settings are those of the chart, and begin again with a new chart."
 )
 _NO_HELP = "The calibration makes nothing better here: print with --calibration none, or begin again with a new chart."
-_USUAL = 200  # samples of usual inks
 _SAME_PEN = 2.0  # ΔE00 of a pen's lines; some words written with more pressure differ by 1
 _SAME_PAPER = 4.0  # ΔE00 of the bare paper against the chart's
 _OTHER_STRIP = 0.8  # correlation of what is seen with what the calibration foresees
@@ -115,49 +113,6 @@ def table_lines(facts: Mapping[str, Any]) -> list[str]:
     ]
     reach = gamut.said(facts["out"], facts["lost"], facts.get("whose", ""))
     return [head, *rows, facts["verdict"], reach]
-
-
-def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Strip:
-    """A strip for a calibration, of a hand's own ink or of usual ones; it is remembered with the calibration.
-
-    Raises
-    ------
-    InputError
-        No such hand, or an ink of which the printer reaches next to nothing.
-    """
-    known = reference.of_calibration(calibration, hand) if hand else None
-    samples: Inks = inks.of_hand(hand) if hand else inks.usual(_USUAL)
-    if known is not None:
-        samples = inks.seen_by_chart(samples, known)
-    table, whose = calibration.table(), hand or inks.USUAL_HAND
-    made = strips.make(table, samples, paper, inks.reach_of(whose, table, known), f"of {whose}")
-    calibration.keep_strip(made.facts())
-    return made
-
-
-def pages(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
-    """The strip as the printer's own pixels."""
-    lines = (f"{calibration.name}   calibration of {calibration.made:%Y-%m-%d %H:%M}",)
-    dpi = round(fine_enough(profile.dpi))
-    pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
-    return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
-
-
-def last_strip(calibration: Calibration) -> Strip:
-    """The strip that was printed last for a calibration.
-
-    Raises
-    ------
-    InputError
-        None was.
-    """
-    facts = calibration.strip()
-    if facts is None:
-        raise InputError(
-            f"No verification strip was printed for {calibration.name} yet: "
-            f"handout calibrate verify --printer {calibration.printer} -o strip.pdf"
-        )
-    return strips.from_facts(facts)
 
 
 def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verification:
@@ -232,10 +187,10 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibra
     """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
     bare = (strip.device == 1).all(axis=1)
     now, before = scribble_of(scan, placement, seen[bare].mean(axis=0)), calibration.scribble()
-    if now is None or before is None or min(now.dpi, before.dpi) < reference.LEAST_DPI:
+    if now is None or before is None or min(now.dpi, before.dpi) < pen_reference.LEAST_DPI:
         return []
     dpi = min(now.dpi, before.dpi)
-    first, other = (reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
+    first, other = (pen_reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
     found = match(first, before.paper, other, now.paper, dpi)
     if found is None or found.difference <= _SAME_PEN:
         return []
@@ -269,3 +224,89 @@ def _difference(lost: Array) -> Difference:
         round(float(value), 3) for value in (lost.mean(), np.median(lost), np.percentile(lost, 95), lost.max())
     )
     return Difference(mean, median, p95, worst, len(lost))
+
+
+_TILE = 22  # pixels
+_SIDE, _SPAN = 420, 60.0  # pixels of the diagram; a* and b* that it reaches to
+
+
+def sections(calibration: Calibration) -> list[tuple[str, str]]:
+    """(heading, HTML) about a calibration whose strip was scanned; nothing before that."""
+    facts, verified = calibration.strip(), calibration.verification()
+    if facts is None or verified is None or "seen" not in facts:
+        return []
+    made, seen = from_facts(facts), np.array(facts["seen"])
+    lines = "\n".join(table_lines(verified))
+    return [
+        ("Before and after", f"<pre>{html.escape(lines)}</pre>" + _before_and_after(made, seen)),
+        ("The printer's reach", _reach(made, calibration.table())),
+    ]
+
+
+def write_report(calibration: Calibration, path: Path) -> None:
+    """A page about a verified calibration.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
+
+
+def _before_and_after(made: Strip, seen: Array) -> str:
+    parts = []
+    for name, grey in (("Ink", False), ("Greys", True)):
+        which = np.flatnonzero(made.matched & (made.grey == grey))
+        plain = which - int(made.matched.sum())
+        order = np.argsort(made.wanted[which].sum(axis=1))
+        rows = np.stack([seen[plain], made.wanted[which], seen[which]])[:, order]
+        alt = f"{name}: sent as it is, as wanted, through the table"
+        parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
+    return "".join(parts)
+
+
+def tiles(rows: Array) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8: colours (k, n, 3) in k rows that touch, so that differences are seen."""
+    flat = np.rint(np.clip(rows, 0, 1) * 255).astype(np.uint8)
+    return flat.repeat(_TILE, axis=0).repeat(_TILE, axis=1)
+
+
+def _reach(made: Strip, table: ColourTable) -> str:
+    """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
+    labs = conversions.lab(np.asarray(table.seen, dtype=np.float64).reshape(-1, 3))
+    outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(_hull(labs[:, 1:])))
+    which = made.matched
+    dots = "".join(
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="rgb({r},{g},{b})" stroke="#555" stroke-width=".5"/>'
+        for (x, y), (r, g, b) in zip(
+            _on_diagram(conversions.lab(made.wanted[which])[:, 1:]),
+            np.rint(np.clip(made.wanted[which], 0, 1) * 255).astype(int).tolist(), strict=True,
+        )
+    )  # fmt: skip
+    half = _SIDE / 2
+    axes = f'<path d="M0 {half}H{_SIDE}M{half} 0V{_SIDE}" stroke="#ccc"/>'
+    drawn = (
+        f'<svg viewBox="0 0 {_SIDE} {_SIDE}" width="{_SIDE}" height="{_SIDE}" style="border:1px solid #ddd">{axes}'
+        f'<polygon points="{outline}" fill="#8882" stroke="#444"/>{dots}</svg>'
+    )
+    shade = np.linspace(0, 1, 400)[:, None] * np.asarray(table.paper, dtype=np.float64)
+    darkest = float(labs[:, 0].min())
+    found = gamut.reach(np.clip(shade, 0, 1), table)
+    return (
+        "<p>What the printer can print on this paper, seen from above (a* to the right, b* up), and the verified "
+        f"colours. Its darkest black has L* {darkest:.0f}; of the greys from black to the paper it reaches "
+        f"{1 - found.out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is printed for "
+        f"them:</p>{image(gamut.swatches(found), 'greys and what is printed for them')}"
+    )
+
+
+def _on_diagram(ab: Array) -> list[tuple[float, float]]:
+    scaled = np.column_stack([ab[:, 0], -ab[:, 1]]) / _SPAN * (_SIDE / 2) + _SIDE / 2
+    return [(float(x), float(y)) for x, y in scaled]
+
+
+def _hull(points: Array) -> Array:
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(points[ConvexHull(points).vertices])

@@ -10,20 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 
-import handout
 from handout import atomic
-from handout.calibrating import inks, pages, prints, reference, reporting, store, verification
-from handout.calibrating.calibration import Calibration
-from handout.calibrating.pages import Printed
-from handout.calibrating.reference import Reference
+from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, store, verification
+from handout.calibrating import strip as strips
+from handout.calibrating.pen_reference import Reference
 from handout.calibrating.session import Session, Step, opened
+from handout.calibrating.store import Calibration
 from handout.calibrating.verification import Verification
 from handout.colour import cgats
-from handout.colour.chart import Chart, chart
-from handout.colour.chart_files import render, ti3
+from handout.colour.chart import chart
+from handout.colour.chart_files import ti3
 from handout.colour.reading import Finding, Reading, read
 from handout.colour.reading.pen_field import save as save_scribble
 from handout.colour.report import report
@@ -32,7 +30,7 @@ from handout.printing import charts
 from handout.printing.queue import Queue
 from handout.profiles import Printer
 
-_TOLD = {
+_REQUESTS = {
     Step.PRINT: (
         "Load the paper that you will print on. Choose the quality and paper type that you will print with, and switch "
         "off colour management, enhancements and 'fit to page'."
@@ -63,7 +61,7 @@ class ScansRefused(InputError):
 
 
 @dataclass(frozen=True)
-class Taken:
+class ChartScanned:
     """What scans showed.
 
     findings : that are no reason to refuse them; missing : pages still missing, as a sentence.
@@ -75,53 +73,47 @@ class Taken:
     reference: Reference | None = None
 
 
+@dataclass(frozen=True)
+class Task:
+    """What is calibrated.
+
+    profile : of the printer; printer, paper : what they are called in the store.
+    sheet : "A4" or "letter"; pages : 1 or 2; None: what the printer's margins ask for.
+    scanner : what the scanner is called.
+    hand : whose ink verifies the calibration; the pages of a scanned one tell whether the chart was scanned alike.
+    accept : calibrate with the print as it is, whatever is weak in it.
+    """
+
+    profile: Printer
+    printer: str
+    paper: str = store.PLAIN
+    sheet: str = "A4"
+    pages: int | None = None
+    scanner: str = ""
+    hand: str = ""
+    accept: bool = False
+
+
 class Wizard:
     """One calibration of a printer on a paper."""
 
-    def __init__(
-        self,
-        profile: Printer,
-        printer: str,
-        paper: str = store.PLAIN,
-        *,
-        sheet: str = "A4",
-        page_count: int | None = None,
-        scanner: str = "",
-        hand: str = "",
-        afresh: bool = False,
-        accept: bool = False,
-    ) -> None:
+    def __init__(self, task: Task, *, afresh: bool = False) -> None:
         """Begin, or go on with what was left (`resumed`), unless it is to be done `afresh`.
-
-        Parameters
-        ----------
-        profile : Printer
-        printer, paper : str
-            What they are called in the store.
-        sheet : str
-            "A4" or "letter".
-        page_count : int, optional
-            1 or 2; otherwise what the printer's margins ask for.
-        scanner : str
-            What the scanner is called.
-        hand : str
-            Whose ink verifies the calibration; the pages of a scanned one tell whether the chart was scanned alike.
-        accept : bool
-            Calibrate with the print as it is, whatever is weak in it.
 
         Raises
         ------
         InputError
             No such hand, another sheet, or a chart that does not fit the printer's margins.
         """
-        fitting = charts.chart_for(profile, sheet, page_count)
-        self.profile = profile
-        self.hand = hand
-        self.accept = accept
-        self._paper = None if not hand or (found := inks.paper_of(hand)) is None else found.tolist()
-        self.writer = inks.scanned_name(hand) if hand else ""
+        layout = charts.chart_for(task.profile, task.sheet, task.pages)
+        self.task = task
+        paper = ink_samples.paper_of(task.hand) if task.hand else None
+        self._paper = None if paper is None else paper.tolist()
+        self.writer = ink_samples.scanned_name(task.hand) if task.hand else ""
         self._done = False
-        self.session: Session = opened(printer, paper, fitting.paper.name, len(fitting.pages), scanner, afresh)
+        self.session: Session = opened(
+            task.printer, task.paper, layout.paper.name, len(layout.pages), task.scanner, afresh
+        )
         state = self.session.state
         self.chart = chart(state.sheet, pages=state.pages)
 
@@ -136,9 +128,9 @@ class Wizard:
         return self.session.resumed
 
     @property
-    def told(self) -> str:
+    def request(self) -> str:
         """What the user is to do for the next step."""
-        return _TOLD[self.step]
+        return _REQUESTS[self.step]
 
     @property
     def name(self) -> str:
@@ -149,7 +141,7 @@ class Wizard:
     def frame(self) -> tuple[float, float, float, float]:
         """Left, top, right and bottom, mm, of the frame for the pen on what is scanned next."""
         if self.step is Step.VERIFY:
-            return verification.last_strip(store.load(self.session.built)).page.scribble_field
+            return strips.last_strip(store.load(self.session.built)).page.scribble_field
         return self.chart.pages[0].scribble_field
 
     def print_chart(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
@@ -161,14 +153,14 @@ class Wizard:
             It cannot be written, or the printer does not take it.
         """
         if (path := out or self._unprinted("chart", queue)) is not None:
-            files = write_chart_file(self.chart, self.profile, self.name, path)
+            files = pages.write_chart(self.chart, self.task.profile, self.name, path)
         else:
-            pages.send(chart_pages(self.chart, self.profile, self.name), self.profile, queue)
+            pages.send(pages.chart_pages(self.chart, self.task.profile, self.name), self.task.profile, queue)
             files = ()
         self._at(Step.SCAN)
         return files
 
-    def take_scans(self, scans: Sequence[Path]) -> Taken:
+    def take_scans(self, scans: Sequence[Path]) -> ChartScanned:
         """Read scans of the chart, with those that were taken before; good ones are kept.
 
         Raises
@@ -179,21 +171,21 @@ class Wizard:
             A file that cannot be read.
         """
         reading = self._read(scans)
-        known = reference.compared(reading.scribble, self.hand, self.writer)
+        known = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
         state = self.session.state
-        before = prints.last(state.printer, state.paper, state.scanner)
-        reading = prints.judged(reading, known, before, self.accept)
+        before = print_diagnosis.last(state.printer, state.paper, state.scanner)
+        reading = print_diagnosis.diagnose(reading, known, before, self.task.accept)
         self._report(reading)
         refusing = [one for one in reading.findings if one.severity == "refuse"]
         missing = [one for one in refusing if one.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
             raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
-        warned = prints.warned(reading.findings)
+        warned = print_diagnosis.warned(reading.findings)
         if missing:
-            return Taken(warned, missing[0].sentence)
+            return ChartScanned(warned, missing[0].sentence)
         self._measured(reading)
-        return Taken(warned, reference=known)
+        return ChartScanned(warned, reference=known)
 
     def build(self, method: str = "forward") -> Calibration:
         """Build the table of what was measured.
@@ -220,12 +212,12 @@ class Wizard:
             The printer reaches next to nothing of the ink; it cannot be written, or the printer does not take it.
         """
         built = store.load(self.session.built)
-        strip = verification.prepare(built, self.hand, self.session.state.sheet)
-        made = verification.pages(strip, built, self.profile)
+        strip = strips.prepare(built, self.task.hand, self.session.state.sheet)
+        made = strips.pages_of(strip, built, self.task.profile)
         if (path := out or self._unprinted("strip", queue)) is not None:
             files = pages.write(made, path)
         else:
-            pages.send(made, self.profile, queue)
+            pages.send(made, self.task.profile, queue)
             files = ()
         self._at(Step.VERIFY)
         return files
@@ -272,7 +264,7 @@ class Wizard:
         return read([*self.session.scans, *scans], self.chart, self._paper)
 
     def _report(self, reading: Reading, built: Calibration | None = None) -> None:
-        more = reporting.sections(built) if built is not None else []
+        more = verification.sections(built) if built is not None else []
         self.session.go(self.step)
         atomic.write(self.session.report, report(reading, f"Calibration of {self.name}", more).encode())
 
@@ -287,34 +279,10 @@ class Wizard:
 
     def _unprinted(self, name: str, queue: Queue | None) -> Path | None:
         """Where a page goes that the simulated printer prints; None for other printers."""
-        if queue is not None or not self.profile.simulated:
+        if queue is not None or not self.task.profile.simulated:
             return None
         self.session.go(self.step)
         return self.session.folder / f"{name}.pdf"
 
     def _at(self, step: Step) -> None:
         self.session.go(step)
-
-
-def chart_pages(made: Chart, profile: Printer, name: str) -> Printed:
-    """The pages of a chart as the printer's own pixels."""
-    dpi = round(charts.fine_enough(profile.dpi))
-    pixels = [render(page, dpi, _words(name)) for page in made.pages]
-    return Printed(made.paper, pixels, dpi, {"chart": made.version, "printer": name})
-
-
-def write_chart_file(made: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
-    """Write a chart as .pdf, with its tables beside it, or as .png.
-
-    Raises
-    ------
-    InputError
-        Another ending, or a file that cannot be written.
-    """
-    if path.suffix.lower() == ".png":
-        return pages.write(chart_pages(made, profile, name), path)
-    return charts.write_chart(made, path, profile.dpi, _words(name))
-
-
-def _words(name: str) -> tuple[str, ...]:
-    return (f"{name}   {date.today().isoformat()}   handout {handout.__version__}",)

@@ -31,13 +31,13 @@ def command(letters: int, output: tuple[Path, ...], page_name: str, **given: Any
     from handout.cli import jobs
     from handout.motion.styles.asemic import tag
     from handout.page_sizes import page
-    from handout.sinks import check_outputs, write_drawings
+    from handout.sinks import Look, check_outputs, write_drawings
 
     check_outputs(output)
     look, style, seed = styling.look(given), styling.style(given), jobs.seed(given)
     made = tag(letters, style, page(page_name), np.random.default_rng(seed))
     made = replace(made, about={**made.about, "seed": seed})
-    files = write_drawings([made], output, **look)
+    files = write_drawings([made], output, Look(**look))
     facts = {
         "style": style.name,
         "seed": seed,

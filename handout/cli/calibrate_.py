@@ -1,41 +1,71 @@
-"""`handout calibrate`: match a printer's colours to the ink; what is done afterwards is in `calibrated_`."""
+"""`handout calibrate`: match a printer's colours to the ink, and verify, show and export what is stored."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+import sys
 from pathlib import Path
-from typing import Any, TypeVar
 
 import click
 
 from handout import units
-from handout.cli import calibrated_, progress, results
-from handout.cli.calibrating_ import Run
-from handout.errors import InputError
+from handout.cli import options, progress
+from handout.cli.console import Console
+from handout.colour import exports
+from handout.pipeline.options import CalibrationOptions, ChartOptions
 
-F = TypeVar("F", bound=Callable[..., Any])
 _PATH = click.Path(path_type=Path)
 _METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
 
-paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
+paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 method_option = click.option(
     "--method", type=_METHODS, default="forward", show_default=True, help="How the table is made of the patches."
 )
+_stored_printer = click.option("--printer", required=True, help="The printer that was calibrated.")
+_stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
 
 
-def _beside(patches: Path) -> Path:
-    """Where what the pen wrote in the chart's frame lies beside a table of its patches."""
-    return patches.with_suffix(".pen.npz")
+_chart = options.bind(
+    "sheets",
+    ChartOptions,
+    click.option("--sheet", default="A4", show_default=True, help="A4 or letter."),
+    click.option("--pages", "pages", type=int, help="1, or 2 where the printer's margins are wide."),
+)
+_calibration = options.bind(
+    "calibration",
+    CalibrationOptions,
+    click.option(
+        "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
+    ),
+    click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record."),
+    click.option("--hand", default="", help="Verify with the ink of this hand; compare the scan with its pages."),
+    click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself."),
+    method_option,
+    click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip."),
+    click.option("--accept", is_flag=True, help="Calibrate with the print as it is, though inks are weak in it."),
+    click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left."),
+    click.option("--fault", "faults", multiple=True, help="With sim: something wrong with printer or scanner."),
+)
 
 
-def _chart_options(function: F) -> F:
-    for option in reversed((
-        click.option("--sheet", default="A4", show_default=True, help="A4 or letter."),
-        click.option("--pages", "pages_", type=int, help="1, or 2 where the printer's margins are wide."),
-    )):  # fmt: skip
-        function = option(function)
-    return function
+class _AtTerminal:
+    """The person at the terminal (a `pipeline.calibrating.Person`)."""
+
+    def ready(self, request: str) -> None:
+        with progress.hidden():
+            click.prompt(request, default="", show_default=False, err=True)
+
+    def scan_of(self, name: str) -> Path:
+        with progress.hidden():
+            return Path(click.prompt(f"File with the scan of the {name}", err=True).strip().strip("'\""))
+
+    def agrees(self, question: str) -> bool:
+        with progress.hidden():
+            return click.confirm(question, default=False, err=True)
+
+    def tries_again(self) -> bool:
+        return sys.stdin.isatty()
 
 
 @click.group("calibrate")
@@ -48,27 +78,13 @@ def command() -> None:
     """
 
 
-for _command in calibrated_.COMMANDS:
-    command.add_command(_command)
-
-
 @command.command()
 @printer_option
 @paper_option
-@_chart_options
-@click.option(
-    "--scanner", help="Scan through SANE with this scanner (scanimage -L lists them) instead of giving files."
-)
-@click.option("--scanner-name", default="", help="What the scanner that makes the files is called, for the record.")
-@click.option("--hand", default="", help="Verify with the ink of this hand; compare the scan with its pages.")
-@click.option("-o", "--output", type=_PATH, help="Folder for chart and strip as PDF, if you print them yourself.")
-@method_option
-@click.option("--no-verify", is_flag=True, help="Store the table without printing a verification strip.")
-@click.option("--accept", is_flag=True, help="Calibrate with the print as it is, though inks are weak in it.")
-@click.option("--afresh", is_flag=True, help="Begin anew instead of going on where the last run was left.")
-@click.option("--fault", "faults", multiple=True, help="With sim: something wrong with printer or scanner.")
-@results.output_options
-def wizard(**given: Any) -> int:
+@_chart
+@_calibration
+@options.console
+def wizard(printer: str, paper: str, sheets: ChartOptions, calibration: CalibrationOptions, console: Console) -> None:
     """Calibrate a printer step by step; a run that was left is gone on with.
 
     \b
@@ -77,123 +93,61 @@ def wizard(**given: Any) -> int:
     handout calibrate wizard --printer pdf -o charts       print the files yourself
     handout calibrate wizard --printer sim --paper cream
     """
-    from handout.calibrating.session import Step
-    from handout.calibrating.wizard import Wizard
-    from handout.printing.printers import resolve
-    from handout.simulated.print_and_scan import simulated
+    from handout.pipeline.calibrating import calibrate
 
-    profile = resolve(given["printer"])
-    if profile.file and not profile.simulated and given["output"] is None:
-        raise InputError(f"{given['printer']} writes files: name a folder for chart and strip with -o.")
-    say = results.talk(given["quiet"])
-    loop = simulated(profile, given["paper"], given["faults"], given["hand"]) if profile.simulated else None
-    made = Wizard(
-        profile, given["printer"], given["paper"], sheet=given["sheet"], page_count=given["pages_"],
-        scanner=given["scanner"] or given["scanner_name"] or ("simulated flatbed" if loop else ""),
-        hand=given["hand"], afresh=given["afresh"], accept=given["accept"],
-    )  # fmt: skip
-    if made.resumed:
-        say(f"Going on with the calibration of {made.name} begun on {made.session.state.begun} (--afresh begins anew).")
-    run = Run(made, loop, given, say)
     try:
-        with progress.shown(given["quiet"]) as tell:
-            while made.step is not Step.DONE:
-                tell(run.share, made.step.value)
-                run.step()
+        with console.working():
+            result = calibrate(printer, paper, sheets, calibration, person=_AtTerminal(), listener=console)
     except (click.Abort, KeyboardInterrupt) as stop:
-        again = f"handout calibrate wizard --printer {given['printer']} --paper {given['paper']}"
+        again = f"handout calibrate wizard --printer {printer} --paper {paper}"
         stop.add_note(f"What was done so far is kept; go on with: {again}")
         raise
-    assert run.stored is not None
-    said = f"Stored: {run.stored.described()}; report: {run.stored.report}."
-    facts = run.stored.facts()
-    if run.reference is not None:
-        facts["pen"] |= run.reference.facts()
-    results.report(facts, said, as_json=given["as_json"], quiet=given["quiet"])
-    return 0
+    stored = result.calibration
+    console.report(result, f"Stored: {stored.described()}; report: {stored.report}.")
 
 
 @command.command()
 @printer_option
 @paper_option
-@_chart_options
+@_chart
 @click.option("-o", "--output", type=_PATH, help="PDF to print yourself; without it the chart goes to the printer.")
 @click.option("--dry-run", type=_PATH, help="PNG: the very pixels that the printer would get.")
-@results.output_options
-def chart(printer: str, paper: str, sheet: str, pages_: int | None, output: Path | None, dry_run: Path | None,
-          as_json: bool, quiet: bool) -> int:  # fmt: skip
+@options.console
+def chart(
+    printer: str, paper: str, output: Path | None, dry_run: Path | None, sheets: ChartOptions, console: Console
+) -> None:
     """Print the calibration chart, or write it to a file.
 
     \b
     handout calibrate chart --printer epson -o chart.pdf
     handout calibrate chart --printer epson --dry-run chart.png
     """
-    from handout.calibrating import pages, store
-    from handout.calibrating.wizard import chart_pages, write_chart_file
-    from handout.printing.charts import chart_for
-    from handout.printing.printers import resolve
+    from handout.pipeline.calibrating import print_chart
 
-    profile = resolve(printer)
-    if profile.file and output is None and dry_run is None:
-        raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
-    made, name = chart_for(profile, sheet, pages_), f"{store.key(printer)}/{store.key(paper)}"
-    outs = [out for out in (output, dry_run) if out is not None]
-    files = [str(path) for out in outs for path in write_chart_file(made, profile, name, out)]
-    jobs = [] if files else list(pages.send(chart_pages(made, profile, name), profile))
-    result = {"files": files, "jobs": jobs, "pages": len(made.pages), "dpi": profile.dpi}
-    where = ", ".join(files) or f"{units.count(len(jobs), 'job')} sent"
-    said = f"Chart of {units.count(len(made.pages), 'page')} for {profile.dpi} dpi: {where}."
-    results.report(result, said, as_json=as_json, quiet=quiet)
-    return 0
+    result = print_chart(printer, paper, sheets, outputs=[path for path in (output, dry_run) if path is not None])
+    where = ", ".join(map(str, result.files)) or f"{units.count(len(result.jobs), 'job')} sent"
+    console.report(result, f"Chart of {units.count(result.pages, 'page')} for {result.dpi} dpi: {where}.")
 
 
 @command.command()
 @click.argument("scans", nargs=-1, required=True, type=_PATH)
 @click.option("-o", "--output", type=_PATH, required=True, help="The patches, as a .ti3 table.")
-@click.option("--report", "report_", type=_PATH, help="A page with pictures of what was read, .html.")
+@click.option("--report", "report_file", type=_PATH, help="A page with pictures of what was read, .html.")
 @click.option("--hand", default="", help="A scanned hand: was the chart scanned as its pages were?")
 @click.option("--accept", is_flag=True, help="Take the print as it is, though inks are weak in it.")
-@results.output_options
-def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, accept: bool, as_json: bool,
-         quiet: bool) -> int:  # fmt: skip
+@options.console
+def read(
+    scans: tuple[Path, ...], output: Path, report_file: Path | None, hand: str, accept: bool, console: Console
+) -> None:
     """Read scans of the chart: all its pages, any angle, 50 to 1200 dpi.
 
     \b
     handout calibrate read scan.tif -o patches.ti3 --report report.html
     """
-    from handout import atomic
-    from handout.calibrating import inks, prints, reference
-    from handout.calibrating.wizard import ScansRefused
-    from handout.colour import cgats
-    from handout.colour.chart_files import ti3
-    from handout.colour.reading import read as read_chart
-    from handout.colour.reading.pen_field import save as save_scribble
-    from handout.colour.report import write_report
+    from handout.pipeline.calibrating import read_scans
 
-    atomic.check_writable(output)
-    paper = inks.paper_of(hand) if hand else None
-    reading = read_chart(scans, paper=None if paper is None else paper.tolist())
-    known = reference.compared(reading.scribble, hand, inks.scanned_name(hand) if hand else "")
-    reading = prints.judged(reading, known, accept=accept)
-    if report_ is not None:
-        write_report(report_, reading)
-    if not quiet:
-        for one in reading.findings:
-            click.echo(f"{one.severity}: {one}", err=True)
-    if not reading.usable:
-        raise ScansRefused(reading.findings, report_file=report_)
-    say = results.talk(quiet)
-    say(f"{'warning: ' if known.doubtful else ''}{known.said}")
-    cgats.write(output, ti3(reading))
-    files = [str(output)]
-    if reading.scribble is not None:
-        save_scribble(reading.scribble, _beside(output))
-        files.append(str(_beside(output)))
-    findings = [{"code": one.code, "severity": one.severity, "sentence": str(one)} for one in reading.findings]
-    result = {"patches": len(reading.device), "findings": findings, "files": files, "pen": known.facts()}
-    read = units.count(len(reading.device), "colour")
-    results.report(result, f"{read} read: {output}.", as_json=as_json, quiet=quiet)
-    return 0
+    result = read_scans(scans, output, report_file=report_file, hand=hand, accept=accept, listener=console)
+    console.report(result, f"{units.count(len(result.reading.device), 'colour')} read: {output}.")
 
 
 @command.command()
@@ -202,23 +156,112 @@ def read(scans: Sequence[Path], output: Path, report_: Path | None, hand: str, a
 @paper_option
 @click.option("--scanner-name", default="", help="What the scanner is called, for the record.")
 @method_option
-@results.output_options
-def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, as_json: bool, quiet: bool) -> int:
+@options.console
+def build(patches: Path, printer: str, paper: str, scanner_name: str, method: str, console: Console) -> None:
     """Build the table of PATCHES (.ti3) and store it for the printer.
 
     \b
     handout calibrate build patches.ti3 --printer epson
     """
-    from handout.calibrating import store
+    from handout.pipeline.calibrating import build_table
 
-    with progress.shown(quiet) as tell:
-        tell(0.0, "building the table")
-        made = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
-    if _beside(patches).is_file():
-        made.keep_scribble(_beside(patches), "")
-    said = (
+    with console.working():
+        result = build_table(patches, printer, paper, scanner_name=scanner_name, method=method, listener=console)
+    made = result.calibration
+    console.report(
+        result,
         f"Stored: {made.described()}; it misses its own patches by ΔE00 {made.misses:.2f} on the mean. Verify it: "
-        f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf"
+        f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf",
     )
-    results.report(made.facts(), said, as_json=as_json, quiet=quiet)
-    return 0
+
+
+@command.command()
+@_stored_printer
+@_stored_paper
+@click.option("--hand", default="", help="Take the ink of this hand instead of usual inks.")
+@click.option("--sheet", default="A4", show_default=True, help="A4 or letter.")
+@click.option("-o", "--output", type=_PATH, help="Write the strip as .pdf or .png instead of printing it.")
+@click.option("--scan", "scans", type=_PATH, multiple=True, help="The scanned strip: say how well colours match.")
+@click.option("--report", "report_file", type=_PATH, help="With --scan: pictures of before and after, .html.")
+@options.console
+def verify(
+    printer: str,
+    paper: str,
+    hand: str,
+    sheet: str,
+    output: Path | None,
+    scans: tuple[Path, ...],
+    report_file: Path | None,
+    console: Console,
+) -> None:
+    """Print a verification strip, and read its scan: ΔE00 with the calibration and without it.
+
+    \b
+    handout calibrate verify --printer epson -o strip.pdf
+    handout calibrate verify --printer epson --scan strip-scan.png
+    """
+    from handout.pipeline import calibrating
+
+    if scans:
+        read = calibrating.verify(printer, paper, scans, report_file=report_file)
+        warnings = (f"warning: {finding}" for finding in read.verification.findings)
+        head = f"{read.calibration.described()}:"
+        console.report(read, "\n".join([*warnings, head, *read.verification.lines()]))
+        return
+    strip = calibrating.print_strip(printer, paper, hand=hand, sheet=sheet, output=output)
+    found = strip.calibration
+    where = ", ".join(map(str, strip.files)) or "sent to the printer"
+    console.report(
+        strip,
+        f"Strip of {found.described()}: {where}. Scan it like the chart, then: handout calibrate verify --printer "
+        f"{found.printer} --paper {found.paper} --scan SCAN",
+    )
+
+
+@command.command()
+@click.option("--printer", default="", help="Only of this printer.")
+@click.option("--paper", default="", help="Only of this paper.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+def show(printer: str, paper: str, as_json: bool) -> None:
+    """The stored calibrations, the newest first; the first of a printer and paper is the one that is used.
+
+    \b
+    handout calibrate show --printer epson
+    """
+    from handout.pipeline.calibrating import stored_calibrations
+
+    stored = stored_calibrations(printer, paper)
+    if as_json:
+        click.echo(json.dumps(stored.facts(), ensure_ascii=False))
+        return
+    if not stored.calibrations:
+        click.echo("Nothing is calibrated yet: handout calibrate wizard --printer NAME")
+    for line in stored.lines():
+        click.echo(line)
+
+
+@command.command()
+@_stored_printer
+@_stored_paper
+@click.option("--format", "kind", type=click.Choice(list(exports.FORMATS)), required=True, help="What to write.")
+@click.option("-o", "--output", type=_PATH, required=True)
+@options.console
+def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:
+    """Write a calibration for other programs.
+
+    \b
+    icc       the printer's profile, for GIMP, Photoshop, CUPS; "absolute colorimetric" gives our colours
+    icc-link  a device link: RGB as it was scanned to RGB to send
+    cube      the same table as .cube
+    ti3       the patches, for ArgyllCMS
+    png, npz  a picture of the table, and the table itself
+
+    \b
+    handout calibrate export --printer epson --format icc -o epson.icc
+    handout calibrate export --printer epson --format cube -o epson.cube
+    handout print --calibration epson.npz --printer epson envelope.csv     (after --format npz)
+    """
+    from handout.pipeline.calibrating import export
+
+    exported = export(printer, paper, kind, output)
+    console.report(exported, f"{exported.calibration.described()}: {output}.")

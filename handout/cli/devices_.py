@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import click
+
+_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 
 
 @click.group("devices")
@@ -16,45 +17,44 @@ def command() -> None:
 
 @command.command("list")
 @click.option("--ports", is_flag=True, help="The serial ports of this computer instead.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@_json
 def list_(ports: bool, as_json: bool) -> None:
     """All known machines; your own files win over shipped ones of the same name."""
-    from handout import profiles, shipped
-
     if ports:
         _list_ports(as_json)
         return
-    files = shipped.files("devices", "*.toml")
-    found = {name: profiles.read(path) for name, path in files.items()}
+    from handout import shipped
+    from handout.pipeline.devices import list_devices
+
+    devices = list_devices()
     if as_json:
-        rows = [{"name": n, "kind": p.kind, "title": p.title, "file": str(files[n])} for n, p in found.items()]
-        click.echo(json.dumps({"devices": rows}, ensure_ascii=False))
+        click.echo(json.dumps({"devices": [device.facts() for device in devices]}, ensure_ascii=False))
         return
-    width = max(map(len, found))
-    for name, profile in found.items():
-        click.echo(f"{name:<{width}}  {profile.title}")
+    width = max(len(device.name) for device in devices)
+    for device in devices:
+        click.echo(f"{device.name:<{width}}  {device.title}")
     click.echo(f"Your own go into {shipped.user_folder('devices')}.", err=True)
 
 
 def _list_ports(as_json: bool) -> None:
     from handout.plotting.ports import serial_devices
 
-    found = serial_devices()
+    ports = serial_devices()
     if as_json:
-        rows = [{"port": port.name, "title": port.title, "usb": port.usb_text or None} for port in found]
+        rows = [{"port": port.name, "title": port.title, "usb": port.usb_text or None} for port in ports]
         click.echo(json.dumps({"ports": rows}, ensure_ascii=False))
-    elif not found:
+    elif not ports:
         click.echo("No serial port was found: is the plotter plugged in and switched on?", err=True)
     else:
-        width = max(len(port.name) for port in found)
-        for port in found:
+        width = max(len(port.name) for port in ports)
+        for port in ports:
             click.echo(f"{port.name:<{width}}  {port.usb_text or '-':<9}  {port.title}".rstrip())
 
 
 @command.command("probe")
 @click.option("--port", default="auto", show_default=True, help="/dev/ttyUSB0, COM3, socket://host:port, or sim:.")
 @click.option("--device", help="The plotter's profile; without it every dialect is tried.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
+@_json
 def probe(port: str, device: str | None, as_json: bool) -> None:
     """Ask the plotter at PORT who it is and what it can do; nothing moves.
 
@@ -63,54 +63,18 @@ def probe(port: str, device: str | None, as_json: bool) -> None:
     handout devices probe --port /dev/ttyUSB0
     handout devices probe --port auto --device plotter-axidraw-v3
     """
-    if device is None and port.partition(":")[0] != "sim":
-        result = _identify(port)
-    else:
-        result = _meet(port, device or "simulated")
+    from handout.cli.console import Console
+    from handout.pipeline import devices
+
+    answer = devices.probe(port, device, Console())
     if as_json:
-        click.echo(json.dumps(result, ensure_ascii=False))
+        click.echo(json.dumps(answer.facts(), ensure_ascii=False))
         return
-    click.echo(f"{result['port']} speaks {result['dialect']}: {result['firmware'] or 'it does not say what it is'}")
-    for key, value in result.get("limits", {}).items():
+    click.echo(f"{answer.port} speaks {answer.dialect}: {answer.firmware or 'it does not say what it is'}")
+    for key, value in answer.limits.items():
         click.echo(f"  {key:<26} {value:g}")
-    if "limits" not in result:
+    if not answer.limits:
         click.echo("Name its profile with --device to hear its limits.", err=True)
-
-
-def _identify(port: str) -> dict[str, Any]:
-    """Who is there, of all dialects."""
-    from handout.errors import DeviceSilent
-    from handout.plotting import connections
-
-    port = connections.only_port() if port == "auto" else port
-    answer = connections.identify(port)
-    if answer is None:
-        raise DeviceSilent(
-            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
-            "on, is this its port?"
-        )
-    return {"port": port, "dialect": answer.dialect, "firmware": answer.firmware}
-
-
-def _meet(address: str, device: str) -> dict[str, Any]:
-    """Who is there and what are its limits, in the dialect of a profile."""
-    from handout import profiles
-    from handout.plotting import connections, open_port
-    from handout.plotting.dialects import dialect
-
-    profile = profiles.find(device, "plotter")
-    assert isinstance(profile, profiles.Plotter)
-    spoken = dialect(profile.dialect)
-    port = open_port(address, profile)
-    try:
-        controller = spoken.connect(port, profile, lambda said: click.echo(said, err=True))
-        answer = connections.ask(port, [profile.dialect], wakes=0.0)
-        own = controller.profile
-    finally:
-        port.close()
-    name = getattr(port, "url", address)
-    firmware = answer.firmware if answer else ""
-    return {"port": name, "dialect": profile.dialect, "firmware": firmware, "limits": connections.limits(own)}
 
 
 @command.command("show")

@@ -3,37 +3,42 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
 
 import click
 
 from handout import units
-from handout.cli import drawings as drawn_
-from handout.cli import jobs, options, results
-from handout.errors import InputError
-from handout.pipeline import programs
+from handout.cli import options, results
+from handout.cli.console import Console
+from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.pipeline.plot_request import ExportOptions
+from handout.pipeline.programs import SUFFIXES
 
 
 @click.command("export")
 @click.argument("text", nargs=-1)
 @click.option("--file", "-f", help="Read the text from a file; - for standard input.")
 @click.option(
-    "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(programs.USUAL)}"
+    "--output", "-o", multiple=True, required=True, type=click.Path(path_type=Path), help=f"{' '.join(SUFFIXES)}"
 )
-@click.option("--device", help="The plotter it is for; default: a common one that reads such files.")
-@click.option(
-    "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
+@options.bind(
+    "export",
+    ExportOptions,
+    click.option("--device", help="The plotter it is for; default: a common one that reads such files."),
+    click.option(
+        "--order", type=click.Choice(["writing", "travel"]), default="writing", show_default=True, help="Of words."
+    ),
 )
-@options.sheet_options("A5")
-@options.writing_options
-@options.slips_option
+@options.sheet("A5")
+@options.writing
+@options.console
 def command(
     text: tuple[str, ...],
     file: str | None,
     output: tuple[Path, ...],
-    device: str | None,
-    order: Literal["writing", "travel"],
-    **given: Any,
+    export: ExportOptions,
+    sheet: SheetOptions,
+    writing: WritingOptions,
+    console: Console,
 ) -> None:
     """Write TEXT (a file, a drawing, or - for standard input) as the program of a plotter, for something else to send.
 
@@ -42,26 +47,15 @@ def command(
     handout export letter.txt -o job.hpgl --device hp-7475a
     handout export drawing.svg -o job.gcode --order travel
     """
-    from handout.sinks import check_outputs, write_drawings
+    from handout.pipeline import exporting
+    from handout.pipeline.inputs import read_source
 
-    for path in output:
-        if path.suffix.lower() not in programs.USUAL:
-            raise InputError(
-                f"{path}: programs of plotters end in {', '.join(programs.USUAL)}; handout write does the rest."
-            )
-    drawing = drawn_.given(text, file, quiet=given["quiet"])
-    words = "" if drawing else options.text_of(*drawn_.named_file(text, file, given["quiet"]))
-    job = jobs.setup(given, given["page_name"], given["margin"], given["pages"])
-    made = programs.Programs(device, output, fast=job.fast, fit=given["fit"], order=order)
-    check_outputs(output, made.sinks)
-    if drawing is None:
-        pages, drawings = jobs.compose_and_trace(words, job, shown=jobs.STROKES)
-    else:
-        pages, drawings = [drawn_.unwritten(drawing)], [drawing]
-    files = write_drawings(drawings, output, extra=made.sinks)
-    result = results.summary(pages, drawings, job, files)
-    result["devices"] = {name: round(seconds, 2) for name, seconds in made.seconds.items()}
-    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in made.seconds.items())
-    said = f"Wrote {', '.join(map(str, files))}: {times}; seed {job.seed}."
-    said += results.lent(result) + results.slipped(result)
-    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    exporting.check_suffixes(output)
+    source = read_source(text, file, console)
+    result = exporting.export(source, output, writing, sheet, export)
+    times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
+    console.report(
+        result,
+        f"Wrote {results.names(result.files)}: {times}; seed {result.seed}."
+        f"{results.lent(result.tally)}{results.slipped(result.tally)}",
+    )

@@ -112,7 +112,7 @@ def show(name: str, output: tuple[str, ...], text: str | None, **given: Any) -> 
 def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> None:
     import numpy as np
 
-    from handout.sinks import check_outputs, write_drawings
+    from handout.sinks import Look, check_outputs, write_drawings
     from handout.values import Hand
     from handout.writing.specimen import specimen
 
@@ -126,7 +126,7 @@ def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> No
     rng = np.random.default_rng(job.seed)
     sheet = specimen(hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
     drawing = jobs.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
-    files = write_drawings([drawing], paths, **{**look, "pen": _enlarged(look["pen"])})
+    files = write_drawings([drawing], paths, Look(**{**look, "pen": _enlarged(look["pen"])}))
     result = {**results.summary([sheet], [drawing], job, files), **_facts(hand)}
     said = f"Wrote {', '.join(map(str, files))}: {units.count(_drawn(hand), 'form')}; seed {job.seed}."
     results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])

@@ -208,7 +208,7 @@ def page_of(given: Mapping[str, Any]) -> str:
 
 
 def look(given: Mapping[str, Any]) -> dict[str, Any]:
-    """As `pipeline.pictures.look`, as keywords of `write_drawings`."""
+    """As `pipeline.pictures.look`, as keywords of `sinks.Look`."""
     from handout.pipeline import pictures
 
     return dict(vars(pictures.look(pictured(given))))

@@ -32,7 +32,7 @@ def command(source: Path, output: tuple[Path, ...], **given: Any) -> None:
     from handout.cli import jobs
     from handout.errors import InputError
     from handout.motion.styles.restyling import losses, restyle
-    from handout.sinks import check_outputs, write_drawings
+    from handout.sinks import Look, check_outputs, write_drawings
     from handout.sources import read_drawing
 
     check_outputs(output)
@@ -42,7 +42,7 @@ def command(source: Path, output: tuple[Path, ...], **given: Any) -> None:
     except InputError as error:
         raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
     made = replace(made, about={**made.about, "seed": seed})
-    files = write_drawings([made], output, **look)
+    files = write_drawings([made], output, Look(**look))
     left_out = [str(one) for one in drawing.about.get("left_out", [])]
     facts = {
         "style": style.name,

@@ -10,8 +10,8 @@ import click
 
 from handout import units
 from handout.cli import jobs, results
-from handout.cli.scan_ import hand_path
 from handout.errors import InputError
+from handout.pipeline.inputs import hand_path
 
 if TYPE_CHECKING:
     import numpy as np

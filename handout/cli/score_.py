@@ -13,8 +13,8 @@ import click
 if TYPE_CHECKING:
     import numpy as np
 
-    from handout.score.crowd import Standing, Style
-    from handout.score.measured import MeasuredLine
+    from handout.score.comparison import WriterRanking
+    from handout.score.features import LineFeatures, PageFeatures
 
 _NEAREST = 5  # of a crowd, that are named
 _DEGREES = ("slant", "slant_spread", "line_slope", "slope_spread", "margin_drift")
@@ -65,14 +65,14 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed
     """
     import numpy as np
 
-    from handout.score.crowd import read_crowd, standing
+    from handout.score.comparison import rank_writers, read_crowd
 
     measured = [_measure(path, dpi, lines=len(pages) > 1) for path in pages]
     others = read_crowd(crowd, leave_out=pages) if crowd else {}
     found: dict[str, Any] = {"pages": [page.about for page in measured]}
     found["distances"] = [_compared(measured[0], page, others, np.random.default_rng(seed)) for page in measured[1:]]
     if crowd:
-        found["crowd"] = [_in_crowd(page.path, standing(page.style, others)) for page in measured]
+        found["crowd"] = [_in_crowd(page.path, rank_writers(page.style, others)) for page in measured]
     found["seed"] = seed
     if as_json:
         click.echo(json.dumps(_rounded(found), ensure_ascii=False))
@@ -83,24 +83,23 @@ def command(pages: tuple[Path, ...], crowd: Path | None, dpi: float | None, seed
 @dataclass(frozen=True)
 class _Page:
     path: Path
-    style: Style
-    lines: list[MeasuredLine]
+    style: PageFeatures
+    lines: list[LineFeatures]
     about: dict[str, Any]
 
 
 def _measure(path: Path, dpi: float | None, lines: bool) -> _Page:
     """Repetition and statistics of a page, and what of it is compared; its lines one by one if they are wanted."""
     from handout.errors import InputError
-    from handout.score.crowd import style
-    from handout.score.measured import measure_lines
-    from handout.score.pages import ink, read_page
+    from handout.score.features import measure_lines, page_features
     from handout.score.repetition import components, repetition
     from handout.score.statistics import page_statistics
+    from handout.score.written_lines import ink, read_page
 
     grey = read_page(path, dpi)
     try:
         statistics = asdict(page_statistics(grey))
-        own = style(ink(grey))
+        own = page_features(ink(grey))
         parts = measure_lines(grey) if lines else []
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
@@ -108,10 +107,10 @@ def _measure(path: Path, dpi: float | None, lines: bool) -> _Page:
     return _Page(path, own, parts, {**about, "statistics": statistics})
 
 
-def _compared(real: _Page, made: _Page, crowd: Mapping[str, Style], rng: np.random.Generator) -> dict[str, Any]:
+def _compared(real: _Page, made: _Page, crowd: Mapping[str, PageFeatures], rng: np.random.Generator) -> dict[str, Any]:
     """A page held against the author's."""
-    from handout.score.compare import compare
-    from handout.score.crowd import distance, standing
+    from handout.score.comparison import compare, rank_writers
+    from handout.score.features import distance
 
     row: dict[str, Any] = {"from": str(real.path), "to": str(made.path), **asdict(distance(real.style, made.style))}
     found = compare(real.lines, made.lines, rng)
@@ -120,13 +119,13 @@ def _compared(real: _Page, made: _Page, crowd: Mapping[str, Style], rng: np.rand
     row["two_sample"] = {**asdict(test), "verdict": test.verdict} if test else None
     row["notes"] = list(found.notes)
     if crowd:
-        row["rank"] = standing(real.style, {**crowd, "\0": made.style}).rank("\0")
-        row["author_rank"] = standing(made.style, {**crowd, "\0": real.style}).rank("\0")
+        row["rank"] = rank_writers(real.style, {**crowd, "\0": made.style}).rank("\0")
+        row["author_rank"] = rank_writers(made.style, {**crowd, "\0": real.style}).rank("\0")
         row["among"] = len(crowd) + 1
     return row
 
 
-def _in_crowd(path: Path, found: Standing) -> dict[str, Any]:
+def _in_crowd(path: Path, found: WriterRanking) -> dict[str, Any]:
     near, further = asdict(found.nearest), asdict(found.further())
     rows = zip(found.names[:_NEAREST], found.distances, strict=False)
     return {

@@ -98,7 +98,8 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
     """
     from handout.errors import InputError
     from handout.motion.reconstruction import planned_page
-    from handout.sinks import check_outputs, plans_json, write_drawings
+    from handout.sinks import check_outputs, write_drawings
+    from handout.sources import plans_json
 
     check_outputs(output)
     try:

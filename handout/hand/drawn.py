@@ -117,7 +117,7 @@ def read(path: Path) -> Hand:
         slant=file.slant,
         smooth=file.smooth,
         drawn_at=file.drawn_at or file.smooth,
-        late_after=file.late,
+        delayed_after=file.late,
         interval=file.interval,
         word_space=file.word_space,
         pitch=file.pitch,
@@ -139,13 +139,13 @@ def _points(text: str, breadth: float) -> list[Array]:
 
 
 def _glyph(letter: str, number: int, form: _Form, strokes: list[Array], breadth: float) -> Glyph:
-    late = _points(form.late, breadth)
+    delayed = _points(form.late, breadth)
     if not form.weight > 0:
         raise ValueError(f"letter {letter!r}, form {number + 1}: weight = {form.weight:g} is not above 0")
     return Glyph(
         letter=letter,
-        strokes=(*strokes, *late),
-        late=(False,) * len(strokes) + (True,) * len(late),
+        strokes=(*strokes, *delayed),
+        delayed=(False,) * len(strokes) + (True,) * len(delayed),
         width=form.width * breadth,
         places=frozenset(form.at.split()) or _PLACES,
         after=form.after,
@@ -195,7 +195,7 @@ def _ways_in(letter: str, form: _Form, file: _File) -> Iterator[tuple[str, Array
 
 def _ended(glyph: Glyph, form: _Form, file: _File) -> Iterator[Glyph]:
     """The forms of a joining letter at the end of a word: its exit is shortened, or as `end`, `cut` say."""
-    last = glyph.late.index(True) - 1 if True in glyph.late else len(glyph.late) - 1
+    last = glyph.last_main
     body, tip = glyph.strokes[last], glyph.strokes[last][-1]
     if form.cut:
         variants = [(body[: -form.cut], 0.0)]
@@ -263,7 +263,7 @@ def _hastened(glyph: Glyph, shape: Array, haste: float) -> Glyph:
     strokes = [stroke @ shape for stroke in glyph.strokes]
     width = glyph.width * float(shape[0, 0])
     if haste > 0 and glyph.exit == "lifted" and glyph.places <= _LAST_PLACES and glyph.letter.islower():
-        last = glyph.late.index(True) - 1 if True in glyph.late else len(strokes) - 1
+        last = glyph.last_main
         trailed = _trailed(strokes[last], haste)
         width += max(0.0, float(trailed[-1, 0] - strokes[last][-1, 0]))
         strokes[last] = trailed

@@ -154,6 +154,10 @@ class ScannedPage:
             raise ValueError(f"expected paper of (h, w, 3), got {paper.shape}")
         paper.flags.writeable = False
         object.__setattr__(self, "paper", paper)
+        self._check_picture()
+        self._check_vertices()
+
+    def _check_picture(self) -> None:
         if not (self.dpi > 0 and self.pitch > 0 and self.x_height > 0):
             raise ValueError("resolution, pitch and x-height must be above 0")
         if min(self.shape) < 1 or self.shape[0] * self.shape[1] > _MOST_PIXELS:
@@ -161,6 +165,8 @@ class ScannedPage:
         box = [(at, at + side) for at, side in zip(self.texture.corner[::-1], self.texture.shape, strict=True)]
         if any(low < 0 or high <= low or high > side for (low, high), side in zip(box, self.shape, strict=True)):
             raise ValueError("the ink lies outside the picture")
+
+    def _check_vertices(self) -> None:
         uv = self.graph.uv
         if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
             raise ValueError("a vertex lies outside its picture")

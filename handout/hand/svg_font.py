@@ -69,20 +69,13 @@ def _hand(root: Element, name: str) -> Hand:
         raise InputError("There is no <font> in it: a drawing is plotted, not written with; a font has glyphs.")
     face = font.find("font-face")
     facts: Mapping[str, str] = {} if face is None else face.attrib
-    advance = _number(font.attrib, "horiz-adv-x", 0.0)
-    found = {
-        letter: (_paths(glyph, letter), _number(glyph.attrib, "horiz-adv-x", advance))
-        for glyph in font.findall("glyph")
-        if len(letter := glyph.get("unicode", "")) == 1
-    }
-    drawn = {letter: paths for letter, (paths, _) in found.items() if paths and not letter.isspace()}
+    paths, advances = _font_glyphs(font)
+    drawn = {letter: lines for letter, lines in paths.items() if lines and not letter.isspace()}
     if not drawn:
         raise InputError("The font has no glyph of a letter with a path: there is nothing to write with.")
     unit = _x_height(drawn, facts)
     _check_lines(drawn, unit)
-    glyphs = {letter: (_glyph(letter, paths, found[letter][1], unit),) for letter, paths in drawn.items()}
-    spaces = [wide / unit for letter, (_, wide) in found.items() if letter in " \u00a0" and wide > 0]
-    usual = float(np.median([glyph.width for (glyph,) in glyphs.values()]))
+    glyphs = {letter: (_glyph(letter, lines, advances[letter], unit),) for letter, lines in drawn.items()}
     return Hand(
         name=name,
         title=facts.get("font-family") or font.get("id") or name,
@@ -91,11 +84,25 @@ def _hand(root: Element, name: str) -> Hand:
         slant=0.0,
         smooth=_SMOOTH,
         drawn_at=_SMOOTH,
-        late_after="letter",
+        delayed_after="letter",
         interval=_INTERVAL,
-        word_space=min(max(spaces[0] if spaces else 0.8 * usual, 0.4), 3.0),
+        word_space=_word_space(advances, unit, float(np.median([glyph.width for (glyph,) in glyphs.values()]))),
         pitch=_pitch(facts, unit),
     )
+
+
+def _font_glyphs(font: Element) -> tuple[dict[str, list[Array]], dict[str, float]]:
+    """The paths and the advance of every glyph that stands for one character, in units of the font."""
+    usual = _number(font.attrib, "horiz-adv-x", 0.0)
+    letters = {letter: glyph for glyph in font.findall("glyph") if len(letter := glyph.get("unicode", "")) == 1}
+    paths = {letter: _paths(glyph, letter) for letter, glyph in letters.items()}
+    return paths, {letter: _number(glyph.attrib, "horiz-adv-x", usual) for letter, glyph in letters.items()}
+
+
+def _word_space(advances: Mapping[str, float], unit: float, letter_width: float) -> float:
+    """x-heights: the font's own space, or a share of the usual width of its letters."""
+    spaces = [wide / unit for letter, wide in advances.items() if letter in " \u00a0" and wide > 0]
+    return min(max(spaces[0] if spaces else 0.8 * letter_width, 0.4), 3.0)
 
 
 def _number(attributes: Mapping[str, str], name: str, default: float) -> float:

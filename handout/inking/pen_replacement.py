@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.hand.measures import half_width
 from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
-from handout.inking.swatches import FEATURES, Swatches, Track, swatches, tracks
+from handout.inking.swatches import Swatches, Track, swatches, tracks
 from handout.inking.texture import texture
 from handout.motion.optimal_control import follow
 from handout.values import ActionPlan, Array, Drawing, Glyph, Ink, Line, LineGraph, Manuscript, Placed
@@ -120,8 +120,8 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
     if width is not None and not 0.05 <= width <= 10:
         raise InputError(f"width of the line: {width:g} mm is outside 0.05 to 10 mm.")
     pens = swatches(sample)
-    radii = [p.ink.graph.radius for line in manuscript.lines for p in line.placed if p.ink is not None]
-    usual = float(np.median(np.concatenate(radii))) if radii and sum(map(len, radii)) else 1.0
+    half_width = _half_width(manuscript)
+    usual = 1.0 if half_width is None else half_width
     words = [word for line in manuscript.lines for word in _words(line)]
     rewritten: list[list[Placed]] = [[] for _ in words]
     for turn, pen in enumerate(pens):
@@ -134,34 +134,47 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
     return replace(manuscript, lines=tuple(lines))
 
 
+def _half_width(page: Manuscript) -> float | None:
+    """mm, half the usual width of the ink's line; None for a page without."""
+    radii = [placed.ink.graph.radius for line in page.lines for placed in line.placed if placed.ink is not None]
+    return float(np.median(np.concatenate(radii))) if sum(map(len, radii)) else None
+
+
 def _words(line: Line) -> list[list[Placed]]:
     inked = [placed for placed in line.placed if placed.ink is not None]
     return [list(word) for _, word in groupby(inked, key=lambda placed: placed.word)]
 
 
 def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, wanted: float) -> list[list[Placed]]:
-    """Words in the pen's ink, two layers each; the radius of the line is `usual`, mm, and shall be `wanted`."""
+    """Words in the pen's ink, two layers each; half the width of the line is `usual`, mm, and shall be `wanted`."""
     larger = wanted / pen.radius  # than the pen's own line
-    pieces, features = list[list[_Piece]](), [np.zeros((0, FEATURES))]
-    for word in words:
-        graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
-        own = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
-        cut = [_cut(track, pen.length * larger) for track in tracks(own)]
-        pieces.append([piece for some in cut for piece in some])
-        for some in cut:
-            start = np.array([piece.start for piece in some])
-            features.append(some[0].track.features(start, max(some[0].end - some[0].start, 1e-6), wanted))
-    every = [piece for some in pieces for piece in some]
-    if not every:
+    cut = [_pieces_of(word, usual, wanted, pen.length * larger) for word in words]
+    each = [piece for pieces in cut for track in pieces for piece in track]
+    if not each:
         return [[] for _ in words]
-    follows = [b.track is a.track for a, b in pairwise(every)]
+    follows = [b.track is a.track for a, b in pairwise(each)]
+    features = [_features(track, wanted) for pieces in cut for track in pieces]
     chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
     made = []
-    for word, some in zip(words, pieces, strict=True):
-        own_choice = [next(chosen) for _ in some]
-        inks = (_layer(some, own_choice, layer, pen, larger) for layer in (0, 1))
+    for word, tracks_of_word in zip(words, cut, strict=True):
+        pieces = [piece for track in tracks_of_word for piece in track]
+        choice = [next(chosen) for _ in pieces]
+        inks = (_layer(pieces, choice, layer, pen, larger) for layer in (0, 1))
         made.append([replace(word[0], ink=ink) for ink in inks if ink is not None])
     return made
+
+
+def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_Piece]]:
+    """The pieces of every line of a word, `length` mm long; half the width of its line, `usual`, becomes `wanted`."""
+    graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
+    own = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
+    return [_cut(track, length) for track in tracks(own)]
+
+
+def _features(pieces: Sequence[_Piece], half_width: float) -> Array:
+    """(n, FEATURES): of the pieces of one line; see `Track.features`."""
+    start = np.array([piece.start for piece in pieces])
+    return pieces[0].track.features(start, max(pieces[0].end - pieces[0].start, 1e-6), half_width)
 
 
 def _cut(track: Track, length: float) -> list[_Piece]:
@@ -228,8 +241,8 @@ def with_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> 
     ]
     if not any(line.placed for line in lines):
         return page
-    radii = [p.ink.graph.radius for line in page.lines for p in line.placed if p.ink is not None]
-    width = float(np.clip(2 * np.median(np.concatenate(radii)), _LEAST, _MOST)) if radii else None
+    own = _half_width(page)
+    width = None if own is None else float(np.clip(2 * own, _LEAST, _MOST))
     inked = replace_pen(replace(written, lines=tuple(lines)), sample, width=width)
     both = [replace(a, placed=a.placed + b.placed) for a, b in zip(page.lines, inked.lines, strict=True)]
     return replace(page, lines=tuple(both))

@@ -140,22 +140,22 @@ def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
     for number, line in enumerate(manuscript.lines):
         for word, placed in groupby(line.placed, key=lambda p: p.word):
             units = list(placed)
-            parts = [units] if hand.late_after == "word" else [[unit] for unit in units]
+            parts = [units] if hand.delayed_after == "word" else [[unit] for unit in units]
             for part in parts:
                 yield from (_Component(points, of, word, number) for points, of in _strokes(part))
 
 
 def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]]]:
-    """The movements of some neighbouring glyphs: joined ones as one, then what is written late.
+    """The movements of some neighbouring glyphs: joined ones as one, then the delayed strokes.
 
     With each the index in the text of the letter that every point belongs to.
     """
     current: list[Array] = []
     of: list[int] = []
-    late: list[tuple[Array, int]] = []
+    delayed: list[tuple[Array, int]] = []
     for unit in placed:
-        main = [s for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if not is_late]
-        late += [(s, unit.at) for s, is_late in zip(unit.strokes, unit.glyph.late, strict=True) if is_late]
+        main, after_word = unit.glyph.parted(unit.strokes)
+        delayed += [(stroke, unit.at) for stroke in after_word]
         if unit.joined and current:
             current.append(main.pop(0))
             of.append(unit.at)
@@ -165,7 +165,7 @@ def _strokes(placed: Sequence[Placed]) -> Iterator[tuple[Array, NDArray[np.intp]
             current, of = [stroke], [unit.at]
     if current:
         yield _joined(current, of)
-    yield from (_joined([stroke], [at]) for stroke, at in late)
+    yield from (_joined([stroke], [at]) for stroke, at in delayed)
 
 
 def _joined(strokes: Sequence[Array], of: Sequence[int]) -> tuple[Array, NDArray[np.intp]]:

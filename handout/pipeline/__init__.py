@@ -3,27 +3,33 @@
 The command line, the vpype plug-in and the notebook call this room and nothing below it; so does a script.  Nothing
 here knows click or a terminal.  Files:
 
-    options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions
+    options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
     writing.py    `write`, and its parts for the other verbs: prepare the task, set its pages, draw them
+    hands.py      `read`, a hand from scans or recorded pens
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
     pictures.py   the pen, the paper and the resolution of pictures
     lined_paper.py   which lines of a paper are written on
-    programs.py   files for plotters: which machine a suffix is for
+    programs.py   files for plotters: how a page becomes one; exporting.py is `export`, which writes nothing else
+    plotting.py   `plot`, `preview`, `resume`; plot_request.py has their options, plot_jobs.py the plots that are kept
+    job_pages.py  the pages of a plot that are made while the first are drawn, by a program of its own
+    pen_setup.py  a plotter's test sheet, the heights of its pen, the pen moved by hand
+    devices.py    machines that have a profile, and who is plugged in
 
 How a verb is built
 -------------------
-1. Its options are frozen dataclasses here, named after what they describe, with the defaults of the command and a
-   comment for each field: the shared ones of `options`, and one of the verb's own in the verb's file (`PrintOptions`
-   in `printing.py`).  A length is a `Length`: a text with a unit, or a number of mm.  ``None`` means "not asked for",
-   so nothing has to ask click whether a value came from the user.
+1. Its options are frozen dataclasses in `options.py`, named after what they describe, with the defaults of the command
+   and a line for each field: those that verbs share, and one of the verb's own where it has more than two or three.
+   They are in one file that imports nothing heavy, since the command reads it to show its help.  A length is a
+   `Length`: a text with a unit, or a number of mm.  ``None`` means "not asked for", so nothing has to ask click whether
+   a value came from the user.
 2. The work is one function in the verb's file here, `verb(what, options…, *, listener=SILENT) -> Result`.  It reads
    like a table of contents, and it neither prints nor reads the terminal.  What the user should learn *while* it works
    goes to the `Listener`: `say` for a sentence, `progress` for the share that is done.
 3. What the user should learn *afterwards* is data: a frozen dataclass in the verb's file (or in `results`) with a
    `facts()` method, which gives the JSON object that ``--json`` prints, and a field `notes`, sentences on what was
    decided for the user: letters that were lent, parts that were left out, options that were not followed.
-4. `cli/verb_.py` binds and prints, no more::
+4. `cli/verb_.py` binds and prints, no more; it imports the verb's file when it is called, not before::
 
        @click.command("write")
        @click.argument("text", nargs=-1)
@@ -32,6 +38,8 @@ How a verb is built
        @options.picture            # gives the parameter  picture: PictureOptions
        @options.console            # gives the parameter  console: Console (which is the Listener)
        def command(text: tuple[str, ...], sheet: SheetOptions, ..., console: Console) -> None:
+           from handout.pipeline.writing import write
+
            result = write(text, ..., listener=console)
            console.note(*result.notes)
            console.report(result.facts(), f"Wrote {…}.")

@@ -92,6 +92,16 @@ def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
     return found.text.rstrip("\n")
 
 
+def hand_path(output: str | Path) -> Path:
+    """The path of a .hand file that is to be written."""
+    path = Path(output)
+    if path.suffix.lower() != ".hand":
+        raise InputError(
+            f"Hands are kept in .hand files, not {path.suffix or 'without a suffix'}: use {path.stem}.hand."
+        )
+    return path
+
+
 def _is_file(word: str) -> bool:
     """Whether a text is the name of a file; most texts could not even be one."""
     try:

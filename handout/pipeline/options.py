@@ -1,13 +1,18 @@
-"""What a caller may ask for: the options that several verbs share, typed and frozen, with the command's defaults."""
+"""What a caller may ask for, typed and frozen, with the command's defaults: the options of all verbs.
+
+Nothing heavy is imported here: the command reads this file to show its help.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
+from handout.inking.pen import TEXTURED as TEXTURED
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -91,6 +96,82 @@ class PictureOptions:
     ink: str | None = None
     paper: str = "none"
     transparent: bool = False
+
+
+@dataclass(frozen=True)
+class ChartOptions:
+    """The sheets that charts and strips are printed on.
+
+    sheet : "A4" or "letter"; pages : 1, or 2 where the printer's margins are wide; None: what the margins ask for.
+    """
+
+    sheet: str = "A4"
+    pages: int | None = None
+
+
+@dataclass(frozen=True)
+class CalibrationOptions:
+    """How a printer is calibrated.
+
+    scanner : scan through SANE with this scanner instead of asking for files; scanner_name : for the record.
+    hand : the hand whose ink verifies the calibration, and with whose pages the scan is compared.
+    output : a folder for chart and strip as PDF, for a user who prints them; None: they go to the printer.
+    method : how the table is made of the patches, one of `colour.models.METHODS`.
+    no_verify : store the table without a verification strip; accept : take a print in which inks are weak.
+    afresh : begin anew instead of going on where the last run was left.
+    faults : of the simulated printer or scanner.
+    """
+
+    scanner: str | None = None
+    scanner_name: str = ""
+    hand: str = ""
+    output: Path | None = None
+    method: str = "forward"
+    no_verify: bool = False
+    accept: bool = False
+    afresh: bool = False
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a hand is read from pages.
+
+    dpi : pixels an inch of the scans, where the files do not say.
+    pen : what it was written with, one of `TEXTURED`; None: told from the ink.
+    title : what to call the hand, for people.
+    seed : same seed, same hand.
+    """
+
+    dpi: float | None = None
+    pen: str | None = None
+    title: str | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class PrintOptions:
+    """What is printed of a table of addresses, on which printer, and how it is fed."""
+
+    printer: str = "pdf"  # its profile, its queue, or an address ipp://…
+    queue: str = ""  # where the pages go instead of the profile's queue: a CUPS queue, ipp://…, or file:FOLDER
+    dry_run: str | Path | None = None  # a .pdf, .png or .svg that is written instead of printing
+    page: str = "DL"  # the envelope, a name or WxHmm
+    rows: str = ""  # by their numbers in the file, "3-7,9" or "7-"; all for ""
+    columns: tuple[str, ...] = ()  # what columns hold, where headers do not say it: "name=Guest(s)", "1=name"
+    address: str = ""  # which of several addresses of a row: home, business, 2 …
+    no_name: bool = False  # whether a table without names may be
+    copies: int = 1  # envelopes for each row
+    resume: bool = False  # go on with a batch that broke off
+    again: str = ""  # with `resume`, rows to print whatever became of them
+    afresh: bool = False  # print all of it, though an earlier run broke off
+    tray: str = ""  # as the printer calls it
+    feed: str | None = None  # the edge that goes in first, short or long; None: the profile's
+    flap: str | None = None  # of an envelope, the edge that goes in first upwards: left, right, leading or trailing
+    nudge: str | None = None  # how far the writing is moved to the right and down, "1.5mm,-0.5mm"
+    format: str | None = None  # of what is sent: pdf, pwg, urf, png; None: the best
+    calibration: str = ""  # a printer/paper, a file, or none; "": the printer's newest
+    stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
 
 
 def millimetres(length: Length, what: str) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,50 +11,10 @@ from handout.hand import library
 from handout.inking.papers import PAPERS, Paper
 from handout.inking.pen import PENS, Pen, usual
 from handout.pipeline.options import PictureOptions, millimetres
-from handout.progress import Tell, silent
+from handout.sinks import Look
 
 if TYPE_CHECKING:
-    from handout.values import Drawing
-
-
-@dataclass(frozen=True)
-class Look:
-    """How pictures of writing look.
-
-    pen : of strokes; scanned ink looks as it was scanned.
-    dpi : pixels an inch.
-    paper : behind the ink.
-    transparent : whether PNG files are without paper.
-    """
-
-    pen: Pen
-    dpi: float
-    paper: Paper
-    transparent: bool
-
-    def write(
-        self,
-        drawings: Sequence[Drawing],
-        paths: Sequence[str | Path],
-        *,
-        show_travel: bool = False,
-        extra: Mapping[str, Callable[[Drawing], bytes]] | None = None,
-        tell: Tell = silent,
-    ) -> list[Path]:
-        """The files of some pages; see `sinks.write_drawings`."""
-        from handout.sinks import write_drawings
-
-        return write_drawings(
-            drawings,
-            paths,
-            pen=self.pen,
-            dpi=self.dpi,
-            paper=self.paper,
-            transparent=self.transparent,
-            show_travel=show_travel,
-            extra=extra,
-            tell=tell,
-        )
+    pass
 
 
 def look(picture: PictureOptions) -> Look:

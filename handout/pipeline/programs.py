@@ -13,11 +13,8 @@ if TYPE_CHECKING:
     from handout.profiles import Plotter
     from handout.values import Drawing
 
-# suffix → the plotter it is for if none is named
-USUAL = {
-    ".gcode": "grbl-servo", ".nc": "grbl-servo", ".ngc": "grbl-servo", ".g": "marlin-servo", ".gco": "marlin-servo",
-    ".hpgl": "hpgl", ".plt": "hpgl", ".ebb": "axidraw-v3",
-}  # fmt: skip
+# of such files, for help texts; `plotting.dialects.usual_devices` says which plotter each is for if none is named
+SUFFIXES = (".gcode", ".nc", ".ngc", ".g", ".gco", ".hpgl", ".plt", ".ebb")
 
 
 class Programs:
@@ -38,11 +35,11 @@ class Programs:
         fit: bool = False,
         order: Literal["writing", "travel"] = "writing",
     ) -> None:
-        self.sinks: dict[str, Callable[[Drawing], bytes]] = {suffix: self._sink(suffix) for suffix in USUAL}
+        self.sinks: dict[str, Callable[[Drawing], bytes]] = {suffix: self._sink(suffix) for suffix in SUFFIXES}
         self.seconds: dict[str, float] = {}
         self._fast, self._fit, self._order = fast, fit, order
-        wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in USUAL}
-        self._plotters = {suffix: _plotter(device or USUAL[suffix], path) for suffix, path in wanted.items()}
+        wanted = {path.suffix.lower(): path for path in paths if path.suffix.lower() in SUFFIXES}
+        self._plotters = {suffix: _plotter(device, path) for suffix, path in wanted.items()}
 
     def _sink(self, suffix: str) -> Callable[[Drawing], bytes]:
         def render(drawing: Drawing) -> bytes:
@@ -62,12 +59,12 @@ class Programs:
         return plan(drawing, profile, speed="fast" if self._fast else 1.0, order=self._order)
 
 
-def _plotter(name: str, path: Path) -> Plotter:
+def _plotter(name: str | None, path: Path) -> Plotter:
     """The machine a file is for, which must speak what the suffix of the file promises."""
     from handout import profiles
-    from handout.plotting.dialects import dialect
+    from handout.plotting.dialects import dialect, usual_devices
 
-    profile = profiles.find(name, "plotter")
+    profile = profiles.find(name or usual_devices()[path.suffix.lower()], "plotter")
     assert isinstance(profile, profiles.Plotter)
     known = dialect(profile.dialect).suffixes
     if path.suffix.lower() not in known:

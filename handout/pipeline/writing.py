@@ -23,7 +23,7 @@ from handout.pipeline.lined_paper import LinedPaper, lined_paper, page_name
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions, millimetres
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.progress import Tell, silent, within
-from handout.sinks import OF_INK, check_outputs
+from handout.sinks import OF_INK, Look, check_outputs, write_drawings
 from handout.values import Drawing, Hand, Manuscript
 from handout.writing.compose import each_page
 from handout.writing.layout import Layout
@@ -69,7 +69,7 @@ class WritingTask:
         """What the user is told of the lined paper."""
         return () if self.paper is None else self.paper.notes
 
-    def on_paper(self, look: pictures.Look) -> pictures.Look:
+    def on_paper(self, look: Look) -> Look:
         """How pictures look, with the paper's lines where they are written on."""
         return look if self.paper is None or self.paper.paper is None else replace(look, paper=self.paper.paper)
 
@@ -127,9 +127,18 @@ def write(
     task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
     wanted = frozenset[str]().union(*(INK if path.suffix.lower() in OF_INK else STROKES for path in paths))
     pages, drawings = draw_pages(text, task, wanted=wanted, tell=within(listener.progress, 0.0, _WRITTEN))
-    files = task.on_paper(look).write(drawings, paths, extra=extra, tell=within(listener.progress, _WRITTEN, 1.0))
+    files = write_drawings(
+        drawings, paths, task.on_paper(look), extra=extra, tell=within(listener.progress, _WRITTEN, 1.0)
+    )
     notes = (*not_followed(task, picture, wanted >= INK), *task.paper_notes)
     return written(Tally.of(pages, drawings), task, files, notes)
+
+
+def drawings(
+    text: str, writing: WritingOptions = WritingOptions(), sheet: SheetOptions = SheetOptions()
+) -> list[Drawing]:
+    """The pages of a text as timed strokes, for programs that go on with them."""
+    return draw_pages(text, prepare(writing, sheet), wanted=STROKES)[1]
 
 
 def written(tally: Tally, task: WritingTask, files: Sequence[Path], notes: tuple[str, ...] = ()) -> Written:

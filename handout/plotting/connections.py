@@ -39,7 +39,7 @@ def open_port(url: str, profile: Plotter) -> Port:
     InputError
         Options the simulated plotter does not know.
     """
-    if _is_simulated(url):
+    if is_simulated(url):
         rest = url[4:]
         if rest and not rest.startswith("?"):
             raise InputError(f"{url}: options of the simulated plotter begin with a question mark: sim:?fault=jam")
@@ -49,12 +49,12 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 def surroundings(url: str) -> AbstractContextManager[None]:
     """What goes wrong around a machine as long as it is used; only a simulated one asks for it (``sim:?disk=1s``)."""
-    if not _is_simulated(url):
+    if not is_simulated(url):
         return contextlib.nullcontext()
     return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
 
 
-def _is_simulated(url: str) -> bool:
+def is_simulated(url: str) -> bool:
     return url == "sim" or url.startswith("sim:")
 
 
@@ -75,11 +75,11 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
     wakes : s it is given to start; what it says by itself is listened to.
     """
-    heard, waited = b"", 0.0
-    while waited < wakes and not (b"Grbl" in heard and b"\n" in heard):
+    data, waited = b"", 0.0
+    while waited < wakes and not (b"Grbl" in data and b"\n" in data):
         more = port.read(_MOMENT)
-        heard, waited = heard + more, waited + (0.0 if more else _MOMENT)
-        if len(heard) > 100_000:
+        data, waited = data + more, waited + (0.0 if more else _MOMENT)
+        if len(data) > 100_000:
             return None
     for name in (name for name in DIALECTS if name in dialects):
         question = dialect(name).question
@@ -91,14 +91,14 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
 def _listen(port: Port) -> bytes:
     """What is answered, up to a moment of silence."""
-    heard, waited = b"", 0.0
-    while waited < _ANSWERS and len(heard) < 100_000:
+    data, waited = b"", 0.0
+    while waited < _ANSWERS and len(data) < 100_000:
         more = port.read(_MOMENT)
-        heard += more
-        if heard and not more:
+        data += more
+        if data and not more:
             break
         waited += 0.0 if more else _MOMENT
-    return heard
+    return data
 
 
 def identify(url: str, open_at: Callable[[str, int], Port] = SerialPort) -> Answer | None:

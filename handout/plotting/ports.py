@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import re
 from typing import Any, NamedTuple, Protocol
@@ -98,17 +99,17 @@ def _why(url: str, error: Exception) -> str:
         return f"{url} cannot be opened ({_reason(error)}): check the address, and that the machine is on the network."
     text, number = str(error), getattr(error, "errno", None)
     if not url:
-        said = "No port was given."
+        reason = "No port was given."
     elif number == errno.ENOENT or "FileNotFoundError" in text:
-        said = f"{url} does not exist: is the plotter plugged in and switched on?"
+        reason = f"{url} does not exist: is the plotter plugged in and switched on?"
     elif number == errno.EACCES:
-        said = f"{url} may not be used by you: on Linux, join the group dialout (or uucp) and log in again."
+        reason = f"{url} may not be used by you: on Linux, join the group dialout (or uucp) and log in again."
     elif number in (errno.EBUSY, errno.EAGAIN) or "PermissionError" in text:  # Windows refuses a port in use
-        said = f"{url} is in use: close the other program that talks to the plotter."
+        reason = f"{url} is in use: close the other program that talks to the plotter."
     else:
-        said = f"{url} cannot be opened as a serial port ({_reason(error)}): check the name."
+        reason = f"{url} cannot be opened as a serial port ({_reason(error)}): check the name."
     ports = serial_ports()
-    return f"{said} Serial ports found: {', '.join(ports)}." if ports else f"{said} No serial port was found."
+    return f"{reason} Serial ports found: {', '.join(ports)}." if ports else f"{reason} No serial port was found."
 
 
 def _reason(error: Exception) -> str:
@@ -122,20 +123,12 @@ def _keep_awake(port: Any) -> None:
     """
     try:
         import termios
-
+    except ImportError:  # Windows
+        return
+    with contextlib.suppress(AttributeError, OSError, ValueError, TypeError, termios.error):  # a socket, some terminals
         modes = termios.tcgetattr(port.fileno())
         modes[2] &= ~termios.HUPCL
         termios.tcsetattr(port.fileno(), termios.TCSANOW, modes)
-    except (ImportError, AttributeError, OSError, ValueError, TypeError, _termios_error()):
-        return  # a socket, a pseudo-terminal that cannot, Windows
-
-
-def _termios_error() -> type[Exception]:
-    try:
-        import termios
-    except ImportError:
-        return OSError
-    return termios.error
 
 
 class SerialDevice(NamedTuple):

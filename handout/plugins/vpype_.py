@@ -14,8 +14,9 @@ import vpype
 import vpype_cli
 
 from handout import page_sizes, pathdata
-from handout.cli import jobs, options
+from handout.cli import options
 from handout.errors import HandoutError, InputError
+from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.values import Drawing, Page, Stroke
 
 _PX = 25.4 / 96  # mm
@@ -52,15 +53,20 @@ def _options_end(args: list[str], at: int, takes: dict[str, bool]) -> int:
 @click.option("-l", "--layer", type=vpype_cli.LayerType(accept_new=True), help="Target layer or 'new'.")
 @click.option("--page", "page_name", help=f"{page_sizes.HELP} Default: the page of the pipeline, or A5.")
 @click.option("--margin", help="e.g. 15mm, or 20mm,15mm, or four from the top clockwise.")
-@options.manner_options
+@options.manner
 @vpype_cli.global_processor  # type: ignore[untyped-decorator]
-def command(document: Any, text: str, layer: Any, page_name: str | None, margin: str | None, **given: Any) -> Any:
+def command(
+    document: Any, text: str, layer: Any, page_name: str | None, margin: str | None, writing: WritingOptions
+) -> Any:
     """Write TEXT in handwriting.
 
     The page of the pipeline becomes that of the writing unless it has one already.
     """
+    from handout.pipeline.writing import drawings
+
     try:
-        drawing = _written(text, page_name or _page_of(document) or "A5", margin, given)
+        sheet = SheetOptions(page_name or _page_of(document), margin, 1, usual_page="A5")
+        (drawing,) = drawings(text, writing, sheet)
         into = None if layer is None else vpype_cli.single_to_layer_id(layer, document)
         add(drawing, document, into)
     except HandoutError as error:
@@ -76,12 +82,6 @@ def _page_of(document: Any) -> str | None:
         return None
     width, height = (side * _PX for side in document.page_size)
     return f"{width:.3f}x{height:.3f}mm"
-
-
-def _written(text: str, page_name: str, margin: str | None, given: dict[str, Any]) -> Drawing:
-    job = jobs.setup(given, page_name, margin, 1)
-    (drawing,) = jobs.compose_and_trace(text, job, shown=jobs.STROKES)[1]
-    return drawing
 
 
 def add(drawing: Drawing, document: Any, layer: int | None = None) -> None:

@@ -25,8 +25,6 @@ from handout.printing.columns import (
 from handout.printing.rows import Row
 from handout.printing.table_files import Record, Sheet, header_candidates, read_sheet
 
-Facts = dict[str, object]
-
 
 @dataclass(frozen=True)
 class Addresses(Sequence[Row]):
@@ -56,7 +54,7 @@ class Addresses(Sequence[Row]):
     def __getitem__(self, at: int | slice) -> Row | tuple[Row, ...]:
         return self.rows[at]
 
-    def facts(self) -> Facts:
+    def facts(self) -> dict[str, list[str] | list[dict[str, str]]]:
         """What `--json` prints of it."""
         return {
             "used": [{"column": header, "as": role} for header, role in self.used],

@@ -15,18 +15,19 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.inking.device_pixels import WHITE, DevicePixels
 from handout.printing import media
-from handout.sinks.picture_pdf import PdfWriter, cropped
-from handout.values import Page, Raster
+from handout.sinks.picture_pdf import PdfWriter
+from handout.values import Page
 
 About = Mapping[str, object]
-# the sheet as it is fed, its ink, what is stored with it → the document
-Writer = Callable[[Page, Raster, About], bytes]
+# the sheet as it is fed, its pixels, what is stored with it → the document
+Writer = Callable[[Page, DevicePixels, About], bytes]
 
 Pixels = NDArray[np.uint8]
 _SYNC, _HEADER = b"RaS2", 1796  # big-endian; bytes of a page's header
 _URF_SYNC, _URF_HEADER = b"UNIRAST\0", 32
-_SRGB, _CHUNKED, _WHITE = 19, 0, 255  # codes of colour space and order of PWG 5102.4 table 2; device RGB of paper
+_SRGB, _CHUNKED = 19, 0  # codes of colour space and order, PWG 5102.4 table 2
 _MOST_LINES, _MOST_PIXELS = 256, 128  # repeated lines and pixels of a run that one byte can count
 # where the fields of a page's header stand, PWG 5102.4 table 2: offset → what is kept there
 _RESOLUTION, _COPIES, _PAGE_SIZE, _WIDTH, _HEIGHT = 276, 340, 352, 372, 376
@@ -35,19 +36,19 @@ _TOTAL_PAGES, _CROSS_FEED, _FEED, _BOX = 452, 456, 460, 464
 _CLASS, _MEDIA_TYPE, _SIZE_NAME = 0, 128, 1732
 
 
-def page_pixels(page: Page, raster: Raster) -> Pixels:
+def page_pixels(page: Page, pixels: DevicePixels) -> Pixels:
     """The whole sheet as (height, width, 3) 8-bit device RGB, white where there is no ink."""
-    scale = raster.dpi / 25.4
-    pixels = np.full((round(page.height * scale), round(page.width * scale), 3), _WHITE, np.uint8)
-    inked = cropped(raster)
-    if inked is None:
-        return pixels
-    ink, x, y = inked
+    scale = pixels.dpi / 25.4
+    sheet = np.full((round(page.height * scale), round(page.width * scale), 3), WHITE, np.uint8)
+    cropped = pixels.cropped()
+    if cropped is None:
+        return sheet
+    ink, x, y = cropped
     # ink beyond the edge of the sheet is cut off, as by a printer
     left, top = max(-x, 0), max(-y, 0)
-    ink = ink[top : max(pixels.shape[0] - y, 0), left : max(pixels.shape[1] - x, 0)]
-    pixels[y + top : y + top + ink.shape[0], x + left : x + left + ink.shape[1]] = ink
-    return pixels
+    ink = ink[top : max(sheet.shape[0] - y, 0), left : max(sheet.shape[1] - x, 0)]
+    sheet[y + top : y + top + ink.shape[0], x + left : x + left + ink.shape[1]] = ink
+    return sheet
 
 
 def pwg(pixels: Pixels, dpi: int, page: Page, media: str = "") -> bytes:
@@ -124,28 +125,28 @@ def _literal(data: bytes, start: int, end: int) -> Iterator[bytes]:
         yield bytes([257 - (last - first) if last - first > 1 else 0]) + data[3 * first : 3 * last]
 
 
-def _pdf(page: Page, raster: Raster, about: About) -> bytes:
+def _pdf(page: Page, pixels: DevicePixels, about: About) -> bytes:
     stream = BytesIO()
     writer = PdfWriter(stream, about)
-    writer.add(page, raster)
+    writer.add(page, pixels)
     writer.finish()
     return stream.getvalue()
 
 
-def _pwg(page: Page, raster: Raster, about: About) -> bytes:
+def _pwg(page: Page, pixels: DevicePixels, about: About) -> bytes:
     name = media.name(page)
-    return pwg(page_pixels(page, raster), round(raster.dpi), page, "" if name.startswith("Custom") else name)
+    return pwg(page_pixels(page, pixels), round(pixels.dpi), page, "" if name.startswith("Custom") else name)
 
 
-def _urf(page: Page, raster: Raster, about: About) -> bytes:
-    return urf(page_pixels(page, raster), round(raster.dpi))
+def _urf(page: Page, pixels: DevicePixels, about: About) -> bytes:
+    return urf(page_pixels(page, pixels), round(pixels.dpi))
 
 
-def _png(page: Page, raster: Raster, about: About) -> bytes:
+def _png(page: Page, pixels: DevicePixels, about: About) -> bytes:
     from PIL import Image
 
     stream = BytesIO()
-    Image.fromarray(page_pixels(page, raster)).save(stream, "PNG", dpi=(raster.dpi, raster.dpi))
+    Image.fromarray(page_pixels(page, pixels)).save(stream, "PNG", dpi=(pixels.dpi, pixels.dpi))
     return stream.getvalue()
 
 

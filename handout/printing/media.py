@@ -13,8 +13,9 @@ import numpy as np
 
 from handout import page_sizes
 from handout.errors import InputError
+from handout.inking.device_pixels import DevicePixels
 from handout.profiles import Margins, Printer
-from handout.values import Page, Raster
+from handout.values import Page
 
 Bounds = tuple[float, float, float, float]
 Turn = Literal["", "left", "right"]
@@ -79,15 +80,15 @@ def turned_bounds(bounds: Bounds, page: Page, turn: Turn) -> Bounds:
     return bounds
 
 
-def turned_raster(raster: Raster, page: Page, turn: Turn) -> Raster:
+def turned_pixels(pixels: DevicePixels, page: Page, turn: Turn) -> DevicePixels:
     """The same pixels on the turned sheet; nothing is resampled."""
     if not turn:
-        return raster
-    height, width = raster.rgba.shape[:2]
-    pixel = 25.4 / raster.dpi
-    x, y = raster.origin
-    bounds = turned_bounds((x, y, x + width * pixel, y + height * pixel), page, turn)
-    return Raster(np.rot90(raster.rgba, 1 if turn == "left" else -1), raster.dpi, bounds[:2])
+        return pixels
+    height, width = pixels.rgb.shape[:2]
+    pitch = 25.4 / pixels.dpi
+    x, y = pixels.origin
+    bounds = turned_bounds((x, y, x + width * pitch, y + height * pitch), page, turn)
+    return DevicePixels(np.rot90(pixels.rgb, 1 if turn == "left" else -1), pixels.dpi, bounds[:2])
 
 
 @dataclass(frozen=True)
@@ -137,12 +138,12 @@ class Feeding:
             fed, page = turned_bounds(fed, page, turn), turned_page(page, turn)
         return fed
 
-    def raster(self, raster: Raster) -> Raster:
+    def pixels(self, pixels: DevicePixels) -> DevicePixels:
         """The same pixels on the sheet; nothing is resampled."""
         (x, y), page = self.nudge, self.page
-        fed = Raster(raster.rgba, raster.dpi, (raster.origin[0] + x, raster.origin[1] + y))
+        fed = DevicePixels(pixels.rgb, pixels.dpi, (pixels.origin[0] + x, pixels.origin[1] + y))
         for turn in self.turns:
-            fed, page = turned_raster(fed, page, turn), turned_page(page, turn)
+            fed, page = turned_pixels(fed, page, turn), turned_page(page, turn)
         return fed
 
 

@@ -1,19 +1,78 @@
-"""The pages of a batch, one job after the other, each followed to its end; what is left of one that broke off."""
+"""The pages of a batch sent one job after the other, each followed to its end; what is left of one that broke off."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
 
 from handout.errors import PrinterError
-from handout.printing.destination import Spool
 from handout.printing.journal import Journal, Piece
-from handout.printing.queue import Outcome, OutcomeUnknown, Queue
-from handout.printing.report import Failed, Job, PrintingStopped, Report
+from handout.printing.queue import Outcome, OutcomeUnknown, Queue, Say
 from handout.printing.rows import ranges
 
-Tell = Callable[[int, int, str], object]
+
+@dataclass(frozen=True)
+class Failed:
+    """A row that could not be done, and why."""
+
+    row: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Job:
+    """A row that went to the queue, and the name of its job there."""
+
+    row: int
+    name: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of a batch.
+
+    rows : numbers of the rows that are done; failed : the others, with reasons; files : what was written;
+    jobs : what was sent; warnings : sentences that name their row; before : rows that were done when the batch was
+    gone on with; unknown : rows that were sent then and of which nobody can tell whether they came out.
+    """
+
+    rows: tuple[int, ...] = ()
+    failed: tuple[Failed, ...] = ()
+    files: tuple[Path, ...] = ()
+    jobs: tuple[Job, ...] = ()
+    warnings: tuple[str, ...] = ()
+    before: tuple[int, ...] = ()
+    unknown: tuple[Failed, ...] = ()
+
+    @property
+    def exit_code(self) -> int:
+        """0 all done, 4 some rows failed (or nobody knows of them) and the others were done, 2 none could be done."""
+        if not self.failed and not self.unknown:
+            return 0
+        return 4 if self.rows or self.before or self.unknown else 2
+
+
+class PrintingStopped(PrinterError):
+    """The queue failed in the middle of a batch; `report` holds what was sent, `resume` the rows to ask for again."""
+
+    def __init__(self, message: str, report: Report, resume: str) -> None:
+        super().__init__(message)
+        self.report = report
+        self.resume = resume
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Who waits for a batch: `progress` is called as (done, all, "check" or "send"), `say` with sentences."""
+
+    progress: Callable[[int, int, str], object] = lambda done, total, stage: None
+    say: Say = lambda sentence: None
+
+
+SILENT = Listener()
 
 
 @dataclass
@@ -26,7 +85,7 @@ class Checked:
 
 
 @dataclass
-class Left:
+class Remaining:
     """What is left of a batch.
 
     send : envelopes that are not at the printer; wait : those that it has and may still print; done : rows that came
@@ -39,7 +98,18 @@ class Left:
     unknown: list[Failed] = field(default_factory=list)
 
 
-def left(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again: Collection[int]) -> Left:
+class Pages(Protocol):
+    """Pages that are ready for a queue."""
+
+    @property
+    def queue(self) -> Queue: ...
+
+    def send(self, number: int, title: str, name: str) -> str:
+        """Hand the page of a row to the queue as a job of that title; the job's name there."""
+        ...
+
+
+def remaining(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again: Collection[int]) -> Remaining:
     """What a run has to do, by its journal and, where that does not know, by the printer.
 
     Parameters
@@ -47,19 +117,19 @@ def left(journal: Journal, queue: Queue, rows: Sequence[int], copies: int, again
     rows : the rows of the batch, by number.
     again : rows to print whatever became of them; not those that the printer may still print by itself.
     """
-    found = Left()
+    todo = Remaining()
     for row in rows:
         outcomes = {(row, copy): _outcome(journal, queue, (row, copy)) for copy in range(1, copies + 1)}
         for piece, outcome in outcomes.items():
             if outcome.state == "waiting":
-                found.wait.append(piece)
+                todo.wait.append(piece)
             elif outcome.state == "failed" or row in again:
-                found.send.append(piece)
+                todo.send.append(piece)
             elif outcome.state == "unknown":
-                found.unknown.append(Failed(row, outcome.why))
+                todo.unknown.append(Failed(row, outcome.why))
         if all(outcome.state == "completed" for outcome in outcomes.values()) and row not in again:
-            found.done.append(row)
-    return found
+            todo.done.append(row)
+    return todo
 
 
 def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
@@ -69,57 +139,53 @@ def _outcome(journal: Journal, queue: Queue, piece: Piece) -> Outcome:
         return Outcome("failed")
     if step.state == "completed":
         return Outcome("completed")
-    at = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
+    sent = f"it was sent as job {step.job}" if step.job else "it was being sent when the batch broke off"
     if step.state == "doubtful":
-        return Outcome("unknown", f"{at}, and {step.why}")
+        return Outcome("unknown", f"{sent}, and {step.why}")
     outcome = queue.outcome(step.job, step.title, journal.earlier(piece))
     if outcome.job:
         journal.note(piece, "sent", job=outcome.job)
     if outcome.state in ("completed", "failed"):
         _note(journal, piece, outcome)
-    return Outcome("unknown", f"{at}, and {outcome.why}") if outcome.state == "unknown" else outcome
+    return Outcome("unknown", f"{sent}, and {outcome.why}") if outcome.state == "unknown" else outcome
 
 
 def send(
-    spool: Spool, checked: Checked, todo: Left, copies: int, table: Sequence[int], journal: Journal, tell: Tell
+    pages: Pages,
+    checked: Checked,
+    todo: Remaining,
+    copies: int,
+    table: Sequence[int],
+    journal: Journal,
+    listener: Listener,
 ) -> tuple[Job, ...]:
     """Wait for what the printer has, send what passed its checks; a failure says what went and how to go on.
+
+    Parameters
+    ----------
+    table : the numbers of all rows that can be addressed, so that the rest is named in few words.
 
     Raises
     ------
     PrintingStopped
         The queue refused a page, or did not print it.
     """
-    jobs: list[Job] = []
-    whole = [n for n in table if n not in {failed.row for failed in checked.failed}]
-    pieces = [piece for piece in todo.send if piece[0] in checked.done]
+    failed = {failure.row for failure in checked.failed}
+    run = _Run(pages, checked, copies, [n for n in table if n not in failed], journal)
     for piece in todo.wait:
-        with _resumable(piece, copies, checked, jobs, whole, journal, spool.queue):
-            _follow(spool.queue, journal, piece, journal.steps[piece].job)
-    for n, piece in enumerate(pieces):
-        if piece[0] not in {before for before, _ in pieces[:n]}:
-            tell(len({row for row, _ in pieces[:n]}), len(checked.done), "send")
-        with _resumable(piece, copies, checked, jobs, whole, journal, spool.queue):
-            _one(spool, journal, piece, jobs)
-    tell(len(checked.done), len(checked.done), "send")
-    return tuple(jobs)
-
-
-def _one(spool: Spool, journal: Journal, piece: Piece, jobs: list[Job]) -> None:
-    """One envelope: noted before it goes, when it has gone, and when it is out."""
-    row, copy = piece
-    title = journal.title(piece)
-    journal.note(piece, "sending", title=title)
-    try:
-        job = spool.send(row, title, f"row-{row:03d}" + (f"-{copy}" if copy > 1 else ""))
-    except OutcomeUnknown:
-        raise
-    except PrinterError as error:
-        journal.note(piece, "failed", why=str(error))
-        raise
-    journal.note(piece, "sent", job=job)
-    jobs.append(Job(row, job))
-    _follow(spool.queue, journal, piece, job)
+        with run.stoppable(piece):
+            _follow(pages.queue, journal, piece, journal.steps[piece].job)
+    begun: set[int] = set()
+    for piece in todo.send:
+        if piece[0] not in checked.done:
+            continue
+        if piece[0] not in begun:
+            listener.progress(len(begun), len(checked.done), "send")
+        begun.add(piece[0])
+        with run.stoppable(piece):
+            run.send(piece)
+    listener.progress(len(checked.done), len(checked.done), "send")
+    return tuple(run.jobs)
 
 
 def _follow(queue: Queue, journal: Journal, piece: Piece, job: str) -> None:
@@ -143,63 +209,84 @@ def _note(journal: Journal, piece: Piece, outcome: Outcome) -> None:
         journal.note(piece, "doubtful", why=outcome.why)
 
 
-@contextmanager
-def _resumable(
-    piece: Piece,
-    copies: int,
-    checked: Checked,
-    jobs: list[Job],
-    whole: Sequence[int],
-    journal: Journal,
-    queue: Queue,
-) -> Iterator[None]:
-    """Turns a queue's failure, and adds to an interruption, the rows that went and those that did not."""
-    number = piece[0]
-    try:
-        yield
-    except (PrinterError, KeyboardInterrupt) as error:
-        if isinstance(error, KeyboardInterrupt):
-            _stop(queue, journal, piece)
-        sent = tuple(n for n in checked.done if n < number)
-        rest = [n for n in checked.done if n >= number]
-        resume = ranges(rest, whole)
-        begun = sum(job.row == number for job in jobs)
-        how = "the same command and --resume" if journal.path is not None else f"--rows {resume}"
-        told = f"{_went(sent, whole, journal, piece, (begun, copies))}; go on with {how}."
-        if isinstance(error, KeyboardInterrupt):
-            error.add_note(f"Stopped at row {number}. {told}")
+@dataclass
+class _Run:
+    """A batch that is being sent; `whole`: the rows of its table that can be printed; `jobs`: what has gone."""
+
+    pages: Pages
+    checked: Checked
+    copies: int
+    whole: Sequence[int]
+    journal: Journal
+    jobs: list[Job] = field(default_factory=list)
+
+    def send(self, piece: Piece) -> None:
+        """One envelope: noted before it goes, when it has gone, and when it is out."""
+        row, copy = piece
+        title = self.journal.title(piece)
+        self.journal.note(piece, "sending", title=title)
+        try:
+            job = self.pages.send(row, title, f"row-{row:03d}" + (f"-{copy}" if copy > 1 else ""))
+        except OutcomeUnknown:
             raise
-        here = str(error) if begun or _in_doubt(journal, piece) else "not sent"
-        failed = tuple(Failed(n, here if n == number else "not sent") for n in rest)
-        report = Report(sent, (*checked.failed, *failed), (), tuple(jobs), tuple(checked.warnings))
-        raise PrintingStopped(f"Row {number}: {error} {told}", report, resume) from error
+        except PrinterError as error:
+            self.journal.note(piece, "failed", why=str(error))
+            raise
+        self.journal.note(piece, "sent", job=job)
+        self.jobs.append(Job(row, job))
+        _follow(self.pages.queue, self.journal, piece, job)
 
+    @contextmanager
+    def stoppable(self, piece: Piece) -> Iterator[None]:
+        """Turns a queue's failure, and adds to an interruption, the rows that went and those that did not."""
+        number = piece[0]
+        try:
+            yield
+        except (PrinterError, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt):
+                self._cancel(piece)
+            sent = tuple(n for n in self.checked.done if n < number)
+            rest = [n for n in self.checked.done if n >= number]
+            resume = ranges(rest, self.whole)
+            how = "the same command and --resume" if self.journal.path is not None else f"--rows {resume}"
+            way_out = f"{self._what_went(sent, piece)}; go on with {how}."
+            if isinstance(error, KeyboardInterrupt):
+                error.add_note(f"Stopped at row {number}. {way_out}")
+                raise
+            reason = str(error) if self._begun(number) or self._in_doubt(piece) else "not sent"
+            failed = tuple(Failed(n, reason if n == number else "not sent") for n in rest)
+            warnings = tuple(self.checked.warnings)
+            report = Report(sent, (*self.checked.failed, *failed), (), tuple(self.jobs), warnings)
+            raise PrintingStopped(f"Row {number}: {error} {way_out}", report, resume) from error
 
-def _in_doubt(journal: Journal, piece: Piece) -> bool:
-    """Whether an envelope may have come out, as far as is known."""
-    step = journal.steps.get(piece)
-    return step is not None and step.state in ("sending", "sent", "doubtful")
+    def _begun(self, number: int) -> int:
+        """How many copies of a row have gone."""
+        return sum(job.row == number for job in self.jobs)
 
+    def _in_doubt(self, piece: Piece) -> bool:
+        """Whether an envelope may have come out, as far as is known."""
+        step = self.journal.steps.get(piece)
+        return step is not None and step.state in ("sending", "sent", "doubtful")
 
-def _went(sent: Sequence[int], whole: Sequence[int], journal: Journal, piece: Piece, copies: tuple[int, int]) -> str:
-    """What was sent before a batch stopped, and what of the row at which it stopped; `copies` are (begun, all)."""
-    (row, _), (begun, wanted) = piece, copies
-    rows = f"{'Row' if len(sent) == 1 else 'Rows'} {ranges(sent, whole)}"
-    went = f"{rows} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
-    if begun and wanted > 1:
-        here = f"{begun} of {wanted} copies of row {row}"
-        return f"{went} and {here}" if went else f"{here} {'was' if begun == 1 else 'were'} sent"
-    if _in_doubt(journal, piece):
-        job = journal.steps[piece].job
-        here = f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"
-        return f"{went}, and {here}" if went else here[0].upper() + here[1:]
-    return went or "Nothing was sent"
+    def _what_went(self, sent: Sequence[int], piece: Piece) -> str:
+        """What was sent before a batch stopped, and what of the row at which it stopped."""
+        row = piece[0]
+        begun = self._begun(row)
+        rows = f"{'Row' if len(sent) == 1 else 'Rows'} {ranges(sent, self.whole)}"
+        went = f"{rows} {'was' if len(sent) == 1 else 'were'} sent" if sent else ""
+        if begun and self.copies > 1:
+            last = f"{begun} of {self.copies} copies of row {row}"
+            return f"{went} and {last}" if went else f"{last} {'was' if begun == 1 else 'were'} sent"
+        if self._in_doubt(piece):
+            job = self.journal.steps[piece].job
+            last = f"row {row} was sent as job {job}" if job else f"whether row {row} was sent is not known"
+            return f"{went}, and {last}" if went else last[0].upper() + last[1:]
+        return went or "Nothing was sent"
 
-
-def _stop(queue: Queue, journal: Journal, piece: Piece) -> None:
-    """Cancel the job in flight, if there is one, and note what became of it."""
-    step = journal.steps.get(piece)
-    if step is not None and step.state in ("sending", "sent"):
-        outcome = queue.cancel(step.job, step.title)
-        if outcome.state in ("completed", "failed"):
-            _note(journal, piece, outcome)
+    def _cancel(self, piece: Piece) -> None:
+        """Cancel the job in flight, if there is one, and note what became of it."""
+        step = self.journal.steps.get(piece)
+        if step is not None and step.state in ("sending", "sent"):
+            outcome = self.pages.queue.cancel(step.job, step.title)
+            if outcome.state in ("completed", "failed"):
+                _note(self.journal, piece, outcome)

@@ -100,39 +100,39 @@ def register(image: NDArray[np.uint8]) -> Registration | None:
         Too few marks, marks of several sheets, or marks that do not lie as on a sheet.
     """
     grey = in_grey(image)
-    page, found = _sheet(_marks(grey))
+    page, corners_found = _sheet(_marks(grey))
     if page is None:
         return None
-    corners = tuple(sorted(found))
-    if len(corners) < 3 and set(corners) not in _OPPOSITE:
-        seen = " and ".join(MARK_CORNERS[corner] for corner in corners)
+    marks = tuple(sorted(corners_found))
+    if len(marks) < 3 and set(marks) not in _OPPOSITE:
+        names = " and ".join(MARK_CORNERS[corner] for corner in marks)
         raise InputError(
-            f"Only the marks at the {seen} of the sheet can be seen: all four are needed for a photograph, "
+            f"Only the marks at the {names} of the sheet can be seen: all four are needed for a photograph, "
             "and two opposite ones for a scan. Scan the whole sheet, with nothing over its marks."
         )
-    at = mark_corners(page)[list(corners)].reshape(-1, 2)
-    seen_at = markers.refined(grey, np.concatenate([found[corner] for corner in corners]), MARK_CELLS)
-    matrix = _fit(at, seen_at, len(corners))
-    off = apply(inverse(matrix), seen_at) - at
-    residual = float(np.sqrt(np.square(off).sum(axis=1).mean()))
-    found_at = Registration(page, matrix, corners, residual)
-    _check(found_at)
-    return found_at
+    nominal = mark_corners(page)[list(marks)].reshape(-1, 2)
+    measured = markers.refined(grey, np.concatenate([corners_found[corner] for corner in marks]), MARK_CELLS)
+    matrix = _fit(nominal, measured, len(marks))
+    residuals = apply(inverse(matrix), measured) - nominal
+    residual = float(np.sqrt(np.square(residuals).sum(axis=1).mean()))
+    registration = Registration(page, matrix, marks, residual)
+    _check(registration)
+    return registration
 
 
-def _check(found: Registration) -> None:
-    worst = _WORST if len(found.marks) == 4 else _FLAT[0] + _FLAT[1] * 25.4 / found.dpi
-    if found.residual < worst:
+def _check(registration: Registration) -> None:
+    worst = _WORST if len(registration.marks) == 4 else _FLAT[0] + _FLAT[1] * 25.4 / registration.dpi
+    if registration.residual < worst:
         return
-    if len(found.marks) == 4:
+    if len(registration.marks) == 4:
         raise InputError(
-            f"The marks of the sheet lie {found.residual:.2f} mm from where they should be (at most {worst:.2f} mm): "
-            "is it crumpled or bent? Lay it flat and scan it."
+            f"The marks of the sheet lie {registration.residual:.2f} mm from where they should be (at most "
+            f"{worst:.2f} mm): is it crumpled or bent? Lay it flat and scan it."
         )
-    missing = " and ".join(name for corner, name in enumerate(MARK_CORNERS) if corner not in found.marks)
+    missing = " and ".join(name for corner, name in enumerate(MARK_CORNERS) if corner not in registration.marks)
     raise InputError(
         f"The mark at the {missing} of the sheet cannot be seen, and the others are not those of a sheet that lies "
-        f"flat on a scanner (off by {found.residual:.2f} mm, at most {worst:.2f} mm): scan the whole sheet."
+        f"flat on a scanner (off by {registration.residual:.2f} mm, at most {worst:.2f} mm): scan the whole sheet."
     )
 
 
@@ -161,13 +161,13 @@ def _marks(grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
 def _sheet(marks: list[tuple[int, Array]]) -> tuple[Page | None, Mapping[int, Array]]:
     """The paper, and the corners found."""
     page: Page | None = None
-    found: dict[int, Array] = {}
+    corners_found: dict[int, Array] = {}
     for number, corners in marks:
-        paper, corner = corner_of_mark(number) or (page, -1)
-        if corner in found or (page is not None and paper != page):
+        page_of_mark, corner = corner_of_mark(number) or (page, -1)
+        if corner in corners_found or (page is not None and page_of_mark != page):
             raise InputError("The picture shows the marks of more than one sheet: scan one sheet at a time.")
-        page, found[corner] = paper, corners
-    return page, found
+        page, corners_found[corner] = page_of_mark, corners
+    return page, corners_found
 
 
 def _fit(mm: Array, pixels: Array, marks: int) -> Array:

@@ -79,8 +79,8 @@ def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float])
 
     units = tuple(sorted(frequency))
     column = {unit: i for i, unit in enumerate(units)}
-    found = [(row, column[u], n) for row, count in enumerate(counted) for u, n in count.items() if u in column]
-    rows, columns, values = np.array(found, dtype=np.float64).reshape(-1, 3).T
+    entries = [(row, column[u], n) for row, count in enumerate(counted) for u, n in count.items() if u in column]
+    rows, columns, values = np.array(entries, dtype=np.float64).reshape(-1, 3).T
     place = (rows.astype(np.intp), columns.astype(np.intp))
     matrix = csr_array((values, place), shape=(len(counted), len(units)))
     return CountTable(units, matrix, np.array([frequency[unit] for unit in units], dtype=np.float64))
@@ -127,10 +127,10 @@ class Chooser:
     def scores(self) -> Array:
         """(n,) float: of every sentence, the higher the better; −∞ for those taken."""
         if self.score == "gain":
-            found = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
+            scores = gain(self.letters, self.pairs, self.words, self._letters_taken, self._pairs_taken)
         else:
-            found = -cost_haines_2016(self.letters, self.pairs, self._letters_taken, self._pairs_taken)
-        return np.where(self.free, found, -np.inf)
+            scores = -cost_haines_2016(self.letters, self.pairs, self._letters_taken, self._pairs_taken)
+        return np.where(self.free, scores, -np.inf)
 
     def best(self) -> NDArray[np.intp]:
         """Indices of the free sentences, the best first; of equals the earlier one."""

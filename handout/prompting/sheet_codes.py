@@ -29,7 +29,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.prompting.registration import Registration
 from handout.values import Array
 
-VERSION = 1
+VERSION = 1  # of the format; a reader refuses any other
 PARTS = 5  # with data; one more has their parity
 _HEADER = struct.Struct(">BBHI")
 _MOST = 20_000  # bytes of an unpacked record: what is longer is none of ours
@@ -105,21 +105,21 @@ def join(parts: Sequence[bytes]) -> bytes | None:
             version, index, length, check = _HEADER.unpack_from(part)
             if version == VERSION and index <= PARTS:
                 groups.setdefault((length, check), {})[index] = part[_HEADER.size :]
-    for (length, check), found in groups.items():
-        data = _joined(found)[:length]
+    for (length, check), by_index in groups.items():
+        data = _joined(by_index)[:length]
         if len(data) == length and zlib.crc32(data) == check:
             return data
     return None
 
 
-def _joined(found: Mapping[int, bytes]) -> bytes:
-    if len(found) < PARTS or len({len(part) for part in found.values()}) > 1:
+def _joined(by_index: Mapping[int, bytes]) -> bytes:
+    if len(by_index) < PARTS or len({len(part) for part in by_index.values()}) > 1:
         return b""
-    missing = [i for i in range(PARTS) if i not in found]
-    whole = dict(found)
+    missing = [i for i in range(PARTS) if i not in by_index]
+    parts = dict(by_index)
     if missing:
-        whole[missing[0]] = _parity(list(found.values()))
-    return b"".join(whole[i] for i in range(PARTS))
+        parts[missing[0]] = _parity(list(by_index.values()))
+    return b"".join(parts[i] for i in range(PARTS))
 
 
 def _parity(parts: Sequence[bytes]) -> bytes:
@@ -144,15 +144,15 @@ def from_base45(text: str) -> bytes | None:
     """The bytes again; None if the text is not base 45."""
     if len(text) % 3 == 1 or any(char not in _VALUE for char in text):
         return None
-    found = bytearray()
+    data = bytearray()
     for i in range(0, len(text), 3):
         digits = [_VALUE[char] for char in text[i : i + 3]]
         value = sum(digit * 45**place for place, digit in enumerate(digits))
         size = len(digits) - 1
         if value >= 256**size:
             return None
-        found += value.to_bytes(size, "big")
-    return bytes(found)
+        data += value.to_bytes(size, "big")
+    return bytes(data)
 
 
 def symbols(record: PageRecord) -> list[NDArray[np.bool_]]:
@@ -206,17 +206,17 @@ _AROUND = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, 0.5], [0.25, 0.5, 0.25]]) / 3
 
 def read_codes(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> list[bytes]:
     """What can be read of the codes in some boxes (n, 4) mm, each as bytes."""
-    found: list[bytes] = []
+    contents: list[bytes] = []
     versions: tuple[int, ...] = VERSIONS[::-1]
     smooth = _smoothed(grey, registration, boxes)
     for box in boxes:
         for version in versions:
             data = _read(smooth, registration, box, side_modules(version))
             if data is not None:
-                found.append(data)
+                contents.append(data)
                 versions = (version,)  # all codes of a page have one size
                 break
-    return found
+    return contents
 
 
 def _smoothed(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> NDArray[np.uint8]:
@@ -230,9 +230,9 @@ def _smoothed(grey: NDArray[np.uint8], registration: Registration, boxes: Array)
 
 def _read(grey: NDArray[np.uint8], registration: Registration, box: Array, side: int) -> bytes | None:
     for grid in _grids(grey, registration, box, side):
-        seen = _sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
+        grey_modules = _sampled(grey, registration.pixels(grid.reshape(-1, 2)).reshape(side, side, 2))
         for strength in _SHARPEN:
-            text = _decoded(_black(_sharpened(seen, strength)))
+            text = _decoded(_black(_sharpened(grey_modules, strength)))
             data = from_base45(text) if text else None
             if data:
                 return data
@@ -260,14 +260,14 @@ def _moved(grey: NDArray[np.uint8], registration: Registration, points: Array, m
     steps = np.arange(-_REACH, _REACH + _STEP / 2, _STEP) * module
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     places = points.reshape(1, -1, 2) + shifts[:, None, :]
-    seen = _sampled(grey, registration.pixels(places.reshape(-1, 2)).reshape(len(shifts), -1, 2))
+    samples = _sampled(grey, registration.pixels(places.reshape(-1, 2)).reshape(len(shifts), -1, 2))
     ring = np.abs(np.arange(_FINDER) - _FINDER // 2)
-    far = np.maximum(ring[:, None], ring)
-    wanted = np.where(far == 2, 1.0, -1.0).reshape(-1)
-    wanted -= wanted.mean()
-    seen = seen - seen.mean(axis=1, keepdims=True)
-    norm = np.linalg.norm(seen, axis=1) * np.linalg.norm(wanted)
-    likeness = seen @ wanted / np.maximum(norm, 1e-9)
+    ring_number = np.maximum(ring[:, None], ring)
+    pattern = np.where(ring_number == 2, 1.0, -1.0).reshape(-1)
+    pattern -= pattern.mean()
+    samples = samples - samples.mean(axis=1, keepdims=True)
+    norm = np.linalg.norm(samples, axis=1) * np.linalg.norm(pattern)
+    likeness = samples @ pattern / np.maximum(norm, 1e-9)
     # of all that fit nearly as well, the middle: blur makes the peak flat
     best = likeness >= likeness.max() - 0.02
     return float(likeness.max()), shifts[best].mean(axis=0)
@@ -279,8 +279,8 @@ def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
 
     flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
     white = cv2.BORDER_CONSTANT
-    found = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=white, borderValue=255)
-    return np.asarray(found, dtype=np.float64).reshape(pixels.shape[:-1])
+    values = cv2.remap(grey, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR, borderMode=white, borderValue=255)
+    return np.asarray(values, dtype=np.float64).reshape(pixels.shape[:-1])
 
 
 def _sharpened(seen: Array, strength: float) -> Array:

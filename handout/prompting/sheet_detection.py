@@ -13,8 +13,7 @@ from handout.prompting.sheet_codes import PARTS, PageRecord, join, read_codes, u
 from handout.prompting.sheet_layout import SheetLayout
 from handout.values import Array, Page
 
-_INCH = 25.4
-_DPI = (36.0, 2400.0)
+_DPI = (36.0, 2400.0)  # of a rectified page: bounds against slips
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def rectify(image: NDArray[np.uint8], sheet: Sheet | Registration, dpi: float | 
     wanted = registration.dpi if dpi is None else dpi
     if not _DPI[0] <= wanted <= _DPI[1]:
         raise InputError(f"dpi: {wanted:g} is outside {_DPI[0]:g} to {_DPI[1]:g}.")
-    pixel = _INCH / wanted
+    pixel = 25.4 / wanted
     width, height = (round(side / pixel) for side in (registration.page.width, registration.page.height))
     to_mm = np.array([[pixel, 0, pixel / 2], [0, pixel, pixel / 2], [0, 0, 1]])
     backwards = registration.to_pixels @ to_mm
@@ -160,7 +159,7 @@ def printed_on(sheet: Sheet, dpi: float, *, words: bool = False) -> NDArray[np.b
     -------
     (height, width) bool
     """
-    pixel = _INCH / dpi
+    pixel = 25.4 / dpi
     mask = np.zeros((round(sheet.page.height / pixel), round(sheet.page.width / pixel)), dtype=bool)
     boxes = np.vstack([sheet.masks, sheet.bands]) if words else sheet.masks
     for left, top, right, bottom in np.rint(boxes / pixel).astype(int).tolist():

@@ -51,11 +51,11 @@ def on_baselines(
 ) -> list[Baseline]:
     """The lines whose middles run along `traces`, (level at x = `centre`, slope), moved down to their feet, mm."""
     u = extremes.left[:, 0] - centre
-    off = np.abs(np.stack([extremes.left[:, 1] - level - slope * u for level, slope in traces]))
-    nearest, close = np.argmin(off, axis=0), off.min(axis=0) < 0.25 * pitch
+    distance = np.abs(np.stack([extremes.left[:, 1] - level - slope * u for level, slope in traces]))
+    nearest, is_near = np.argmin(distance, axis=0), distance.min(axis=0) < 0.25 * pitch
     lines = []
     for i, trace in enumerate(traces):
-        x = extremes.left[close & (nearest == i), 0]
+        x = extremes.left[is_near & (nearest == i), 0]
         if len(x) >= LEAST_EDGES // 2:
             lines.append(_on_baseline(trace, extremes.foot, _together(x, 2.5 * pitch), centre, pitch))
     return sorted(lines, key=lambda line: line.curve[0])
@@ -65,14 +65,14 @@ def _on_baseline(trace: tuple[float, float], feet: Array, x: Array, centre: floa
     level, slope = trace
     left, right = float(x[0]), float(x[-1])
     middle = (left + right) / 2
-    fall = feet[:, 1] - level - slope * (feet[:, 0] - centre)
-    at = (feet[:, 0] > left - 0.5 * pitch) & (feet[:, 0] < right + 0.5 * pitch)
-    at &= (fall > -0.1 * pitch) & (fall < 0.55 * pitch)
-    foot = mode(fall[at], 0.04 * pitch) if at.any() else 0.2 * pitch
-    near = at & (np.abs(fall - foot) < 0.3 * pitch)
-    u, y = feet[near, 0] - middle, fall[near] - foot
-    long, some = right - left > 8 * pitch and int(near.sum()) > LEAST_EDGES, right - left > 2.5 * pitch
-    c0, c1, c2 = robust(u, y, 2 if long else (1 if some else 0), 0.12 * pitch)
+    depth = feet[:, 1] - level - slope * (feet[:, 0] - centre)
+    candidate = (feet[:, 0] > left - 0.5 * pitch) & (feet[:, 0] < right + 0.5 * pitch)
+    candidate &= (depth > -0.1 * pitch) & (depth < 0.55 * pitch)
+    foot = mode(depth[candidate], 0.04 * pitch) if candidate.any() else 0.2 * pitch
+    on_line = candidate & (np.abs(depth - foot) < 0.3 * pitch)
+    u, y = feet[on_line, 0] - middle, depth[on_line] - foot
+    long, medium = right - left > 8 * pitch and int(on_line.sum()) > LEAST_EDGES, right - left > 2.5 * pitch
+    c0, c1, c2 = robust(u, y, 2 if long else (1 if medium else 0), 0.12 * pitch)
     return Baseline((level + foot + slope * (middle - centre) + c0, slope + c1, c2), left, right)
 
 
@@ -89,23 +89,23 @@ def robust(u: Array, y: Array, degree: int, scale: float) -> tuple[float, float,
     curve = np.zeros(3)
     if len(u) <= degree + 2:
         return 0.0, 0.0, 0.0
-    unit = max(float(np.abs(u).max()), 1.0)
-    powers = np.stack([(u / unit) ** k for k in range(degree + 1)], axis=1)
+    scale_of_u = max(float(np.abs(u).max()), 1.0)
+    powers = np.stack([(u / scale_of_u) ** k for k in range(degree + 1)], axis=1)
     for width in (2.0, 1.5, 1.0, 0.8, 0.8, 0.8):
-        rest = (y - powers @ curve[: degree + 1]) / (width * scale)
-        weight = np.where(np.abs(rest) < 1, (1 - rest**2) ** 2, 0.0)
+        residual = (y - powers @ curve[: degree + 1]) / (width * scale)
+        weight = np.where(np.abs(residual) < 1, (1 - residual**2) ** 2, 0.0)
         if (weight > 0).sum() <= degree + 2:
             break
         root = np.sqrt(weight)[:, None]
         curve[: degree + 1] = np.linalg.lstsq(powers * root, y * root[:, 0], rcond=None)[0]
-    return float(curve[0]), float(curve[1] / unit), float(curve[2] / unit**2)
+    return float(curve[0]), float(curve[1] / scale_of_u), float(curve[2] / scale_of_u**2)
 
 
 def mode(values: Array, sigma: float) -> float:
     """The densest of the values (n,), by a Gaussian kernel of width `sigma`."""
     grid = np.linspace(values.min(), values.max(), 200)
-    held = np.exp(-0.5 * ((grid[:, None] - values) / sigma) ** 2).sum(axis=1)
-    return float(grid[int(np.argmax(held))])
+    density = np.exp(-0.5 * ((grid[:, None] - values) / sigma) ** 2).sum(axis=1)
+    return float(grid[int(np.argmax(density))])
 
 
 _SLANTS = np.arange(-0.5, 1.5001, 0.05)
@@ -133,8 +133,8 @@ def find_stroke_extremes(mask: NDArray[np.bool_], dpi: float) -> StrokeExtremes:
     row, begin, end = spans(mask)
     short = (end - begin) * pixel < _UNDERLINE
     every = max(1, int(_ROWS / pixel))
-    own = short & (row % every == 0)
-    left = np.stack([begin[own], row[own]], axis=1) * pixel
+    sampled = short & (row % every == 0)
+    left = np.stack([begin[sampled], row[sampled]], axis=1) * pixel
     foot = _ends(mask, row[short], begin[short], end[short], 1)
     top = _ends(mask, row[short], begin[short], end[short], -1)
     return StrokeExtremes(left, foot * pixel, top * pixel, _free_above(mask, top) * pixel)
@@ -176,18 +176,18 @@ def slant_of_lines(mask: NDArray[np.bool_], dpi: float, lines: Sequence[Baseline
     All lines vote together, each as much as the other, and for the whole letters and their ascenders alike: upstrokes
     that join letters slant more than stems, and in a short line may be more.
 
-    Source: alignment specification, recipe 4.
+    Source: own method; docs/bibliography.md.
     """
     pixel = 25.4 / dpi
     coarse = max(x_height / 14, pixel)
     votes = np.zeros(len(_SLANTS))
     for line in lines:
         x, height = _above(mask, pixel, line, x_height)
-        for own in (height > -np.inf, height > 0.8 * x_height):
-            if own.sum() < 100:
+        for part in (height > -np.inf, height > 0.8 * x_height):
+            if part.sum() < 100:
                 continue
-            held = [float(np.square(_columns((x - s * height)[own], coarse)).sum()) for s in _SLANTS]
-            votes += np.array(held) / max(held)
+            concentration = [float(np.square(_columns((x - s * height)[part], coarse)).sum()) for s in _SLANTS]
+            votes += np.array(concentration) / max(concentration)
     if not votes.any():
         return 0.0
     votes *= np.exp(-0.5 * ((_SLANTS - _USUAL) / _UNUSUAL) ** 2)
@@ -204,20 +204,20 @@ def _above(mask: NDArray[np.bool_], pixel: float, line: Baseline, x_height: floa
     y, x = np.nonzero(mask[y0:y1, x0:x1])
     place = np.asarray((x + x0 + 0.5) * pixel, dtype=np.float64)
     height = line.baseline(place) - (y + y0 + 0.5) * pixel
-    own = (height > -0.2 * x_height) & (height < 2.0 * x_height)
+    on_line = (height > -0.2 * x_height) & (height < 2.0 * x_height)
     # pixels stand in columns: spread over their width, or an upright page would look the evenest
-    spread = (np.arange(len(place)) * 0.618034 % 1 - 0.5) * pixel
-    return (place + spread)[own], height[own]
+    jitter = (np.arange(len(place)) * 0.618034 % 1 - 0.5) * pixel
+    return (place + jitter)[on_line], height[on_line]
 
 
 def _columns(x: Array, width: float) -> Array:
     return np.bincount(((x - x.min()) / width).astype(np.intp)).astype(np.float64)
 
 
-def _peak_offset(held: Array, k: int) -> float:
+def _peak_offset(values: Array, k: int) -> float:
     """Where the parabola through a peak and its neighbours is highest, in steps from the peak."""
-    if not 0 < k < len(held) - 1:
+    if not 0 < k < len(values) - 1:
         return 0.0
-    a, b, c = held[k - 1 : k + 2]
+    a, b, c = values[k - 1 : k + 2]
     bow = a - 2 * b + c
     return float(np.clip(0.5 * (a - c) / bow, -0.5, 0.5)) if bow < 0 else 0.0

@@ -71,7 +71,7 @@ def _pages(count: int) -> str:
     return "1 page" if count == 1 else f"pages 1–{count}"
 
 
-def square_resolution(own: Any, path: Path) -> float | None:
+def square_resolution(dpi: Any, path: Path) -> float | None:
     """Pixels per inch, the same across and down.
 
     Raises
@@ -79,9 +79,9 @@ def square_resolution(own: Any, path: Path) -> float | None:
     InputError
         They are not.
     """
-    if not own or not all(float(side) > 0 for side in own):
+    if not dpi or not all(float(side) > 0 for side in dpi):
         return None
-    across, down = (float(side) for side in own)
+    across, down = (float(side) for side in dpi)
     if max(across, down) > _SQUARE * min(across, down):
         raise InputError(
             f"{path} has {across:g} dpi across and {down:g} down, as faxes have: scan the page at 300 dpi both ways."
@@ -99,14 +99,14 @@ def check_dpi(dpi: float | None) -> None:
 
 def plausible_dpi(picture: Picture) -> float:
     """The file's own resolution, if it can be a scanner's; otherwise a question."""
-    own, (height, width) = picture.own, picture.rgb.shape[:2]
-    longest = max(width, height) / own * 25.4 if own else np.inf
-    if own and LEAST_DPI - _ROUNDED <= own <= MOST_DPI and longest <= _LONGEST_SIDE:
-        return own
-    said = f"says {own:g} dpi, which is not a scan's" if own else "does not say its resolution"
+    dpi, (height, width) = picture.own, picture.rgb.shape[:2]
+    longest = max(width, height) / dpi * 25.4 if dpi else np.inf
+    if dpi and LEAST_DPI - _ROUNDED <= dpi <= MOST_DPI and longest <= _LONGEST_SIDE:
+        return dpi
+    problem = f"says {dpi:g} dpi, which is not a scan's" if dpi else "does not say its resolution"
     if picture.photographed:
-        said = f"is a photograph and {said}"
-    raise InputError(f"{picture.source} {said}: give it with --dpi{_dpi_hint(width, height)}.")
+        problem = f"is a photograph and {problem}"
+    raise InputError(f"{picture.source} {problem}: give it with --dpi{_dpi_hint(width, height)}.")
 
 
 def _dpi_hint(width: int, height: int) -> str:

@@ -3,7 +3,7 @@
 The levels of different pens spread differently between paper and ink; the scale bends them all to the same spread, so
 that lines of one pen can take the place of another's.  Pages of one hand share a scale.
 
-Source: seed 000, §5.1.1; handwriting specification §2.
+Source: seed 000, §5.1.1; what was corrected in it: docs/bibliography.md.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from handout.scanning.inks import Inks
 from handout.scanning.scan import Scan
 from handout.values import Array, readonly
 
-MOST = 2.0
+MOST = 2.0  # greatest density: seed 000, §5.1.1
 _TOP = 4.0  # levels beyond are one
 _STEPS = 800
 _KERNEL = 0.1  # of the density of levels
@@ -113,14 +113,14 @@ def density_table(inks: Inks, scale: Scale, rgb: NDArray[np.uint8]) -> NDArray[n
     from scipy.interpolate import RBFInterpolator
 
     points = _sample(inks, rgb)
-    known = scale.density(np.clip(inks.levels(points).max(axis=-1), 0, None))
-    spline = RBFInterpolator(points, known, kernel="thin_plate_spline", smoothing=1e-6)
+    densities = scale.density(np.clip(inks.levels(points).max(axis=-1), 0, None))
+    spline = RBFInterpolator(points, densities, kernel="thin_plate_spline", smoothing=1e-6)
     axis = np.linspace(0, 1, _CELLS + 1)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     level = inks.levels(lattice).max(axis=-1)
     table = np.where(level > 0, scale.density(np.clip(level, 0, None)), np.clip(level, -1, 0))
-    used = (level > 0) & _corners_used(rgb)
-    table[used] = np.clip(spline(lattice[used]), 0, MOST)
+    in_use = (level > 0) & _corners_used(rgb)
+    table[in_use] = np.clip(spline(lattice[in_use]), 0, MOST)
     return np.asarray(table.reshape(_CELLS + 1, _CELLS + 1, _CELLS + 1), dtype=np.float32)
 
 
@@ -129,11 +129,11 @@ def _sample(inks: Inks, rgb: NDArray[np.uint8]) -> Array:
     axis = np.linspace(0, 1, _CENTRES)
     lattice = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     code = (rgb[::3, ::3] >> 2).astype(np.int32) @ np.array([4096, 64, 1], dtype=np.int32)
-    used = np.flatnonzero(np.bincount(code.ravel(), minlength=64**3))
-    own = np.stack([used >> 12, used >> 6 & 63, used & 63], axis=1) * 4.0 / 255
-    level = inks.levels(own).max(axis=-1)
-    own = own[level > -0.3][np.argsort(level[level > -0.3])]
-    return np.asarray(np.unique(np.concatenate([lattice, own[:: max(1, len(own) // _OWN)]]), axis=0))
+    cells_used = np.flatnonzero(np.bincount(code.ravel(), minlength=64**3))
+    page_colours = np.stack([cells_used >> 12, cells_used >> 6 & 63, cells_used & 63], axis=1) * 4.0 / 255
+    level = inks.levels(page_colours).max(axis=-1)
+    page_colours = page_colours[level > -0.3][np.argsort(level[level > -0.3])]
+    return np.asarray(np.unique(np.concatenate([lattice, page_colours[:: max(1, len(page_colours) // _OWN)]]), axis=0))
 
 
 def _corners_used(rgb: NDArray[np.uint8]) -> NDArray[np.bool_]:
@@ -159,12 +159,12 @@ def look_up(table: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.fl
     corner = low[inky].astype(np.intp)
     part = where[inky].astype(np.float32) / 255 - corner
     flat = (corner[:, 0] * (cells + 1) + corner[:, 1]) * (cells + 1) + corner[:, 2]
-    values, found = table.ravel(), np.zeros(len(flat), dtype=np.float32)
+    values, interpolated = table.ravel(), np.zeros(len(flat), dtype=np.float32)
     for i in range(8):
         bits = np.array([i >> 2 & 1, i >> 1 & 1, i & 1])
         weight = np.where(bits, part, 1 - part).prod(axis=1)
-        found += weight * values[flat + (bits[0] * (cells + 1) + bits[1]) * (cells + 1) + bits[2]]
-    result[inky] = np.maximum(found, 0)
+        interpolated += weight * values[flat + (bits[0] * (cells + 1) + bits[1]) * (cells + 1) + bits[2]]
+    result[inky] = np.maximum(interpolated, 0)
     return result
 
 

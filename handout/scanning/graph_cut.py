@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from handout.values import Array, Indices
 
-_FINE = 256
+_FINE = 256  # capacities are whole numbers of 1/256: of 1/16 they mislabel
 _TOGETHER = 150_000  # pixels a call
 _LARGEST = 2**31 - 1
 

@@ -18,7 +18,7 @@ from handout.scanning.checks import blank
 from handout.scanning.scan import Scan
 from handout.values import Array
 
-_BINS = 32
+_BINS = 32  # cells a channel of the histogram of colours, narrower than the kernel of the mean shift
 _KERNEL = 0.05  # of the mean shift, in colour
 _CONTRAST = 0.12  # least distance of ink from paper
 _ZERO = 0.30  # the share of ink that counts as none, on plain paper

@@ -62,21 +62,21 @@ def mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
     return np.asarray(sampled(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))
 
 
-_ALONE = 1.3  # times the width: ink that is wider is not one line's
-_OWN = 2.2  # half widths: an edge farther off tells nothing
+_ALONE = 1.3  # times the usual width: wider ink is not one line's
+_OWN = 2.2  # half widths: an edge farther off is not this line's
 _LEVEL = 0.5  # half widths: where both edges are about as far, the line lies between them
-_ROUNDS = 4
+_ROUNDS = 4  # of the fit
 _FINE = 0.5  # pixels between samples across the line
-_STEP = 2.0  # pixels a round, at most
-_STIFF = 0.45  # half widths: what is shorter is smoothed away
-_HOLD, _BOUND = 0.05, 0.7  # weights, beside 1 for the middle of a line: of the place before, and of one edge
-_ON = -0.7  # cosine between two paths that go on through a junction
-_PULL, _EVEN = 0.1, 5  # of the smoothing before the fit: its normals need no more
-_END = 0.5  # half widths from its edge that ink ends beyond the pen's way
+_STEP = 2.0  # pixels that a vertex moves in a round, at most
+_STIFF = 0.45  # half widths: shorter waves of the line are smoothed away
+_HOLD, _BOUND = 0.05, 0.7  # weights of the place before, and of a single edge; the middle of two edges has 1
+_ON = -0.7  # greatest cosine between two paths that go on as one line through a junction
+_PULL, _EVEN = 0.1, 5  # share and rounds of the smoothing before the fit, which only its normals need
+_END = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
 
 
-def half_widths(own: Array, edges: Indices, count: int, usual: float) -> Array:
-    """(n,): half the width of the line that each vertex is of, by the parts of its branch where it runs alone."""
+def half_widths(measured: Array, edges: Indices, count: int, usual: float) -> Array:
+    """(n,): half the width of the line of each vertex, measured on the parts of its branch where it runs alone."""
     half = np.full(count, usual)
     degree = np.bincount(edges.ravel(), minlength=count)
     for path in branches(edges, count):
@@ -86,7 +86,7 @@ def half_widths(own: Array, edges: Indices, count: int, usual: float) -> Array:
                 clear = int(3 * usual) + 1
                 alone[slice(0, clear) if at == 0 else slice(-clear, None)] = False
         if alone.sum() >= 4 * usual:
-            half[path[degree[path] <= 2]] = np.clip(np.median(own[path][alone]), 0.5 * usual, 1.4 * usual)
+            half[path[degree[path] <= 2]] = np.clip(np.median(measured[path][alone]), 0.5 * usual, 1.4 * usual)
     return half
 
 
@@ -106,15 +106,15 @@ def fitted_to_ink(
     before, after = _along(edges, count)
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
-    for turn in range(_ROUNDS):
+    for round_ in range(_ROUNDS):
         normal = _normals(xy, before[inner], after[inner])
         right, left, centre = _across(xy[inner], normal, usual, weight, ink)
-        if not turn:
-            own = np.full(count, usual)
-            own[inner] = (right + left) / 2
-            half = half_widths(own, edges, count, usual)
-        off, sure = _middle(right, left, centre, half[inner])
-        xy = _solved(xy, inner, normal, off, sure, bends, _STIFF * usual)
+        if not round_:
+            measured = np.full(count, usual)
+            measured[inner] = (right + left) / 2
+            half = half_widths(measured, edges, count, usual)
+        offset, weight_of_offset = _middle(right, left, centre, half[inner])
+        xy = _solved(xy, inner, normal, offset, weight_of_offset, bends, _STIFF * usual)
     return xy, half
 
 
@@ -148,10 +148,10 @@ def sampled(image: NDArray[np.float32], xy: Array) -> Array:
     values = np.empty(len(flat), dtype=np.float32)
     for start in range(0, len(flat), 30_000):  # remap takes no side above 32767
         part = flat[start : start + 30_000]
-        found = cv2.remap(
+        remapped = cv2.remap(
             image, part[:, None, 0].copy(), part[:, None, 1].copy(), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         )
-        values[start : start + 30_000] = found[:, 0]
+        values[start : start + 30_000] = remapped[:, 0]
     return values.reshape(xy.shape[:-1]).astype(np.float64)
 
 
@@ -178,19 +178,19 @@ def _bends(xy: Array, edges: Indices, usual: float) -> Indices:
 
 def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, int, int]]:
     """The pairs of paths from one junction that go on as one line, straightest first."""
-    far = [way[min(len(way) - 1, int(4 * usual) + 1)] for way in ways]
-    near = [way[min((len(way) - 1) // 2, int(1.5 * usual) + 1)] for way in ways]
-    to = xy[far] - xy[near]
-    to /= np.maximum(np.linalg.norm(to, axis=1), 1e-9)[:, None]
-    cosine = to @ to.T
+    far_ends = [way[min(len(way) - 1, int(4 * usual) + 1)] for way in ways]
+    near_ends = [way[min((len(way) - 1) // 2, int(1.5 * usual) + 1)] for way in ways]
+    directions = xy[far_ends] - xy[near_ends]
+    directions /= np.maximum(np.linalg.norm(directions, axis=1), 1e-9)[:, None]
+    cosine = directions @ directions.T
     pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(ways)) for j in range(i))
-    found: list[tuple[int, int, int]] = []
+    pairs_through: list[tuple[int, int, int]] = []
     taken: set[int] = set()
     for value, i, j in pairs:
         if value < _ON and not taken & {i, j}:
             taken |= {i, j}
-            found.append((int(ways[i][1]), int(ways[i][0]), int(ways[j][1])))
-    return found
+            pairs_through.append((int(ways[i][1]), int(ways[i][0]), int(ways[j][1])))
+    return pairs_through
 
 
 def _across(
@@ -202,18 +202,18 @@ def _across(
     right, left, centre = np.zeros((3, len(xy)))
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
-        shown = sampled(ink, places)
-        shown *= _unbroken(shown > 0, reach)
-        thick = sampled(weight, places) * (shown > 0)
-        middle = shown[:, reach] / 2
-        right[part] = (shown[:, reach + 1 :].sum(axis=1) + middle) * _FINE
-        left[part] = (shown[:, :reach].sum(axis=1) + middle) * _FINE
-        centre[part] = thick @ steps / np.maximum(thick.sum(axis=1), 1e-9)
+        inky = sampled(ink, places)
+        inky *= _unbroken(inky > 0, reach)
+        weights = sampled(weight, places) * (inky > 0)
+        middle = inky[:, reach] / 2
+        right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FINE
+        left[part] = (inky[:, :reach].sum(axis=1) + middle) * _FINE
+        centre[part] = weights @ steps / np.maximum(weights.sum(axis=1), 1e-9)
     return right, left, centre
 
 
 def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Array, Array]:
-    """(n,) how far across the line its middle lies, pixels, and (n,) how sure that is."""
+    """(n,) how far across the line its middle lies, pixels, and (n,) the weight of that."""
     width = right + left
     alone = (width < 2 * _ALONE * half) & (width > 0)
     nearer = np.minimum(right, left)
@@ -222,18 +222,20 @@ def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Arra
     edge = np.where(level, (right - left) / 2, np.where(right < left, right - half, half - left))
     # the ink's weight and its edges are both uncertain, by grain within the line and along it
     between = (centre + (right - left) / 2) / 2
-    off = np.where(alone, between, np.where(bound, edge, 0.0))
-    return np.clip(off, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
+    offset = np.where(alone, between, np.where(bound, edge, 0.0))
+    return np.clip(offset, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
 
 
 def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
-    """Where ink reaches without a gap from the middle column: a neighbouring line must not pull."""
+    """Where ink reaches without a gap from the middle column, so that a neighbouring line does not pull."""
     right = np.minimum.accumulate(inky[:, middle:], axis=1)
     left = np.minimum.accumulate(inky[:, middle::-1], axis=1)[:, ::-1]
     return np.concatenate([left[:, :-1], right], axis=1)
 
 
-def _solved(xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, bends: Indices, stiff: float) -> Array:
+def _solved(
+    xy: Array, inner: Indices, normal: Array, offset: Array, sure: Array, bends: Indices, stiff: float
+) -> Array:
     """The places that are nearest to the middles found and bend least: one sparse linear system."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
@@ -243,9 +245,9 @@ def _solved(xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, b
     second = coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
     bend = (stiff**4 * (second.T @ second)).tocoo()
     x, y = normal.T
-    hold = np.full(n, _HOLD)
+    anchors = np.full(n, _HOLD)
     parts = [
-        (np.concatenate([hold, hold]), np.arange(2 * n), np.arange(2 * n)),
+        (np.concatenate([anchors, anchors]), np.arange(2 * n), np.arange(2 * n)),
         (bend.data, bend.row, bend.col),
         (bend.data, bend.row + n, bend.col + n),
         (sure * x * x, inner, inner),
@@ -256,9 +258,9 @@ def _solved(xy: Array, inner: Indices, normal: Array, off: Array, sure: Array, b
     data, row, col = (np.concatenate(column) for column in zip(*parts, strict=True))
     matrix = coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
     goal = _HOLD * xy.T.ravel()
-    there = (xy[inner] * normal).sum(axis=1) + off
-    np.add.at(goal, inner, sure * x * there)
-    np.add.at(goal, inner + n, sure * y * there)
+    targets = (xy[inner] * normal).sum(axis=1) + offset
+    np.add.at(goal, inner, sure * x * targets)
+    np.add.at(goal, inner + n, sure * y * targets)
     return np.asarray(splu(matrix).solve(goal)).reshape(2, n).T
 
 

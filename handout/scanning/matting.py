@@ -4,7 +4,7 @@ The paper under the ink is filled in from around it; of all mixtures of ink and 
 one with the least ink opacity is taken.  Filled paper is never darker than the scan (never lighter under light ink):
 otherwise paper that is a little lighter than its filling becomes opaque white ink, a halo on any other paper.
 
-Source: seed 000, Appendix C, eq. 15–17; handwriting specification §6 (halo rule, rounding).
+Source: seed 000, Appendix C, eq. 15–17; the limit of the filled paper and the rounding: own method.
 """
 
 from __future__ import annotations
@@ -104,10 +104,10 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
         mean = filled[known > 0].mean(axis=0) if known.any() else np.full(3, 255, dtype=np.float32)
         filled[known == 0] = mean
     while levels:
-        own, known = levels.pop()
+        level, known = levels.pop()
         wide = cv2.resize(filled, known.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        own[known == 0] = wide[known == 0]
-        filled = own
+        level[known == 0] = wide[known == 0]
+        filled = level
     return np.asarray(np.rint(filled), dtype=np.uint8)
 
 
@@ -125,6 +125,6 @@ def fill_textured(rgb: NDArray[np.uint8], hole: NDArray[np.uint8], margin: int) 
             outer = tuple(slice(max(0, s.start - margin), s.stop + margin) for s in inner)
             filled = cv2.inpaint(rgb[outer], hole[outer], _RADIUS, cv2.INPAINT_TELEA)
             y, x = (s.start - o.start for s, o in zip(inner, outer, strict=True))
-            own = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
-            paper[inner][hole[inner] > 0] = own[hole[inner] > 0]
+            inner_fill = filled[y : y + inner[0].stop - top, x : x + inner[1].stop - left]
+            paper[inner][hole[inner] > 0] = inner_fill[hole[inner] > 0]
     return paper

@@ -20,8 +20,8 @@ from handout.values import Array
 
 _LONG = 800  # pixels of the picture in which the outline is looked for
 _CONTRAST = 40  # levels between sheet and ground
-_SHARE = (0.2, 0.97)  # of the picture: what a sheet covers
-_FULL = 0.96  # of the four sides' own area: what the sheet fills
+_SHARE = (0.2, 0.97)  # of the picture that a sheet covers
+_FULL = 0.96  # of the area between its four sides that a sheet fills
 _EDGE = 4  # pixels from the edge of the picture: what lies there is no side of the sheet
 _BESIDE = 6  # pixels to either side of an edge
 _STRAIGHT = 2.5  # pixels: how far a side may bend
@@ -34,10 +34,10 @@ def refuse_oblique(scan: Scan) -> None:
     for pair in (sides[0::2], sides[1::2]):
         if any(side is None for side in pair):
             continue
-        apart = _between(*(side for side in pair if side is not None))
-        if apart > _MOST:
+        angle = _between(*(side for side in pair if side is not None))
+        if angle > _MOST:
             raise InputError(
-                f"{scan.source} was photographed at an angle: opposite edges of the sheet are {apart:.1f}° apart "
+                f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
                 f"(at most {_MOST:g}°). Lay it on a scanner, make it flat with a scanning app, or write on a sheet of "
                 "`handout hand prompt`, whose marks make photographs flat."
             )
@@ -82,8 +82,8 @@ def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
 
 def _corners(points: Array) -> Array:
     """(4, 2): the outermost points of a contour along the diagonals, clockwise from the upper left."""
-    ways = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
-    return np.asarray(points[np.argmax(points @ ways.T, axis=0)])
+    diagonals = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    return np.asarray(points[np.argmax(points @ diagonals.T, axis=0)])
 
 
 def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
@@ -93,33 +93,35 @@ def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
     sides: list[Array | None] = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         length = float(np.linalg.norm(b - a))
-        way = (b - a) / max(length, 1e-9)
-        along = (points - a) @ way
-        across = (points - a) @ np.array([-way[1], way[0]])
-        own = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
-        seen = own.sum() > 0.6 * 0.8 * length > 40 and _step(grey, points[own], way) > _CONTRAST / 2
-        sides.append(_straight(points[own]) if seen else None)
+        direction = (b - a) / max(length, 1e-9)
+        along = (points - a) @ direction
+        across = (points - a) @ np.array([-direction[1], direction[0]])
+        on_side = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
+        visible = on_side.sum() > 0.6 * 0.8 * length > 40 and _step(grey, points[on_side], direction) > _CONTRAST / 2
+        sides.append(_straight(points[on_side]) if visible else None)
     return sides
 
 
-def _step(grey: Array, points: Array, way: Array) -> float:
+def _step(grey: Array, points: Array, direction: Array) -> float:
     """How much darker it is just outside a side than just inside, levels; little at the edge of a shadow."""
-    inwards = np.array([-way[1], way[0]])
+    inwards = np.array([-direction[1], direction[0]])
     inner, outer = (np.rint(points + by * inwards).astype(np.intp) for by in (_BESIDE, -_BESIDE))
-    held = [grey[np.clip(at[:, 1], 0, len(grey) - 1), np.clip(at[:, 0], 0, grey.shape[1] - 1)] for at in (inner, outer)]
-    return float(np.median(held[0] - held[1]))
+    levels = [
+        grey[np.clip(at[:, 1], 0, len(grey) - 1), np.clip(at[:, 0], 0, grey.shape[1] - 1)] for at in (inner, outer)
+    ]
+    return float(np.median(levels[0] - levels[1]))
 
 
 def _straight(points: Array) -> Array | None:
     """Direction of the line through points (n, 2), or None if they do not lie on one."""
-    off = points - np.median(points, axis=0)
+    centred = points - np.median(points, axis=0)
     for _ in range(3):
-        _, _, axes = np.linalg.svd(off - off.mean(axis=0), full_matrices=False)
-        away = np.abs((off - off.mean(axis=0)) @ axes[1])
-        if away.max() < _STRAIGHT:
+        _, _, axes = np.linalg.svd(centred - centred.mean(axis=0), full_matrices=False)
+        distance = np.abs((centred - centred.mean(axis=0)) @ axes[1])
+        if distance.max() < _STRAIGHT:
             return np.asarray(axes[0])
-        off = off[away < max(_STRAIGHT, float(np.percentile(away, 90)))]
-    return np.asarray(axes[0]) if len(off) > 0.6 * len(points) else None
+        centred = centred[distance < max(_STRAIGHT, float(np.percentile(distance, 90)))]
+    return np.asarray(axes[0]) if len(centred) > 0.6 * len(points) else None
 
 
 def _between(a: Array, b: Array) -> float:
@@ -189,8 +191,8 @@ def _leaning(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
 
 def _band(cells: NDArray[np.bool_]) -> tuple[int, float]:
     """Width of the widest empty band inside the ink, and its middle, in cells."""
-    held = cells.sum(axis=0)
-    inky = np.flatnonzero(held > _STRAYS * len(cells))
+    ink_cells = cells.sum(axis=0)
+    inky = np.flatnonzero(ink_cells > _STRAYS * len(cells))
     if len(inky) < 2:
         return 0, 0.0
     low, high = (inky[0] + share * (inky[-1] - inky[0]) for share in _MIDDLE)

@@ -2,7 +2,7 @@
 
 The estimate is coarse on purpose: a letter is narrower than the closing that hides it, a shadow or a stain is not.
 
-Source: handwriting specification §2 (historic or uneven paper); method: grey closing, then a wide median.
+Source: own method, grey closing and then a wide median.
 """
 
 from __future__ import annotations
@@ -52,10 +52,7 @@ class Paper:
 
 
 def find_paper(scan: Scan) -> Paper:
-    """The paper of a scan, ink taken off.
-
-    Source: handwriting specification §2.
-    """
+    """The paper of a scan, with the ink taken off."""
     import cv2
 
     small, dpi = _small(scan)

@@ -37,7 +37,7 @@ ENOUGH_DPI, _FINE = 600.0, 700.0  # a pen's line shows nothing finer than the fi
 _ROWS = 1024  # of a picture with transparent parts that are laid on white at a time: memory
 _CAMERA = (271, 272)  # EXIF: maker and model
 _EXPOSED = 33434  # EXIF: exposure time, which scanners do not note
-# first bytes of files that are none of ours, and what is to be done with them
+# mark, where it stands, and what to do with files of formats that cannot be read
 _FOREIGN = (
     (b"ftyphei", 4, "a HEIC photograph: save it as JPEG or PNG"),
     (b"ftypmif", 4, "a HEIF photograph: save it as JPEG or PNG"),
@@ -131,10 +131,10 @@ def _read_image(path: Path, page: int | None) -> Picture:
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
                 return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
-            own, taken = image.info.get("dpi"), _photographed(image)
+            dpi, taken = image.info.get("dpi"), _photographed(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
-            return Picture(rgb, square_resolution(own, path), source_of(path, page, frames), taken)
+            return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), taken)
     except _DAMAGED as error:
         if tiff_pages.is_tiff(path):
             return _by_tifffile(path, page)
@@ -144,15 +144,15 @@ def _read_image(path: Path, page: int | None) -> Picture:
 def _by_tifffile(path: Path, page: int | None) -> Picture:
     from handout.scanning.tiff_pages import page_of_tiff
 
-    rgb, own, count = page_of_tiff(path, page)
-    return Picture(rgb, square_resolution(own, path), source_of(path, page, count))
+    rgb, dpi, count = page_of_tiff(path, page)
+    return Picture(rgb, square_resolution(dpi, path), source_of(path, page, count))
 
 
 def _reason(error: BaseException, path: Path) -> str:
     """Why a file cannot be read, and what to do."""
-    said = getattr(error, "strerror", None)
-    if said:
-        return str(said)
+    system_message = getattr(error, "strerror", None)
+    if system_message:
+        return str(system_message)
     with path.open("rb") as file:
         head = file.read(32)
     if not head:
@@ -204,11 +204,11 @@ def _by_profile(image: Image_, path: Path) -> Image_:
         )
     try:
         source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-        turned = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
+        converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode="RGB")
     except ImageCms.PyCMSError as error:
         raise InputError(f"{path}: its colour profile cannot be used; save it as RGB.") from error
-    assert turned is not None
-    return turned
+    assert converted is not None
+    return converted
 
 
 def _grey(values: NDArray[Any], path: Path) -> NDArray[np.uint8]:
@@ -262,12 +262,12 @@ def scan_of(picture: Picture, dpi: float | None = None) -> Scan:
         A resolution that is missing or not plausible, or that makes the page larger than two sheets of A3.
     """
     check_dpi(dpi)
-    told = dpi is not None
+    given_by_user = dpi is not None
     if dpi is None:
         dpi = plausible_dpi(picture)
     else:
         refuse_oversize(picture, dpi)
-    return _reduced(Scan(picture.rgb, float(dpi), picture.source, told=told))
+    return _reduced(Scan(picture.rgb, float(dpi), picture.source, told=given_by_user))
 
 
 def _reduced(scan: Scan) -> Scan:

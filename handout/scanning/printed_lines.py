@@ -1,7 +1,7 @@
 """The lines printed on a sheet of paper that is to be written on: rules, squares and margin lines.
 
-The picture may be a scan or a photograph, unevenly lit and a little turned or seen at an angle.  A line is followed
-through narrow strips of the page, so that each has a slope of its own.
+The picture may be a scan or a photograph, unevenly lit, a little turned, or seen at an angle.  The page is cut into
+narrow upright strips; a line is a chain of peaks from strip to strip, so that each line has a slope of its own.
 
 Source: own method.
 """
@@ -17,26 +17,26 @@ from numpy.typing import NDArray
 from handout.peaks import peaks
 from handout.values import Array, Indices
 
-_SCALE = 6.0  # pixels a mm that lines are looked for at
+_SCALE = 6.0  # pixels a mm at which lines are looked for
 _AROUND = 3.5  # mm whose median is the paper around a place: wider than any printed line
 _ALONG = 5.0  # mm that are averaged along a line
 _BESIDE = 0.7  # mm from the middle of a line to where there is paper again
 _STRIPS = 40
-_NOISE = 4.0  # deviations over which a peak of a strip may be a line
+_NOISE = 4.0  # standard deviations of a strip's profile above which a peak may be a line
 _FAINTEST = 0.006  # of the paper's light that a line takes at least, averaged over `_ALONG`
 _STEEPEST = 0.12  # slope
-_CROOKED = 1.0  # mm that a line may leave a straight one by: more has been followed from one line to another
-_TURNED = 0.008  # slope by which a line may differ from those beside it
-_SKIPPED = 6  # strips in which a line may be hidden
+_CROOKED = 1.0  # mm from a straight line: a chain that leaves it further has jumped to another line
+_TURNED = 0.008  # greatest difference in slope from the lines beside it
+_SKIPPED = 6  # strips in a row in which a line may be hidden
 _SHARE = 0.5  # of the strips, in which a line must be seen
 _NEAR = 0.6  # mm from where a line is expected in the next strip
-_FAINT = 0.4  # of the contrast of the strongest lines: paler ones are no rules beside these
-_OFF = 0.22  # of the distance of lines: further off an even row a line is none of its lines
-_FEWEST = 3
+_FAINT = 0.4  # of the contrast of the strongest lines: paler lines are noise
+_OFF = 0.22  # of the distance of lines: a line further from an even row does not belong to it
+_FEWEST = 3  # lines in a row: two do not tell that distances are even
 _SEEN = 0.75  # share of the strips, median of the rules: lines of writing are seen in 0.5 to 0.7 of them
 _HEAVIER = 1.35  # times the contrast of the fine lines between them
 _PITCHES = (4.5, 20.0)  # mm: what people write on
-_OTHER, _SPREAD = 0.12, 4.0  # rad between the colours of a margin line and of the rest; times what these differ by
+_OTHER, _SPREAD = 0.12, 4.0  # least angle between the colours of a margin line and of the rest: rad; times their spread
 _STRONGER = 1.7  # times the contrast of the other lines: a margin line's
 
 
@@ -87,10 +87,10 @@ class PrintedSheet:
 def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> PrintedSheet | None:
     """The lines of a sheet of `width` × `height` mm that fills a picture; None if it has no rules that can be told."""
     across = _lines(_light_taken(rgb, width, height), width)
-    rows = _evenly(_strong(across), _FEWEST)
-    if rows is None:
+    row = _evenly(_strong(across), _FEWEST)
+    if row is None:
         return None
-    rules, fine = _heavy(*rows)
+    rules, fine = _heavy(*row)
     pitch = _pitch(rules)
     if not _PITCHES[0] <= pitch <= _PITCHES[1] or float(np.median([rule.seen for rule in rules])) < _SEEN:
         return None
@@ -121,26 +121,26 @@ def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
     strips = np.array_split(np.arange(taken.shape[1]), _STRIPS)
     middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SCALE
     profiles = np.stack([taken[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
-    seen = [_peaks(profile) for profile in profiles]
-    slope = _usual_slope(seen, middles)
-    free = [np.ones(len(peaks), dtype=bool) for peaks in seen]
+    heights = [_peaks(profile) for profile in profiles]
+    slope = _usual_slope(heights, middles)
+    free = [np.ones(len(peaks), dtype=bool) for peaks in heights]
     # what is seen in half of the strips is seen in one of these
-    begun = range(_STRIPS // 4, 3 * _STRIPS // 4, 2)
-    seeds = [(s, k) for s in sorted(begun, key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(seen[s]))]
-    found = []
+    seed_strips = range(_STRIPS // 4, 3 * _STRIPS // 4, 2)
+    seeds = [(s, k) for s in sorted(seed_strips, key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(heights[s]))]
+    lines = []
     for s, k in seeds:
         if free[s][k]:
-            chain = _followed(s, k, seen, free, middles, slope)
+            chain = _followed(s, k, heights, free, middles, slope)
             for strip, peak in chain:
                 free[strip][peak] = False
-            line = _fitted(chain, seen, middles, profiles, length)
+            line = _fitted(chain, heights, middles, profiles, length)
             if line is not None:
-                found.append(line)
-    return _parallel(sorted(found, key=lambda line: line.at))
+                lines.append(line)
+    return _parallel(sorted(lines, key=lambda line: line.at))
 
 
 def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
-    """The lines that are turned as those beside them are: one that runs out of the picture is not known well."""
+    """The lines whose slope is that of the lines beside them: one that runs out of the picture is measured badly."""
     slope = np.array([line.slope for line in lines])
     if len(lines) < _FEWEST:
         return lines
@@ -156,73 +156,75 @@ def _peaks(profile: NDArray[np.float32]) -> Array:
     floor = max(float(np.median(total)) + _NOISE * spread, _FAINTEST)
     at = peaks(total.astype(np.float64), prominence=0.5 * floor, apart=3)
     at = at[(total[at] > floor) & (at > 1) & (at < len(total) - 2)]
-    before, here, after = total[at - 1], total[at], total[at + 1]
-    curve = np.maximum(2 * here - before - after, 1e-9)
+    before, middle, after = total[at - 1], total[at], total[at + 1]
+    curve = np.maximum(2 * middle - before - after, 1e-9)
     return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SCALE)
 
 
-def _usual_slope(seen: list[Array], middles: Array) -> float:
+def _usual_slope(heights: list[Array], middles: Array) -> float:
     """The slope at which most peaks of neighbouring strips follow each other."""
     slopes = np.linspace(-_STEEPEST, _STEEPEST, 97)
     votes = np.zeros(len(slopes))
     for apart in (3, 6):
-        for a, b, step in ((seen[i], seen[i + apart], middles[i + apart] - middles[i]) for i in range(_STRIPS - apart)):
-            off = (b[None, :] - a[:, None]).ravel() / step
-            votes += (np.abs(off[:, None] - slopes) < 0.15 / step).sum(axis=0)
+        for a, b, step in (
+            (heights[i], heights[i + apart], middles[i + apart] - middles[i]) for i in range(_STRIPS - apart)
+        ):
+            slopes_between = (b[None, :] - a[:, None]).ravel() / step
+            votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
     best = np.flatnonzero(votes >= 0.98 * votes.max())
     return float(slopes[best].mean()) if votes.max() > 0 else 0.0
 
 
 def _followed(
-    s: int, k: int, seen: list[Array], free: list[NDArray[np.bool_]], middles: Array, slope: float
+    s: int, k: int, heights: list[Array], free: list[NDArray[np.bool_]], middles: Array, slope: float
 ) -> list[tuple[int, int]]:
-    """The peaks that go on in a peak to both sides: (strip, number) of each."""
+    """The chain of peaks through one peak, to both sides: (strip, number) of each."""
     chain = [(s, k)]
-    for way in (1, -1):
-        here, tilt, hidden = [(s, k)], slope, 0
-        for strip in range(s + way, _STRIPS if way > 0 else -1, way):
-            last, number = here[-1]
-            if len(here) > 4:
-                x0, n0 = here[max(0, len(here) - 9)]
-                tilt = float((seen[last][number] - seen[x0][n0]) / (middles[last] - middles[x0]))
-            wanted = seen[last][number] + tilt * (middles[strip] - middles[last])
-            off = np.where(free[strip], np.abs(seen[strip] - wanted), np.inf)
+    for direction in (1, -1):
+        links, tilt, skipped = [(s, k)], slope, 0
+        for strip in range(s + direction, _STRIPS if direction > 0 else -1, direction):
+            last, number = links[-1]
+            if len(links) > 4:
+                x0, n0 = links[max(0, len(links) - 9)]
+                tilt = float((heights[last][number] - heights[x0][n0]) / (middles[last] - middles[x0]))
+            expected = heights[last][number] + tilt * (middles[strip] - middles[last])
+            off = np.where(free[strip], np.abs(heights[strip] - expected), np.inf)
             if len(off) and off.min() < _NEAR:
-                here.append((strip, int(off.argmin())))
-                hidden = 0
+                links.append((strip, int(off.argmin())))
+                skipped = 0
             else:
-                hidden += 1
-                if hidden > _SKIPPED:
+                skipped += 1
+                if skipped > _SKIPPED:
                     break
-        chain += here[1:]
+        chain += links[1:]
     return chain
 
 
 def _fitted(
-    chain: list[tuple[int, int]], seen: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
+    chain: list[tuple[int, int]], heights: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
 ) -> PrintedLine | None:
     """The straight line through the peaks that belong together, if there are enough of them."""
     if len(chain) < _SHARE * _STRIPS:
         return None
     strips = np.array([strip for strip, _ in chain], dtype=np.intp)
-    x, y = middles[strips], np.array([seen[strip][peak] for strip, peak in chain])
-    kept = np.ones(len(x), dtype=bool)
+    x, y = middles[strips], np.array([heights[strip][peak] for strip, peak in chain])
+    inliers = np.ones(len(x), dtype=bool)
     for _ in range(3):
-        slope, start = np.polyfit(x[kept], y[kept], 1)
-        rest = np.abs(y - start - slope * x)
-        kept = rest <= max(3 * float(np.median(rest)), 0.1)
+        slope, start = np.polyfit(x[inliers], y[inliers], 1)
+        residuals = np.abs(y - start - slope * x)
+        inliers = residuals <= max(3 * float(np.median(residuals)), 0.1)
     rows = np.clip((y * _SCALE - 0.5).round().astype(np.intp), 0, profiles.shape[1] - 1)
     colour = np.median(profiles[strips, rows], axis=0).astype(np.float64)
     half = 0.5 * (middles[1] - middles[0])
     at = float(start + slope * 0.5 * length)
-    bend = float(np.percentile(rest, 90))
+    bend = float(np.percentile(residuals, 90))
     if bend > _CROOKED:
         return None
     return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, bend, len(x) / _STRIPS)
 
 
 def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
-    """The lines without those that are far paler than the strongest: noise that happens to be in line."""
+    """The lines without those that are far paler than the strongest."""
     if not lines:
         return []
     most = float(np.percentile([line.contrast for line in lines], 90))
@@ -238,33 +240,37 @@ def _evenly(lines: list[PrintedLine], fewest: int) -> tuple[list[PrintedLine], I
     for pitch in np.unique(np.round(np.diff(at), 1)):
         if pitch < 0.9:
             continue
-        place, kept = _places(at, float(pitch))
-        if kept.sum() < fewest:
+        place, standing = _places(at, float(pitch))
+        if standing.sum() < fewest:
             continue
-        span = int(np.ptp(place[kept])) + 1
-        worth = kept.sum() * min(1.0, kept.sum() / (0.75 * span))
+        span = int(np.ptp(place[standing])) + 1
+        worth = standing.sum() * min(1.0, standing.sum() / (0.75 * span))
         if best is None or worth > best[0] + 0.5:
-            best = (float(worth), [line for line, own in zip(lines, kept, strict=True) if own], place[kept])
+            best = (
+                float(worth),
+                [line for line, in_row in zip(lines, standing, strict=True) if in_row],
+                place[standing],
+            )
     return None if best is None or best[0] < fewest else best[1:]
 
 
 def _places(at: Array, pitch: float) -> tuple[Indices, NDArray[np.bool_]]:
     """Place (n,) of each line in a row of about that distance, and whether it stands in it."""
-    most: tuple[int, Indices, NDArray[np.bool_]] = (0, np.zeros(len(at), dtype=np.intp), np.zeros(len(at), dtype=bool))
+    best: tuple[int, Indices, NDArray[np.bool_]] = (0, np.zeros(len(at), dtype=np.intp), np.zeros(len(at), dtype=bool))
     for first in range(len(at)):
         # from one line to the next, so that distances may grow as they do at an angle
-        place, last, own, step = np.zeros(len(at), dtype=np.intp), at[first], np.zeros(len(at), dtype=bool), pitch
-        own[first], number = True, 0
+        place, last, standing, step = np.zeros(len(at), dtype=np.intp), at[first], np.zeros(len(at), dtype=bool), pitch
+        standing[first], number = True, 0
         for k in range(first + 1, len(at)):
             parts = (at[k] - last) / step
             if parts >= 0.7 and abs(parts - round(parts)) < _OFF:
                 number += round(parts)
-                place[k], own[k] = number, True
+                place[k], standing[k] = number, True
                 step = 0.7 * step + 0.3 * (at[k] - last) / round(parts)
                 last = at[k]
-        if own.sum() > most[0]:
-            most = (int(own.sum()), place, own)
-    return most[1], most[2]
+        if standing.sum() > best[0]:
+            best = (int(standing.sum()), place, standing)
+    return best[1], best[2]
 
 
 def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine, ...], float]:
@@ -288,29 +294,32 @@ def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
     return [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
 
 
-def _ratio(contrast: Array, own: NDArray[np.bool_]) -> float:
-    """How much heavier some lines are than the rest; 0 where many of the rest are as heavy."""
-    if own.sum() < _FEWEST - 1 or own.all():
+def _ratio(contrast: Array, among: NDArray[np.bool_]) -> float:
+    """How many times the contrast of the rest some lines have; 0 where many of the rest have as much."""
+    if among.sum() < _FEWEST - 1 or among.all():
         return 0.0
-    heavy, rest = float(np.median(contrast[own])), contrast[~own]
-    return heavy / max(float(np.median(rest)), 1e-9) if heavy > 1.1 * np.percentile(rest, 80) else 0.0
+    heavy, others = float(np.median(contrast[among])), contrast[~among]
+    return heavy / max(float(np.median(others)), 1e-9) if heavy > 1.1 * np.percentile(others, 80) else 0.0
 
 
-def _filled(known: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
+def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine, ...]:
     """The lines of a row, with those between two that were not seen."""
-    places = np.array(sorted(known))
-    between = partial(np.interp, xp=places)
+    places = np.array(sorted(seen_lines))
+    interpolated = partial(np.interp, xp=places)
     values = {
-        name: [getattr(known[int(p)], name) for p in places] for name in ("at", "slope", "start", "end", "bend", "seen")
+        name: [getattr(seen_lines[int(p)], name) for p in places]
+        for name in ("at", "slope", "start", "end", "bend", "seen")
     }
-    found = []
+    lines = []
     for place in range(int(places[0]), int(places[-1]) + 1, every):
-        if place in known:
-            found.append(known[place])
+        if place in seen_lines:
+            lines.append(seen_lines[place])
             continue
-        at, slope, start, end, bend, seen = (float(between(place, fp=some)) for some in values.values())
-        found.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
-    return tuple(found)
+        at, slope, start, end, bend, seen = (
+            float(interpolated(place, fp=values_seen)) for values_seen in values.values()
+        )
+        lines.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
+    return tuple(lines)
 
 
 def _pitch(rules: tuple[PrintedLine, ...]) -> float:

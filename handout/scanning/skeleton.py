@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from handout.branching import branches
 from handout.values import Array, Indices
 
-_ROUNDS = 3  # a spur taken off can bare another
-_HOLE = 4.0  # pixels at 300 dpi
+_ROUNDS = 3  # taking off a spur can expose another
+_HOLE = 4.0  # pixels at 300 dpi: smaller holes are noise, not loops of letters
 
 
 def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
@@ -78,10 +78,10 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
     pairs = []
     for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
         other = at(dy, dx)
-        touch = other >= 0
+        touching = other >= 0
         if dy and dx:
-            touch &= (at(0, dx) < 0) & (at(dy, 0) < 0)
-        pairs.append(np.stack([np.flatnonzero(touch), other[touch]], axis=1))
+            touching &= (at(0, dx) < 0) & (at(dy, 0) < 0)
+        pairs.append(np.stack([np.flatnonzero(touching), other[touching]], axis=1))
     return np.concatenate(pairs)
 
 
@@ -113,7 +113,7 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
     longest stays.
     """
     degree = np.bincount(edges.ravel(), minlength=len(xy))
-    gone = np.zeros(len(xy), dtype=bool)
+    spur = np.zeros(len(xy), dtype=bool)
     candidates: list[tuple[float, int, Indices]] = []
     open_at = degree.copy()
     for path in branches(edges, len(xy)):
@@ -128,8 +128,8 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
     for _, root, body in sorted(candidates, key=lambda one: one[0]):
         if open_at[root] > 1:
             open_at[root] -= 1
-            gone[body] = True
-    return gone
+            spur[body] = True
+    return spur
 
 
 def _kept(xy: Array, edges: Indices, keep: NDArray[np.bool_]) -> tuple[Array, Indices]:
@@ -144,12 +144,12 @@ _BRIDGE = 1.5  # half widths: a shorter one is a crossing
 
 
 @dataclass
-class _Web:
-    """A graph as paths between its knots, whose vertices can be moved and added.
+class _PathGraph:
+    """A graph as paths between its junctions, whose vertices can be moved and added.
 
     xy : places; inside : distance from the edge of the ink there.
-    paths : vertices from knot to knot; None where a path is gone.
-    at : for every knot the paths that end there, and at which end (0 or −1).
+    paths : vertices from junction to junction; None where a path is gone.
+    at : for every junction the paths that end there, and at which end (0 or −1).
     """
 
     xy: list[Array]
@@ -183,17 +183,17 @@ def separate_strokes(xy: Array, edges: Indices, inside: Array, half: float) -> t
     inside : (n,) float, pixels, distance from the edge of the ink.
     half : half the usual width of a line, pixels.
     """
-    web = _web(xy, edges, inside)
-    for knot in [k for k, ends in web.at.items() if len(ends) == 3]:
-        if len(web.at.get(knot, ())) == 3 and web.inside[knot] > _WIDE * half:
-            _unzip(web, knot, half)
+    web = _path_graph(xy, edges, inside)
+    for junction in [k for k, ends in web.at.items() if len(ends) == 3]:
+        if len(web.at.get(junction, ())) == 3 and web.inside[junction] > _WIDE * half:
+            _separate(web, junction, half)
     for number, path in enumerate(web.paths):
         if path is not None and len(path) <= _BRIDGE * half + 1:
-            _join(web, number)
+            _merge_bridge(web, number)
     return _graph(web)
 
 
-def _web(xy: Array, edges: Indices, inside: Array) -> _Web:
+def _path_graph(xy: Array, edges: Indices, inside: Array) -> _PathGraph:
     paths: list[list[int] | None] = [path.tolist() for path in branches(edges, len(xy))]
     at: dict[int, list[tuple[int, int]]] = {}
     for number, path in enumerate(paths):
@@ -201,68 +201,68 @@ def _web(xy: Array, edges: Indices, inside: Array) -> _Web:
         if len(path) > 1:
             at.setdefault(path[0], []).append((number, 0))
             at.setdefault(path[-1], []).append((number, -1))
-    return _Web(list(xy), inside.tolist(), paths, at)
+    return _PathGraph(list(xy), inside.tolist(), paths, at)
 
 
-def _graph(web: _Web) -> tuple[Array, Indices]:
+def _graph(web: _PathGraph) -> tuple[Array, Indices]:
     """Vertices that any path still has, and edges."""
-    kept = [np.array(path, dtype=np.intp) for path in web.paths if path is not None]
-    if not kept:
+    paths = [np.array(path, dtype=np.intp) for path in web.paths if path is not None]
+    if not paths:
         return np.zeros((0, 2)), np.zeros((0, 2), dtype=np.intp)
-    used, number = np.unique(np.concatenate(kept), return_inverse=True)
-    runs = np.split(number.astype(np.intp), np.cumsum([len(path) for path in kept])[:-1])
+    vertices, number = np.unique(np.concatenate(paths), return_inverse=True)
+    runs = np.split(number.astype(np.intp), np.cumsum([len(path) for path in paths])[:-1])
     edges = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
-    return np.array(web.xy)[used], unique_edges(edges)
+    return np.array(web.xy)[vertices], unique_edges(edges)
 
 
-def _leaving(web: _Web, path: list[int], half: float) -> Array:
+def _direction(web: _PathGraph, path: list[int], half: float) -> Array:
     """(2,) the direction in which a path leaves its first vertex, beyond the ink that it shares there."""
     first = min(int(1.2 * web.inside[path[0]]) + 1, (len(path) - 1) // 2)
     last = min(first + int(2 * half) + 1, len(path) - 1)
-    way = web.xy[path[last]] - web.xy[path[first]]
-    return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
+    chord = web.xy[path[last]] - web.xy[path[first]]
+    return np.asarray(chord / max(float(np.hypot(*chord)), 1e-9))
 
 
-def _unzip(web: _Web, knot: int, half: float) -> None:
-    """Two strokes that part at a knot taken apart along the third path, as far as that is wider than a line."""
-    ends = web.at[knot]
-    ways = [web.outward(*end) for end in ends]
-    to = [_leaving(web, way, half) for way in ways]
-    pairs = [(float(to[i] @ to[j]), i, j) for i, j in ((0, 1), (0, 2), (1, 2))]
+def _separate(web: _PathGraph, junction: int, half: float) -> None:
+    """Two strokes that part at a junction taken apart along the third path, as far as that is wider than a line."""
+    ends = web.at[junction]
+    outward = [web.outward(*end) for end in ends]
+    directions = [_direction(web, way, half) for way in outward]
+    pairs = [(float(directions[i] @ directions[j]), i, j) for i, j in ((0, 1), (0, 2), (1, 2))]
     cosine, i, j = max(pairs)
     k = 3 - i - j
-    if cosine < _ACUTE or to[k] @ (to[i] + to[j]) > 0 or ends[k][0] in (ends[i][0], ends[j][0]):
+    if cosine < _ACUTE or directions[k] @ (directions[i] + directions[j]) > 0 or ends[k][0] in (ends[i][0], ends[j][0]):
         return
-    shared = _shared(web, ways[k], half)
+    shared = _shared_length(web, outward[k], half)
     if shared < 1:
         return
-    zone = ways[k][: shared + 1]
+    zone = outward[k][: shared + 1]
     along = web.xy[zone[-1]] - web.xy[zone[0]]
-    sides = [np.sign(along[0] * to[s][1] - along[1] * to[s][0]) for s in (i, j)]
+    sides = [np.sign(along[0] * directions[s][1] - along[1] * directions[s][0]) for s in (i, j)]
     if sides[0] * sides[1] >= 0:
         # both on one side of the shared stroke as far as can be told: which is which is told by the two
-        turn = np.sign(to[i][0] * to[j][1] - to[i][1] * to[j][0])
+        turn = np.sign(directions[i][0] * directions[j][1] - directions[i][1] * directions[j][0])
         sides = [turn, -turn] if turn else [1.0, -1.0]
-    reach = round(web.inside[knot])
-    strands = [_strand(web, zone, float(side), half) for side in sides]
+    reach = round(web.inside[junction])
+    strands = [_offset_strand(web, zone, float(side), half) for side in sides]
     loop = ends[i][0] == ends[j][0]
     for end, strand in zip((ends[i], ends[j]), strands, strict=True):
         way = web.outward(*end)
         keep = min(reach, (len(way) - 1) // (3 if loop else 1))
-        web.put(*end, [zone[-1], *strand[::-1], *_straight(web, strand, way, keep)])
-    _move(web, knot, zone[-1], ends[k], ways[k][shared:], [ends[i], ends[j]])
+        web.put(*end, [zone[-1], *strand[::-1], *_straightened(web, strand, way, keep)])
+    _move_junction(web, junction, zone[-1], ends[k], outward[k][shared:], [ends[i], ends[j]])
 
 
-def _shared(web: _Web, way: list[int], half: float) -> int:
+def _shared_length(web: _PathGraph, way: list[int], half: float) -> int:
     """How many steps along a path the ink is wider than one line's."""
-    most = min(len(way) - 1, int(_FARTHEST * half))
-    for step in range(most + 1):
+    limit = min(len(way) - 1, int(_FARTHEST * half))
+    for step in range(limit + 1):
         if web.inside[way[step]] < _WIDE * half:
             return step
-    return most
+    return limit
 
 
-def _strand(web: _Web, zone: list[int], side: float, half: float) -> list[int]:
+def _offset_strand(web: _PathGraph, zone: list[int], side: float, half: float) -> list[int]:
     """New vertices beside those of the zone, all but the last: a half width from its edge on one side."""
     places = np.array([web.xy[v] for v in zone])
     at = np.arange(len(zone))
@@ -274,7 +274,7 @@ def _strand(web: _Web, zone: list[int], side: float, half: float) -> list[int]:
     return [web.add(place, half) for place in beside[:-1]]
 
 
-def _straight(web: _Web, strand: list[int], way: list[int], reach: int) -> list[int]:
+def _straightened(web: _PathGraph, strand: list[int], way: list[int], reach: int) -> list[int]:
     """A path without its hook: new vertices straight from the strand to where the path has left the shared ink."""
     reach = max(1, min(reach, len(way) - 1))
     a, b = web.xy[strand[0]], web.xy[way[reach]]
@@ -283,19 +283,21 @@ def _straight(web: _Web, strand: list[int], way: list[int], reach: int) -> list[
     return between + way[reach:]
 
 
-def _move(web: _Web, knot: int, to: int, stem: tuple[int, int], rest: list[int], others: list[tuple[int, int]]) -> None:
-    """The knot is now at the vertex `to`, `rest` what is left of its stem."""
-    del web.at[knot]
+def _move_junction(
+    web: _PathGraph, junction: int, to: int, stem: tuple[int, int], rest: list[int], others: list[tuple[int, int]]
+) -> None:
+    """The junction is now at the vertex `to`, `rest` what is left of its stem."""
+    del web.at[junction]
     if len(rest) > 1:
         web.put(*stem, rest)
         web.at[to] = [*others, stem]
         return
     web.paths[stem[0]] = None
-    far = [end for end in web.at.get(to, []) if end[0] != stem[0]]
-    web.at[to] = far + others
+    remaining = [end for end in web.at.get(to, []) if end[0] != stem[0]]
+    web.at[to] = remaining + others
 
 
-def _join(web: _Web, number: int) -> None:
+def _merge_bridge(web: _PathGraph, number: int) -> None:
     """A short bridge between two forks made one crossing, half way."""
     path = web.paths[number]
     assert path is not None

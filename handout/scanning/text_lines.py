@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from handout.scanning.baselines import LEAST_EDGES, Baseline, find_stroke_extremes, mode, on_baselines, slant_of_lines
 from handout.values import Array
 
-_SLOPES = np.arange(-0.10, 0.1001, 0.004)  # of a whole page
+_SLOPES = np.arange(-0.10, 0.1001, 0.004)  # tried for a whole page: ±6°
 _BIN = 0.1  # mm of a profile
-_PITCH = (3.0, 28.0)  # mm
-_UNEVEN = 1.0  # what a gap e times the pitch costs, in peaks
+_PITCH = (3.0, 28.0)  # mm from line to line, least and greatest: as in `checks`
+_UNEVEN = 1.0  # cost, in peaks, of a gap that is e times the pitch
 _FREE = 0.06  # how far a line's slope may lie from the page's
-_OPEN = 6.5  # times the spread of left edges in a line: lines further apart than that are spaced out
+_OPEN = 6.5  # times the spread of left edges in a line: the widest pitch that writing of this size is usually given
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def find_text_lines(mask: NDArray[np.bool_], dpi: float, count: int | None = Non
     -------
     TextLines without lines, and all 0, for a page on which no line can be told.
 
-    Source: alignment specification, recipe 2.
+    Source: own method; docs/bibliography.md.
     """
     extremes = find_stroke_extremes(mask, dpi)
     if len(extremes.left) < LEAST_EDGES:
@@ -116,8 +116,8 @@ def _peaks(levels: Array) -> tuple[list[float], float]:
 
     pitch = _period(_profile(levels, 0.42)[0])
     smooth, first = _profile(levels, 0.13 * pitch)
-    tall = float(np.percentile(smooth, 95))
-    peaks, _ = find_peaks(smooth, distance=max(1, 0.55 * pitch / _BIN), prominence=0.05 * tall, height=0.07 * tall)
+    high = float(np.percentile(smooth, 95))
+    peaks, _ = find_peaks(smooth, distance=max(1, 0.55 * pitch / _BIN), prominence=0.05 * high, height=0.07 * high)
     return [first + (float(peak) + 0.5) * _BIN for peak in peaks], pitch
 
 
@@ -127,9 +127,10 @@ def _period(profile: Array) -> float:
 
     centred = profile - profile.mean()
     power = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
-    again = np.fft.irfft(power)[: len(centred)]
-    again = again / again[0] * len(again) / np.arange(len(again), 0, -1)  # as many terms at every lag
-    part = again[: min(int(_PITCH[1] / _BIN), len(again) * 2 // 3) + 1]
+    sums = np.fft.irfft(power)[: len(centred)]
+    # the mean, not the sum: a longer lag has fewer terms
+    autocorrelation = sums / sums[0] * len(sums) / np.arange(len(sums), 0, -1)
+    part = autocorrelation[: min(int(_PITCH[1] / _BIN), len(autocorrelation) * 2 // 3) + 1]
     peaks, _ = find_peaks(part)
     peaks = peaks[peaks >= _PITCH[0] / _BIN]
     if not len(peaks):
@@ -143,7 +144,7 @@ def _counted(levels: Array, count: int) -> tuple[list[float], float]:
 
     For each of several pitches the chain of peaks of the profile that holds most, gaps unlike the pitch costing.
 
-    Source: alignment specification, recipe 2.
+    Source: own method; docs/bibliography.md.
     """
     sharp, _ = _profile(levels, 0.25)
     inky = np.flatnonzero(sharp > 0.08 * sharp.max())
@@ -160,24 +161,24 @@ def _counted(levels: Array, count: int) -> tuple[list[float], float]:
     return best[1], best[2]
 
 
-def _chain(held: Array, count: int, pitch: float) -> tuple[float, list[int]]:
+def _chain(profile: Array, count: int, pitch: float) -> tuple[float, list[int]]:
     """The best `count` places of a profile, .55 to 2 of the pitch apart, and what they hold."""
     gaps = np.arange(max(1, int(0.55 * pitch)), int(2.0 * pitch) + 2)
-    price = _UNEVEN * np.log(gaps / pitch) ** 2
-    total = held.copy()
-    back = np.zeros((count, len(held)), dtype=np.intp)
+    cost = _UNEVEN * np.log(gaps / pitch) ** 2
+    score = profile.copy()
+    previous = np.zeros((count, len(profile)), dtype=np.intp)
     for k in range(1, count):
-        padded = np.concatenate([np.full(gaps[-1], -np.inf), total])
+        padded = np.concatenate([np.full(gaps[-1], -np.inf), score])
         # before[i, j]: the best chain that ends gaps[j] above place i
-        before = np.stack([padded[gaps[-1] - gap : gaps[-1] - gap + len(held)] for gap in gaps], axis=1) - price
+        before = np.stack([padded[gaps[-1] - gap : gaps[-1] - gap + len(profile)] for gap in gaps], axis=1) - cost
         choice = np.argmax(before, axis=1)
-        back[k] = gaps[choice]
-        total = held + before[np.arange(len(held)), choice]
-    at = [int(np.argmax(total))]
-    gain = float(total[at[0]])
+        previous[k] = gaps[choice]
+        score = profile + before[np.arange(len(profile)), choice]
+    places = [int(np.argmax(score))]
+    gain = float(score[places[0]])
     for k in range(count - 1, 0, -1):
-        at.append(at[-1] - int(back[k, at[-1]]))
-    return gain, at[::-1]
+        places.append(places[-1] - int(previous[k, places[-1]]))
+    return gain, places[::-1]
 
 
 def _traces(
@@ -203,7 +204,7 @@ def _traces(
 
 
 def _trace(
-    edges: Array, middle: float, slope: float, slopes: Array, near: float, spread: float, pitch: float
+    edges: Array, middle: float, slope: float, slopes: Array, usual_slope: float, spread: float, pitch: float
 ) -> tuple[float, float]:
     """The band that holds most left edges (n, 2): its level at x = 0 and its slope, one of `slopes`."""
     from scipy.ndimage import gaussian_filter1d
@@ -211,22 +212,22 @@ def _trace(
     u, y = edges.T
     core = np.abs(y - middle - slope * u) < 0.3 * pitch
     if not core.any():
-        return middle, near
+        return middle, usual_slope
     u_mean, half = float(np.median(u[core])), round(0.7 * pitch / _BIN)
     if np.ptp(np.percentile(u[core], [5, 95])) < 2 * pitch:
-        slopes = np.array([near])  # too short to tell
-    best, answer = -1.0, (middle, near)
-    for own in slopes:
-        rest = (y - middle - slope * u_mean - own * (u - u_mean)) / _BIN
-        at = np.rint(rest[np.abs(rest) < half]).astype(np.intp) + half
-        held = np.bincount(at, minlength=2 * half + 1).astype(np.float64)
-        held = gaussian_filter1d(held, 0.13 * pitch / _BIN) * np.exp(-0.5 * ((own - near) / spread) ** 2)
-        within = held[half // 2 : -(half // 2)]
+        slopes = np.array([usual_slope])  # too short to tell
+    best, trace = -1.0, (middle, usual_slope)
+    for trial in slopes:
+        residual = (y - middle - slope * u_mean - trial * (u - u_mean)) / _BIN
+        at = np.rint(residual[np.abs(residual) < half]).astype(np.intp) + half
+        counts = np.bincount(at, minlength=2 * half + 1).astype(np.float64)
+        counts = gaussian_filter1d(counts, 0.13 * pitch / _BIN) * np.exp(-0.5 * ((trial - usual_slope) / spread) ** 2)
+        within = counts[half // 2 : -(half // 2)]
         peak = int(np.argmax(within))
         if within[peak] > best:
             best = float(within[peak])
-            answer = (middle + slope * u_mean + (peak + half // 2 - half) * _BIN - own * u_mean, float(own))
-    return answer
+            trace = (middle + slope * u_mean + (peak + half // 2 - half) * _BIN - trial * u_mean, float(trial))
+    return trace
 
 
 def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> float:
@@ -234,38 +235,38 @@ def _widest(edges: Array, traces: list[tuple[float, float]], centre: float) -> f
 
     Lines that are spaced out do not tell how large their letters are; how left edges (n, 2) lie around them does.
     """
-    off = np.stack([edges[:, 1] - level - slope * (edges[:, 0] - centre) for level, slope in traces])
-    away = off[np.abs(off).argmin(axis=0), np.arange(len(edges))]
-    low, high = np.percentile(away, [25, 75])
+    distances = np.stack([edges[:, 1] - level - slope * (edges[:, 0] - centre) for level, slope in traces])
+    nearest = distances[np.abs(distances).argmin(axis=0), np.arange(len(edges))]
+    low, high = np.percentile(nearest, [25, 75])
     return _OPEN * float(high - low)
 
 
 def _apart(lines: list[Baseline], pitch: float) -> list[Baseline]:
     """Of two lines in one place the longer."""
-    kept: list[Baseline] = []
+    separate: list[Baseline] = []
     for line in lines:
-        x = max(line.left, kept[-1].left) if kept else 0.0
-        if kept and float(line.baseline(x) - kept[-1].baseline(x)) < 0.45 * pitch:
-            if line.right - line.left > kept[-1].right - kept[-1].left:
-                kept[-1] = line
+        x = max(line.left, separate[-1].left) if separate else 0.0
+        if separate and float(line.baseline(x) - separate[-1].baseline(x)) < 0.45 * pitch:
+            if line.right - line.left > separate[-1].right - separate[-1].left:
+                separate[-1] = line
         else:
-            kept.append(line)
-    return kept
+            separate.append(line)
+    return separate
 
 
 def _x_height(lines: list[Baseline], tops: Array, pitch: float) -> float:
     """The height above the baseline at which strokes usually have their top, mm: the median around the mode."""
     heights = []
     for line in lines:
-        own = tops[(tops[:, 0] > line.left) & (tops[:, 0] < line.right)]
-        heights.append(line.baseline(own[:, 0]) - own[:, 1])
-    above = np.concatenate(heights)
-    above = above[(above > 0.12 * pitch) & (above < 0.7 * pitch)]
-    if len(above) < LEAST_EDGES:
+        tops_on_line = tops[(tops[:, 0] > line.left) & (tops[:, 0] < line.right)]
+        heights.append(line.baseline(tops_on_line[:, 0]) - tops_on_line[:, 1])
+    heights_above = np.concatenate(heights)
+    heights_above = heights_above[(heights_above > 0.12 * pitch) & (heights_above < 0.7 * pitch)]
+    if len(heights_above) < LEAST_EDGES:
         return 0.3 * pitch
-    height = mode(above, 0.03 * pitch)
+    height = mode(heights_above, 0.03 * pitch)
     for _ in range(2):
-        height = float(np.median(above[(above > 0.6 * height) & (above < 1.6 * height)]))
+        height = float(np.median(heights_above[(heights_above > 0.6 * height) & (heights_above < 1.6 * height)]))
     return height
 
 
@@ -300,22 +301,22 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
 
     count, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     y, x = np.nonzero(mask)
-    part = label[y, x]
-    over = np.stack([(line.base(x.astype(np.float64)) - y) / line.x_height - _MIDDLE for line in lines])
-    inside = np.abs(over) < _BAND
-    body = np.stack([np.bincount(part[one], minlength=count) for one in inside])
-    away = np.where(over > 0, over * _UPPER, -over)
-    far = np.stack([np.bincount(part, one, minlength=count) for one in away])
-    most = body.max(axis=0)
-    owner = np.where(most > 0, body.argmax(axis=0), far.argmin(axis=0)).astype(np.int16)
-    own = np.where(mask, owner[label], np.int16(-1))
-    for number in np.flatnonzero((body > _SHARED * np.maximum(most, 1)).sum(axis=0) > 1):
+    component = label[y, x]
+    height_over = np.stack([(line.base(x.astype(np.float64)) - y) / line.x_height - _MIDDLE for line in lines])
+    in_body = np.abs(height_over) < _BAND
+    body_pixels = np.stack([np.bincount(component[one], minlength=count) for one in in_body])
+    distance = np.where(height_over > 0, height_over * _UPPER, -height_over)
+    total_distance = np.stack([np.bincount(component, one, minlength=count) for one in distance])
+    most_pixels = body_pixels.max(axis=0)
+    owner = np.where(most_pixels > 0, body_pixels.argmax(axis=0), total_distance.argmin(axis=0)).astype(np.int16)
+    line_of = np.where(mask, owner[label], np.int16(-1))
+    for number in np.flatnonzero((body_pixels > _SHARED * np.maximum(most_pixels, 1)).sum(axis=0) > 1):
         left, top, wide, high, _ = stats[number]
         corner = (slice(top, top + high), slice(left, left + wide))
-        piece = label[corner] == number
-        among = np.flatnonzero(body[:, number] > _SHARED * most[number])
-        own[corner][piece] = _shared(piece, (left, top), lines, among)[piece]
-    return own
+        mask_of = label[corner] == number
+        sharing = np.flatnonzero(body_pixels[:, number] > _SHARED * most_pixels[number])
+        line_of[corner][mask_of] = _shared(mask_of, (left, top), lines, sharing)[mask_of]
+    return line_of
 
 
 def _shared(

@@ -44,13 +44,13 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
     try:
         with _unlogged(), tifffile.TiffFile(path) as file:
             pages = file.pages
-            one = pages[page_index(len(pages), page, path)]
-            assert isinstance(one, tifffile.TiffPage)
-            refuse_large(one.imagewidth, one.imagelength, path)
-            values = one.asarray()
-            photometric, planes = tifffile.PHOTOMETRIC(one.photometric).name, one.planarconfig
-            own = one.get_resolution(2) if one.resolutionunit in (2, 3) else None
-            turned = one.tags.get(274)
+            page_file = pages[page_index(len(pages), page, path)]
+            assert isinstance(page_file, tifffile.TiffPage)
+            refuse_large(page_file.imagewidth, page_file.imagelength, path)
+            values = page_file.asarray()
+            photometric, planes = tifffile.PHOTOMETRIC(page_file.photometric).name, page_file.planarconfig
+            dpi = page_file.get_resolution(2) if page_file.resolutionunit in (2, 3) else None
+            orientation = page_file.tags.get(274)
             count = len(pages)
     except InputError:
         raise
@@ -60,8 +60,8 @@ def page_of_tiff(path: Path, page: int | None) -> tuple[NDArray[np.uint8], tuple
         ) from error
     if values.ndim == 3 and planes == 2:
         values = np.moveaxis(values, 0, -1)
-    rgb = _upright(_as_rgb(values, photometric, path), int(turned.value) if turned else 1)
-    return rgb, own, count
+    rgb = _upright(_as_rgb(values, photometric, path), int(orientation.value) if orientation else 1)
+    return rgb, dpi, count
 
 
 @contextmanager

@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.score.hinge import legs
-from handout.score.lines import WrittenLine, ends_of_strokes, find_lines, tops_over
-from handout.score.pages import DPI, ink
-from handout.score.words import find_words
+from handout.score.written_lines import DPI, WrittenLine, ends_of_strokes, find_lines, find_words, ink, tops_over
 from handout.values import Array
 
 _STRAIGHT = np.cos(np.radians(20.0))  # of the legs of an edge whose direction counts as that of a stem

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.errors import InputError
-from handout.score.measured import MeasuredLine
+from handout.score.features import LineFeatures
 from handout.values import Array, Indices
 
 LEAST = 4  # lines of either kind
@@ -64,8 +64,8 @@ class TwoSample:
 
 
 def two_sample(
-    real: Sequence[MeasuredLine],
-    made: Sequence[MeasuredLine],
+    real: Sequence[LineFeatures],
+    made: Sequence[LineFeatures],
     rng: np.random.Generator,
     *,
     permutations: int = PERMUTATIONS,
@@ -118,7 +118,7 @@ def wilson(share: float, n: float, z: float = _Z) -> tuple[float, float]:
     return float(max(0.0, middle - half)), float(min(1.0, middle + half))
 
 
-def _kernel(lines: Sequence[MeasuredLine]) -> Array:
+def _kernel(lines: Sequence[LineFeatures]) -> Array:
     """(n, n) inner products of the lines, all kinds of measure weighing the same; no label is known here."""
     blocks = [_bins(np.array([line.hinge.ravel() for line in lines]))]
     blocks += [_bins(np.array([line.runs[k] for line in lines])) for k in range(4)]
@@ -147,7 +147,7 @@ def _accuracy(kernel: Array, label: Array, rng: np.random.Generator) -> float:
     """Mean share told right of both classes, over several ways of leaving lines out."""
     folds = np.stack([_folds(label, rng) for _ in range(REPEATS)])
     out = (folds[:, None] == np.arange(int(folds.max()) + 1)[:, None]).reshape(-1, len(label))
-    right = np.where(out, _told(kernel, label, out), 0.0).sum(axis=0) / REPEATS
+    right = np.where(out, _told_right(kernel, label, out), 0.0).sum(axis=0) / REPEATS
     return float((right[label > 0].mean() + right[label < 0].mean()) / 2)
 
 
@@ -161,7 +161,7 @@ def _folds(label: Array, rng: np.random.Generator) -> Indices:
     return fold
 
 
-def _told(kernel: Array, label: Array, out: NDArray[np.bool_]) -> Array:
+def _told_right(kernel: Array, label: Array, out: NDArray[np.bool_]) -> Array:
     """(m, n): which lines are told right by those that are not in `out` (m, n): 1, 0, or ½ where it cannot decide.
 
     Lines that are left out have a weight of 0: their rows of the system are those of the identity.

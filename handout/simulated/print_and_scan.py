@@ -61,7 +61,7 @@ class Loop:
 
     def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
         """A line of the hand's own writing in the frame; its page counts as scanned by this flatbed as it comes."""
-        from handout.calibrating import reference
+        from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in
         from handout.hand.library import find
         from handout.hand.scanned import ScannedHand
@@ -69,7 +69,7 @@ class Loop:
         hand = find(self.hand)
         if not isinstance(hand, ScannedHand):
             return sheet
-        density, paper, dpi = reference.writing(hand)
+        density, paper, dpi = pen_reference.writing(hand)
         lines = strokes_in(density, dpi)
         if lines is None:
             return sheet

@@ -1,12 +1,18 @@
-"""Outputs of drawings: which suffix becomes which format, and writing them all or none.
+"""Drawings out: which suffix becomes which format, and writing all files of a call or none.
 
-Formats are imported only when they are written.
+An output format is added here, as an entry of `FORMATS` and a function beside the others; help texts and errors list
+what is there.  Formats are imported only when they are written.
+
+- `svg` (with `replay`), `pdf`: strokes as smooth paths; `paths`: numbers, widths and moves that both write.
+- `png`, `picture_pdf`: pixels, for the screen and for printers.
+- `inkml`, `drawing_json`: every sample with its channels; `plans_json`, `fit_svg`: lognormal plans and how they fit.
+- `about`: what every output says of where it came from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from handout import atomic
@@ -16,37 +22,48 @@ from handout.inking.pen import Pen, rgb
 from handout.progress import Tell, silent, within
 from handout.values import Drawing
 
-__all__ = ["OF_INK", "Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
+__all__ = ["OF_INK", "Look", "Paper", "Pen", "check_outputs", "suffixes", "write_drawing", "write_drawings"]
 
 PageSink = Callable[[Drawing], bytes]
 
 
 @dataclass(frozen=True)
-class _Look:
-    """What formats that show ink are drawn with; only those made of pixels know paper."""
+class Look:
+    """How pictures of writing look.
 
-    pen: Pen
-    dpi: float
-    paper: Paper
-    transparent: bool
-    travel: bool = False
+    pen : of strokes; scanned ink looks as it was scanned.
+    dpi : pixels an inch, 20 to 4800, of formats made of pixels.
+    paper : that PNG files show the ink on; white without one.
+    transparent : whether PNG files are without paper.
+    show_travel : whether pictures of strokes (SVG, PDF, PNG) show how the lifted pen travels between them.
+    """
+
+    pen: Pen = field(default_factory=Pen)
+    dpi: float = 300.0
+    paper: Paper = field(default_factory=Paper)
+    transparent: bool = False
+    show_travel: bool = False
 
 
-def _svg(page: Drawing, look: _Look) -> bytes:
+_USUAL = Look()
+
+
+def _svg(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.svg import to_svg
 
-    return to_svg(page, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.travel)
+    return to_svg(pages[0], pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel)
 
 
-def _png(page: Drawing, look: _Look) -> bytes:
+def _png(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.inking import papers, pens, plain
-    from handout.sinks import travel
+    from handout.sinks import paths
     from handout.sinks.png import to_png
 
+    (page,) = pages
     pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
-    one = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.travel
+    one = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.show_travel
     if one and pen.model == "plain" and look.paper.name == "none":
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
@@ -54,56 +71,70 @@ def _png(page: Drawing, look: _Look) -> bytes:
     # the ink draws on children of its generator, so that it is the same on any paper
     sheet = papers.sheet(papers.under(look.paper, page.about), page.page, dpi, pens.noise(page.about))
     image = pens.image(page, dpi, pen, rng, sheet)
-    return to_png(travel.over(image, page, dpi) if look.travel else image, dpi, about=page.about)
+    return to_png(paths.travel_over(image, page, dpi) if look.show_travel else image, dpi, about=page.about)
 
 
-def _pdf(pages: Sequence[Drawing], look: _Look) -> bytes:
+def _pdf(pages: Sequence[Drawing], look: Look) -> bytes:
     """Vector strokes, or where there is scanned ink its pixels."""
     if all(page.ink is None for page in pages):
         from handout.sinks.pdf import to_pdf
 
-        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.travel)
+        return to_pdf(pages, pen_width=look.pen.width, colour=look.pen.colour, show_travel=look.show_travel)
     from io import BytesIO
 
     from handout.inking import pens
+    from handout.inking.device_pixels import device_pixels
     from handout.sinks.about import plain
     from handout.sinks.picture_pdf import PdfWriter
 
     stream = BytesIO()
     writer = PdfWriter(stream, plain(pages[0].about))
     for page in pages:
-        writer.add(page.page, pens.ink(page, look.dpi, look.pen, pens.noise(page.about)))
+        writer.add(page.page, device_pixels(pens.ink(page, look.dpi, look.pen, pens.noise(page.about))))
     writer.finish()
     return stream.getvalue()
 
 
-def _inkml(page: Drawing, look: _Look) -> bytes:
+def _inkml(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.inkml import to_inkml
 
-    return to_inkml(page)
+    return to_inkml(pages[0])
 
 
-def _json(page: Drawing, look: _Look) -> bytes:
+def _json(pages: Sequence[Drawing], look: Look) -> bytes:
     from handout.sinks.drawing_json import to_json
 
-    return to_json(page)
+    return to_json(pages[0])
 
 
-_PAGES: dict[str, Callable[[Drawing, _Look], bytes]] = {
-    ".svg": _svg,
-    ".png": _png,
-    ".inkml": _inkml,
-    ".json": _json,
+@dataclass(frozen=True)
+class Format:
+    """A format of outputs.
+
+    write : pages and how they look → a file; one page, or all of them where it holds them `together`.
+    ink : whether it can show scanned ink; travel : whether it can show how a lifted pen travels.
+    """
+
+    write: Callable[[Sequence[Drawing], Look], bytes]
+    ink: bool = False
+    travel: bool = False
+    together: bool = False
+
+
+FORMATS = {
+    ".svg": Format(_svg, travel=True),
+    ".pdf": Format(_pdf, ink=True, travel=True, together=True),
+    ".png": Format(_png, ink=True, travel=True),
+    ".inkml": Format(_inkml),
+    ".json": Format(_json),
 }
-
-
-OF_INK = (".pdf", ".png")  # formats that can show scanned ink
-SHOW_TRAVEL = (".svg", ".pdf", ".png")  # formats that can show how a lifted pen travels
+OF_INK = tuple(suffix for suffix, form in FORMATS.items() if form.ink)
+SHOW_TRAVEL = tuple(suffix for suffix, form in FORMATS.items() if form.travel)
 
 
 def suffixes(extra: Mapping[str, PageSink] | None = None) -> list[str]:
     """All suffixes that can be written, those of `extra` included."""
-    return sorted({*_PAGES, ".pdf", *(extra or {})})
+    return sorted({*FORMATS, *(extra or {})})
 
 
 def check_outputs(
@@ -130,12 +161,8 @@ def check_outputs(
 def write_drawings(
     drawings: Sequence[Drawing],
     paths: Sequence[str | Path],
+    look: Look = _USUAL,
     *,
-    pen: Pen | None = None,
-    dpi: float = 300.0,
-    paper: Paper | None = None,
-    transparent: bool = False,
-    show_travel: bool = False,
     extra: Mapping[str, PageSink] | None = None,
     tell: Tell = silent,
 ) -> list[Path]:
@@ -149,16 +176,8 @@ def write_drawings(
     drawings : sequence of Drawing
         The pages, at least one.
     paths : sequence of str or Path
-    pen : Pen, optional
-        For formats that show ink.
-    dpi : float
-        Pixels per inch, 20 to 4800, for formats made of pixels.
-    paper : Paper, optional
-        What PNG files show the ink on; white without one.
-    transparent : bool
-        Leave the paper out of PNG files.
-    show_travel : bool
-        Show in pictures of strokes (SVG, PDF, PNG) how the lifted pen travels between them.
+    look : Look, optional
+        Pen, paper and resolution of formats that show ink.
     extra : mapping of suffix to function, optional
         Further formats, such as ``{".gcode": to_gcode}``: each function gets a page and returns the file.
     tell : function, optional
@@ -176,12 +195,7 @@ def write_drawings(
     """
     if not drawings:
         raise InputError("There is no page to write.")
-    _check_strokes(drawings, paths)
-    look = _Look(pen or Pen(), dpi, paper or Paper(), transparent, show_travel)
-    if show_travel:
-        _check_travel(paths, transparent)
-    if transparent and look.paper.name != "none":
-        raise InputError("A picture is either transparent or on paper: leave out one of the two.")
+    _check_look(drawings, paths, look)
     files = check_outputs(paths, extra, len(drawings))
     made: list[bytes] = []
     for number, path in enumerate(paths):
@@ -192,37 +206,28 @@ def write_drawings(
     return files
 
 
-def _check_strokes(drawings: Sequence[Drawing], paths: Sequence[str | Path]) -> None:
-    """Raise InputError for a format made of strokes where pages have scanned ink and no strokes."""
-    if all(page.strokes or page.ink is None for page in drawings):
-        return
-    for path in map(Path, paths):
-        if path.suffix.lower() not in OF_INK:
+def write_drawing(
+    drawing: Drawing, path: str | Path, look: Look = _USUAL, *, extra: Mapping[str, PageSink] | None = None
+) -> Path:
+    """Write one page to one file; see `write_drawings`."""
+    return write_drawings([drawing], [path], look, extra=extra)[0]
+
+
+def _check_look(drawings: Sequence[Drawing], paths: Sequence[str | Path], look: Look) -> None:
+    """Raise InputError where ink, travel or paper cannot be shown as asked for."""
+    kinds = {Path(path): Path(path).suffix.lower() for path in paths}
+    inked = any(page.ink is not None and not page.strokes for page in drawings)
+    for path, suffix in kinds.items():
+        if inked and suffix not in OF_INK:
             raise InputError(
                 f"{path}: the page has scanned ink and no strokes: write it as {' or '.join(OF_INK)}, or trace it."
             )
-
-
-def _check_travel(paths: Sequence[str | Path], transparent: bool) -> None:
-    """Raise InputError where the moves of a lifted pen cannot be shown."""
-    if transparent:
+    if look.show_travel and look.transparent:
         raise InputError("A transparent picture has ink only: leave out --transparent, or --show-travel.")
-    if not any(Path(path).suffix.lower() in SHOW_TRAVEL for path in paths):
+    if look.show_travel and not set(kinds.values()) & {*SHOW_TRAVEL}:
         raise InputError(f"Travel is shown in pictures: give a file in one of {', '.join(SHOW_TRAVEL)}.")
-
-
-def write_drawing(
-    drawing: Drawing,
-    path: str | Path,
-    *,
-    pen: Pen | None = None,
-    dpi: float = 300.0,
-    paper: Paper | None = None,
-    transparent: bool = False,
-    extra: Mapping[str, PageSink] | None = None,
-) -> Path:
-    """Write one page to one file; see `write_drawings`."""
-    return write_drawings([drawing], [path], pen=pen, dpi=dpi, paper=paper, transparent=transparent, extra=extra)[0]
+    if look.transparent and look.paper.name != "none":
+        raise InputError("A picture is either transparent or on paper: leave out one of the two.")
 
 
 def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list[Path]:
@@ -231,19 +236,21 @@ def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list
         known = ", ".join(suffixes(extra))
         which = f"the suffix {path.suffix!r} is not known" if path.suffix else "the name has no suffix"
         raise InputError(f"{path}: {which}; the formats that can be written are {known}.")
-    if pages == 1 or suffix == ".pdf":
+    if pages == 1 or (suffix in FORMATS and FORMATS[suffix].together):
         return [path]
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
 
 
 def _made(
-    suffix: str, drawings: Sequence[Drawing], look: _Look, extra: Mapping[str, PageSink], tell: Tell
+    suffix: str, drawings: Sequence[Drawing], look: Look, extra: Mapping[str, PageSink], tell: Tell
 ) -> list[bytes]:
-    if suffix == ".pdf":
+    """The files of one format."""
+    form = FORMATS.get(suffix)
+    if form is not None and form.together:
         tell(0.0, f"drawing {suffix}")
-        return [_pdf(drawings, look)]
+        return [form.write(drawings, look)]
     made = []
     for number, page in enumerate(drawings):
         tell(number / len(drawings), f"drawing {suffix} {number + 1}/{len(drawings)}")
-        made.append(_PAGES[suffix](page, look) if suffix in _PAGES else extra[suffix](page))
+        made.append(form.write([page], look) if form is not None else extra[suffix](page))
     return made

@@ -1,14 +1,18 @@
-"""What vector outputs share: widths, and numbers written short."""
+"""What pictures of strokes share: widths, numbers written short, and the moves of a lifted pen."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout.inking.curves import Curve
-from handout.values import Stroke
+from handout.values import Array, Drawing, Stroke
+
+TRAVEL_COLOUR = "#c8503c"
+TRAVEL_WIDTH = 0.15  # mm
 
 
 def stroke_width(stroke: Stroke, pen_width: float) -> float:
@@ -32,3 +36,24 @@ def short(thousandths: int) -> str:
 def joined(thousandths: list[int]) -> str:
     """Numbers of three decimals side by side; a minus sign serves as the separator where there is one."""
     return " ".join(map(short, thousandths)).replace(" -", "-")
+
+
+def travel_moves(drawing: Drawing) -> list[Array]:
+    """(2, 2) float, mm, for each: from the end of a stroke to the beginning of the next."""
+    return [np.stack([a.xy[-1], b.xy[0]]) for a, b in pairwise(drawing.strokes)]
+
+
+def travel_over(picture: NDArray[np.uint8], drawing: Drawing, dpi: float) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8: a picture of the whole page with the moves drawn over it."""
+    import cv2
+
+    from handout.inking.pen import rgb
+
+    scale, shift = dpi / 25.4, 4  # fractions of pixels that cv2 knows, as a power of two
+    colour = tuple(round(255 * part) for part in rgb(TRAVEL_COLOUR))
+    width = max(round(TRAVEL_WIDTH * scale), 1)
+    page = np.ascontiguousarray(picture)
+    for move in travel_moves(drawing):
+        (ax, ay), (bx, by) = np.rint((move * scale - 0.5) * (1 << shift)).astype(int).tolist()
+        cv2.line(page, (ax, ay), (bx, by), colour, width, cv2.LINE_AA, shift)
+    return page

@@ -16,7 +16,7 @@ from handout import __version__
 from handout.errors import InputError
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths, travel
+from handout.sinks import about, paths
 from handout.values import Array, Drawing
 
 _POINT = 72 / 25.4  # points a mm
@@ -59,7 +59,7 @@ def to_pdf(
         objects.append(
             f"<</Type/Page/Parent 2 0 R/MediaBox[0 0 {size}]/Resources<<>>/Contents {5 + 2 * i} 0 R>>".encode()
         )
-        moves = travel.moves(drawing) if show_travel else []
+        moves = paths.travel_moves(drawing) if show_travel else []
         objects.append(_stream("\n".join([_content(drawing, pen_width, colour), *_travel(moves)])))
     return _file(objects)
 
@@ -112,7 +112,7 @@ def _travel(moves: Sequence[Array]) -> list[str]:
         return []
     points = [np.rint(move * 1000).astype(np.int64).tolist() for move in moves]
     lines = [f"{' '.join(map(paths.short, a))} m {' '.join(map(paths.short, b))} l S" for a, b in points]
-    return [f"{_rgb(travel.COLOUR)} RG {paths.short(round(travel.WIDTH * 1000))} w", *lines]
+    return [f"{_rgb(paths.TRAVEL_COLOUR)} RG {paths.short(round(paths.TRAVEL_WIDTH * 1000))} w", *lines]
 
 
 def _rgb(colour: str) -> str:

@@ -18,16 +18,14 @@ from numpy.typing import NDArray
 
 import handout
 from handout import atomic
-from handout.values import Page, Raster
+from handout.inking.device_pixels import DevicePixels
+from handout.values import Page
 
 _POINT = 25.4 / 72
-_WHITE = 255
 _CATALOG, _PAGES, _INFO = 1, 2, 3
 # pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
 # for Poppler, which would then stretch the picture by one
 _INSET = 0.0001
-# rows composited at a time, so that a large page needs little memory beside itself
-_STRIP = 256
 
 
 class PdfWriter:
@@ -47,13 +45,13 @@ class PdfWriter:
         self._put(b"%PDF-1.6\n%\xe2\xe3\xcf\xd3\n")
         self._object(_INFO, _information(about or {}))
 
-    def add(self, page: Page, raster: Raster | None) -> None:
-        """Write one page of the size of `page`, with the ink of `raster` (None: a blank page) on it."""
-        found = cropped(raster) if raster is not None else None
-        if raster is None or found is None:
+    def add(self, page: Page, pixels: DevicePixels | None) -> None:
+        """Write one page of the size of `page`, with what of the pixels is not white (None: a blank page) on it."""
+        cropped = pixels.cropped() if pixels is not None else None
+        if pixels is None or cropped is None:
             self._page(page, b"", "<< >>")
         else:
-            self._picture(page, *found, raster.dpi)
+            self._picture(page, *cropped, pixels.dpi)
 
     def add_pixels(self, page: Page, pixels: NDArray[np.uint8], dpi: float) -> None:
         """Write one page all of which is `pixels`, (h, w, 3) uint8 device RGB, from its top left corner."""
@@ -152,35 +150,3 @@ def _placing(pixels: NDArray[np.uint8], x: int, y: int, dpi: float, page: Page) 
     bottom = page.height / _POINT - (y + height - _INSET) * pixel
     matrix = ((width - 2 * _INSET) * pixel, 0, 0, (height - 2 * _INSET) * pixel, (x + _INSET) * pixel, bottom)
     return f"q {' '.join(map(_number, matrix))} cm /Im Do Q".encode()
-
-
-def cropped(raster: Raster) -> tuple[NDArray[np.uint8], int, int] | None:
-    """The inked part as 8-bit device RGB on white, and the pixel of the sheet its corner lies on; None if blank."""
-    inked = _box(raster.rgba[..., 3] > 0)
-    if inked is None:
-        return None
-    pixels = _on_white(raster.rgba[inked])
-    # opaque paper has alpha everywhere: what comes out white is as good as none
-    coloured = _box((pixels != _WHITE).any(axis=2))
-    if coloured is None:
-        return None
-    x, y = (round(offset * raster.dpi / 25.4) for offset in raster.origin)
-    return pixels[coloured], x + inked[1].start + coloured[1].start, y + inked[0].start + coloured[0].start
-
-
-def _box(mask: NDArray[np.bool_]) -> tuple[slice, slice] | None:
-    """The rows and columns between the first and the last True."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if len(rows) == 0:
-        return None
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
-def _on_white(rgba: NDArray[np.float32]) -> NDArray[np.uint8]:
-    pixels = np.empty((*rgba.shape[:2], 3), dtype=np.uint8)
-    for start in range(0, len(rgba), _STRIP):
-        strip = rgba[start : start + _STRIP]
-        alpha = strip[..., 3:]
-        mixed = np.clip(strip[..., :3] * alpha + (1 - alpha), 0, 1)
-        pixels[start : start + _STRIP] = np.rint(mixed * 255).astype(np.uint8)
-    return pixels

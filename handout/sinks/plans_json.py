@@ -17,96 +17,37 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
-
 import msgspec
 import numpy as np
 
-from handout.errors import InputError
-from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.reconstruction.planned_page import Fit, PlannedPage
 from handout.sinks import about
-from handout.values import Page
-
-
-class _Page(msgspec.Struct, forbid_unknown_fields=True):
-    width: float
-    height: float
-    name: str = ""
-
-
-class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
-    onset: float
-    duration: float
-    asymmetry: float
-    theta: float
-
-
-class _Movement(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    start: float
-    end: float
-    targets: list[tuple[float, float]]
-    strokes: list[_Stroke]
-    place_db: float | None = None
-    speed_db: float | None = None
-    word: int = -1
-
-
-class _File(msgspec.Struct, forbid_unknown_fields=True):
-    format: Literal["handout-plans"]
-    version: Literal[1]
-    page: _Page
-    timed: bool
-    about: dict[str, Any]
-    movements: list[_Movement]
 
 
 def to_json(page: PlannedPage) -> bytes:
     """A page of plans in the form described at the top of this file."""
-    sheet = _Page(float(page.page.width), float(page.page.height), about.plain(page.page.name))
-    movements = [_written(fit) for fit in page.fits]
-    file = _File("handout-plans", 1, sheet, page.timed, about.plain(dict(page.about)), movements)
+    sheet = page.page
+    file = {
+        "format": "handout-plans",
+        "version": 1,
+        "page": {"width": float(sheet.width), "height": float(sheet.height), "name": about.plain(sheet.name)},
+        "timed": page.timed,
+        "about": about.plain(dict(page.about)),
+        "movements": [_movement(fit) for fit in page.fits],
+    }
     return msgspec.json.format(msgspec.json.encode(file), indent=1) + b"\n"
 
 
-def _written(fit: Fit) -> _Movement:
-    plan = fit.plan
-    rows = zip(plan.onset.tolist(), plan.duration.tolist(), plan.asymmetry.tolist(), plan.theta.tolist(), strict=True)
-    place = None if not np.isfinite(fit.place) else round(fit.place, 2)
-    speed = None if fit.speed is None else round(fit.speed, 2)
-    targets = [(x, y) for x, y in plan.targets.tolist()]
-    return _Movement(plan.start, plan.end, targets, [_Stroke(*row) for row in rows], place, speed, fit.word)
-
-
-def from_json(data: bytes) -> PlannedPage:
-    """Read what `to_json` wrote, changed by hand or not.
-
-    Raises
-    ------
-    InputError
-        Not JSON, not of this form (the message says where), or plans that cannot be.
-    """
-    try:
-        file = msgspec.json.decode(data, type=_File)
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"This is not a page of plans in JSON: {error}.") from error
-    if not (file.page.width > 0 and file.page.height > 0):
-        raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
-    fits = tuple(_read(movement, number) for number, movement in enumerate(file.movements, 1))
-    return PlannedPage(fits, Page(file.page.width, file.page.height, file.page.name), file.timed, file.about)
-
-
-def _read(movement: _Movement, number: int) -> Fit:
-    columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
-    if (columns[1] <= 0).any():
-        raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")
-    try:
-        targets = np.array(movement.targets, dtype=np.float64).reshape(-1, 2)
-        onset, duration, asymmetry, theta = columns
-        plan = LognormalPlan(targets, onset, duration, asymmetry, theta, movement.start, movement.end)
-    except ValueError as error:
-        raise InputError(
-            f"Movement {number} cannot be used: {error} (it needs one target more than strokes)."
-        ) from error
-    place = np.inf if movement.place_db is None else movement.place_db
-    return Fit(plan, place, movement.speed_db, movement.word)
+def _movement(fit: Fit) -> dict[str, object]:
+    """A movement's fields in the order of the file; those that are not known are absent."""
+    plan, names = fit.plan, ("onset", "duration", "asymmetry", "theta")
+    rows = zip(*(getattr(plan, name).tolist() for name in names), strict=True)
+    decibels = {"place_db": fit.place if np.isfinite(fit.place) else None, "speed_db": fit.speed}
+    return {
+        "start": plan.start,
+        "end": plan.end,
+        "targets": plan.targets.tolist(),
+        "strokes": [dict(zip(names, row, strict=True)) for row in rows],
+        **{name: round(value, 2) for name, value in decibels.items() if value is not None},
+        **({} if fit.word == -1 else {"word": fit.word}),
+    }

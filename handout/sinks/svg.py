@@ -9,7 +9,7 @@ import numpy as np
 
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths, replay, travel
+from handout.sinks import about, paths, replay
 from handout.values import Array, Drawing, Stroke
 
 
@@ -143,7 +143,7 @@ def _path(curve: Curve) -> str:
 def _travel(drawing: Drawing, shown: bool) -> list[str]:
     # the attribute hides it in programs that do not read the style sheet; for others the sheet decides
     hidden = "" if shown else ' display="none"'
-    look = f'stroke="{travel.COLOUR}" stroke-width="{_mm(travel.WIDTH)}"'
+    look = f'stroke="{paths.TRAVEL_COLOUR}" stroke-width="{_mm(paths.TRAVEL_WIDTH)}"'
     group = f'<g id="travel" class="travel"{hidden} fill="none" {look}>'
     return [group, *(_move(a, b) for a, b in pairwise(drawing.strokes)), "</g>"]
 

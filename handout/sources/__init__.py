@@ -23,7 +23,7 @@ def _svg(data: bytes) -> Drawing:
 
 
 def _json(data: bytes) -> Drawing:
-    from handout.sinks.drawing_json import from_json
+    from handout.sources.drawing_json import from_json
 
     return from_json(data)
 

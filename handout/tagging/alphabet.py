@@ -15,7 +15,7 @@ SPACE = " "
 JUNK = "\u25a0"  # what was struck out
 LETTERS = string.ascii_letters + string.digits + string.punctuation + "–£€ßæøœ…" + SPACE + JUNK
 INDEX = {letter: number for number, letter in enumerate(LETTERS)}
-THIRDS = 3
+THIRDS = 3  # states a letter: 8 points better than one (docs/bibliography.md)
 
 _LOOK_ALIKE = str.maketrans("‘’‚‛´“”„‟«»‹›—−‑‐·•ŒÆØ¡¿", "''','\"\"\"\"\"\"''–---.*OAO!?")
 _STRUCK = regex.compile(r"~~(.+?)~~", regex.DOTALL)

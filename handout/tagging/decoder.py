@@ -20,9 +20,9 @@ from handout.tagging.alphabet import JUNK, SPACE, THIRDS, state
 from handout.tagging.line_space import ABOVE, INKY, STEP, X_HEIGHT, Image
 from handout.values import Array
 
-NEVER = -1e9
+NEVER = -1e9  # a score that no path wins with
 BAR = 2  # columns between two lines: as many as the least gap
-_BARRED = -1e6  # a letter across the end of a line
+_BARRED = -1e6  # score of a letter across the end of a line
 _BODY_UP, _BODY_DOWN = int(1.6 * X_HEIGHT), 4  # rows over and under the baseline where cutting ink counts
 _LOW = 11  # rows under the baseline where ink in a space still counts in full
 _TIGHTEST = 5  # columns: narrower spaces between words cost
@@ -98,16 +98,16 @@ def read(
     image: Image, log_posterior: NDArray[np.float32], log_prior: NDArray[np.float32], terms: Terms = TERMS
 ) -> Reading:
     """The reading of one line from its image and the networks' probabilities of every described column."""
-    each = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
+    log_states = terms.temper * (log_posterior.astype(np.float64) - terms.prior * log_prior)
     ink = image > INKY
-    body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
+    ink_in_body = _heights(ink[ABOVE - _BODY_UP : ABOVE + _BODY_DOWN])
     pen = _pen(ink)
-    border = np.where(body == 0, terms.clear, -terms.cut * np.clip(body / pen - 0.5, 0, 3))
-    near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
-    far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
-    white = each[:, state(SPACE)] - terms.smudge * np.minimum(near + 0.3 * far, 2.5)
-    summed = _summed(white)
-    return Reading(_summed(each), summed, summed, np.append(border, terms.clear), terms=terms)
+    border = np.where(ink_in_body == 0, terms.clear, -terms.cut * np.clip(ink_in_body / pen - 0.5, 0, 3))
+    ink_near = _heights(ink[ABOVE - _BODY_UP : ABOVE + _LOW])
+    ink_far = _heights(ink[: ABOVE - _BODY_UP]) + _heights(ink[ABOVE + _LOW :])
+    as_space = log_states[:, state(SPACE)] - terms.smudge * np.minimum(ink_near + 0.3 * ink_far, 2.5)
+    space = _summed(as_space)
+    return Reading(_summed(log_states), space, space, np.append(border, terms.clear), terms=terms)
 
 
 def _heights(rows: NDArray[np.bool_]) -> Array:
@@ -129,17 +129,17 @@ def in_a_row(readings: Sequence[Reading]) -> Reading:
     """Several lines as one: between two of them lie columns that only a gap may cross."""
     terms = readings[0].terms
     letters, space, gap, border, lines = [], [], [], [], [0]
-    for number, one in enumerate(readings):
+    for number, reading in enumerate(readings):
         if number:
-            letters.append(np.full((BAR, one.letters.shape[1]), _BARRED))
+            letters.append(np.full((BAR, reading.letters.shape[1]), _BARRED))
             space.append(np.zeros(BAR))
             gap.append(np.full(BAR, -terms.broken / BAR))
             border.append(np.zeros(BAR - 1))
             lines.append(lines[-1] + readings[number - 1].columns + BAR)
-        letters.append(np.diff(one.letters, axis=0))
-        space.append(np.diff(one.space))
-        gap.append(np.diff(one.gap))
-        border.append(one.border)
+        letters.append(np.diff(reading.letters, axis=0))
+        space.append(np.diff(reading.space))
+        gap.append(np.diff(reading.gap))
+        border.append(reading.border)
     sums = [_summed(np.concatenate(parts)) for parts in (letters, space, gap)]
     return Reading(sums[0], sums[1], sums[2], np.concatenate(border), tuple(lines), terms)
 
@@ -254,5 +254,5 @@ def _traced(starts: NDArray[np.int32], kinds: Sequence[str], end: int) -> tuple[
         if kinds[row] not in ("gap", "edge"):
             spans.append((start, end))
         end = start
-    both = np.array(spans[::-1], dtype=np.float64).reshape(-1, 2)
-    return both[:, 0], both[:, 1]
+    borders = np.array(spans[::-1], dtype=np.float64).reshape(-1, 2)
+    return borders[:, 0], borders[:, 1]

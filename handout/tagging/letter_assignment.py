@@ -25,7 +25,7 @@ from handout.tagging.alignment import AlignedLine, Alignment
 from handout.tagging.line_space import X_HEIGHT
 from handout.values import Array, Indices, LineGraph
 
-NOBODY = -1
+NOBODY = -1  # the letter of a vertex that belongs to none
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
@@ -108,8 +108,8 @@ class _Line:
             for end in (0, -1):
                 ends.setdefault(int(path[end]), []).append(int(found[end]))
         settled = nearest.copy()
-        for vertex, found_ in ends.items():
-            settled[vertex] = max(sorted(set(found_)), key=lambda one: (found_.count(one), one == nearest[vertex]))
+        for vertex, votes in ends.items():
+            settled[vertex] = max(sorted(set(votes)), key=lambda one: (votes.count(one), one == nearest[vertex]))
         pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
         met = np.array(sorted(ends), dtype=np.intp)
         away[met] = pinned[met]

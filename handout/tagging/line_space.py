@@ -34,7 +34,7 @@ HEIGHT = ABOVE + BELOW
 STEP = 2  # columns from one described column to the next
 INKY = 110  # grey above which a pixel of a line's image is ink
 
-DIRECTIONS = 4
+DIRECTIONS = 4  # soft bins of the direction of strokes, 45° apart
 _REACH, _ACROSS, _DOWN = 24, 4, 5  # half width of the window, and its grid
 _ROWS = np.arange(2, HEIGHT, _DOWN)
 _OFFSETS = np.arange(0, 2 * _REACH + 1, _ACROSS)

@@ -1,7 +1,7 @@
-"""Which way round a page lies, told by its text: lines read backwards or upside down fit no text.
+"""Which way round a page lies: its text fits its lines only as they were written, not upside down or backwards.
 
-Only a page whose text does not fit as it lies is tried in other ways, so that nothing is lost where all is well; what
-fits in none of them is refused, with the likeliest reason.
+A page whose text fits as it lies is left alone; others are tried turned and mirrored.  A text that never fits is
+refused, with the likeliest reason.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from handout.tagging.transcript import TranscriptLine, read_transcript
 from handout.tagging.transcript_fit import REFUSED, refusal, text_breadth, text_fit
 
 _SURE = 0.35  # fit above which a page is believed to lie that way: pages the wrong way round have up to 0.1
-_LITTLE, _MUCH = 1.6, 0.6  # how broad letters are against the usual ones where text is missing, or too long
+_LITTLE, _MUCH = 1.6, 0.6  # breadth of letters against the usual ones, where text is missing and where it is too long
 _QUARTERS = {1: "on its side, its top to the right", 2: "upside down", 3: "on its side, its top to the left"}
 
 
 def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
-    """By how many quarters of a circle, anticlockwise, a page must be turned to lie upright.
+    """The number of quarter turns, anticlockwise, that make a page lie upright.
 
     Parameters
     ----------
@@ -43,23 +43,24 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
     """
     lines = read_transcript(transcript)
     ink, dpi = inked.mask.ink, inked.prepared.scan.dpi
-    own = fitting(ink, dpi, inked.text_lines, lines, rng)
-    if own < REFUSED and len(lines) != len(inked.text_lines.lines):
-        own = max(own, fitting(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
-    if own >= REFUSED:
+    fit_as_is = page_fit(ink, dpi, inked.text_lines, lines, rng)
+    if fit_as_is < REFUSED and len(lines) != len(inked.text_lines.lines):
+        fit_as_is = max(fit_as_is, page_fit(ink, dpi, find_text_lines(ink, dpi, len(lines)), lines, rng))
+    if fit_as_is >= REFUSED:
         return 0
-    gutter, broad = find_gutter(ink, dpi), _breadth(inked, lines)
+    gutter, breadth = find_gutter(ink, dpi), _breadth(inked, lines)
     # lines of two pages, or of another amount of text, may be those of a page that lies on its side, and no others
-    odd = gutter is not None or not _MUCH <= broad <= _LITTLE
-    best, quarters = _best(ink, dpi, lines, rng, (1, 3) if odd else (2, 1, 3))
-    if best >= max(_SURE, own):
+    sideways_only = gutter is not None or not _MUCH <= breadth <= _LITTLE
+    best, quarters = _best(ink, dpi, lines, rng, (1, 3) if sideways_only else (2, 1, 3))
+    if best >= max(_SURE, fit_as_is):
         return quarters
-    if gutter is None and _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if odd else (0, 2))[0] >= max(_SURE, own):
+    mirrored = (0.0, 0) if gutter else _best(ink[:, ::-1], dpi, lines, rng, (1, 3) if sideways_only else (0, 2))
+    if mirrored[0] >= max(_SURE, fit_as_is):
         raise InputError(
             f"{inked.prepared.scan.source} is mirrored: its writing runs from right to left. Scan it again without "
             "mirroring, or flip the picture from left to right."
         )
-    raise _reason(inked, lines, own, gutter, broad)
+    raise _reason(inked, lines, fit_as_is, gutter, breadth)
 
 
 def orientation_name(quarters: int) -> str:
@@ -67,7 +68,7 @@ def orientation_name(quarters: int) -> str:
     return _QUARTERS[quarters]
 
 
-def fitting(
+def page_fit(
     ink: NDArray[np.bool_], dpi: float, text_lines: TextLines, lines: Sequence[TranscriptLine], rng: np.random.Generator
 ) -> float:
     """How well a text fits the written lines of a page: as `transcript_fit.text_fit`; 0 without lines."""
@@ -77,13 +78,13 @@ def fitting(
 
 
 def _best(
-    ink: NDArray[np.bool_], dpi: float, lines: Sequence[TranscriptLine], rng: np.random.Generator, ways: Sequence[int]
+    ink: NDArray[np.bool_], dpi: float, lines: Sequence[TranscriptLine], rng: np.random.Generator, turns: Sequence[int]
 ) -> tuple[float, int]:
     """The best fit of a page turned in some ways, and by how many quarters it was; the first sure one wins."""
     best = (0.0, 0)
-    for quarters in ways:
+    for quarters in turns:
         turned = np.ascontiguousarray(np.rot90(ink, quarters))
-        best = max(best, (fitting(turned, dpi, find_text_lines(turned, dpi), lines, rng), quarters))
+        best = max(best, (page_fit(turned, dpi, find_text_lines(turned, dpi), lines, rng), quarters))
         if best[0] >= _SURE:
             break
     return best
@@ -98,7 +99,7 @@ def _breadth(inked: Inked, lines: Sequence[TranscriptLine]) -> float:
 
 
 def _reason(
-    inked: Inked, lines: Sequence[TranscriptLine], own: float, gutter: Gutter | None, broad: float
+    inked: Inked, lines: Sequence[TranscriptLine], fit: float, gutter: Gutter | None, breadth: float
 ) -> InputError:
     """Why a text does not fit in any way."""
     scan, text_lines = inked.prepared.scan, inked.text_lines
@@ -111,18 +112,18 @@ def _reason(
         )
     if not text_lines.lines:
         return InputError(f"{scan.source}: no line of writing was found on it; is it the right scan?")
-    if not _MUCH <= broad <= _LITTLE:
-        return _amount(inked, lines, broad)
-    return InputError(f"{scan.source}: {refusal(own, (len(text_lines.lines), len(lines)))}")
+    if not _MUCH <= breadth <= _LITTLE:
+        return _amount(inked, lines, breadth)
+    return InputError(f"{scan.source}: {refusal(fit, (len(text_lines.lines), len(lines)))}")
 
 
-def _amount(inked: Inked, lines: Sequence[TranscriptLine], broad: float) -> InputError:
+def _amount(inked: Inked, lines: Sequence[TranscriptLine], breadth: float) -> InputError:
     """What is said of a text that is far too long or too short for the page."""
-    letters, given = sum(len(line.letters) for line in lines), len(lines)
-    wanted = "the text of this page alone" if broad < _MUCH else "all that is written on the page"
+    letters, count = sum(len(line.letters) for line in lines), len(lines)
+    advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
     return InputError(
         f"{inked.prepared.scan.source} has {len(inked.text_lines.lines)} lines of writing, and its text "
-        f"({units.count(given, 'line')}, "
-        f"{units.count(letters, 'character')}) is about {1 / broad:.1f} times what they hold: "
-        f"give {wanted}, line by line."
+        f"({units.count(count, 'line')}, "
+        f"{units.count(letters, 'character')}) is about {1 / breadth:.1f} times what they hold: "
+        f"give {advice}, line by line."
     )

@@ -36,12 +36,13 @@ if TYPE_CHECKING:
     from handout.scanning.scan import Picture
 
 
-_CHOSEN = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
+_NAMED_PAGES = re.compile(r"(?P<path>.+):(?P<first>\d+)(?:-(?P<last>\d+))?")
 _LOST = 0.3  # share of a text's letters that may be missing on its page
 _DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before it is mentioned
 
 Say = Callable[[str], None]
-_TURNED, _WRITTEN = 0.11, 0.17  # of the work on a page, when it lies upright, and when its lines are known; measured
+# shares of the time that a page takes until it lies upright, and until its lines are known; measured
+_TURNED, _WRITTEN = 0.11, 0.17
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ class PageSource:
 
 
 def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
-    """The files and pages of them that are meant by some names, in order.
+    """The files, and pages of files, that some names mean, in order.
 
     A file of several pages stands for all of them, ``file.pdf:2`` for its second, ``file.pdf:2-4`` for three.
 
@@ -74,28 +75,28 @@ def chosen_pages(names: Sequence[str]) -> list[tuple[Path, int | None]]:
     InputError
         A page that is twice among them, or pages in the wrong order.
     """
-    found: list[tuple[Path, int | None]] = []
+    chosen: list[tuple[Path, int | None]] = []
     for name in names:
-        found += _pages(name)
-    real = [(path.resolve(), page or 1) for path, page in found]
-    for i, one in enumerate(real):
-        if one in real[:i]:
-            path, page = found[i]
+        chosen += _pages(name)
+    real = [(path.resolve(), page or 1) for path, page in chosen]
+    for i, place in enumerate(real):
+        if place in real[:i]:
+            path, page = chosen[i]
             raise InputError(f"{source_of(path, page, 2 if page else 1)} is given twice: leave it out once.")
-    return found
+    return chosen
 
 
 def _pages(name: str) -> list[tuple[Path, int | None]]:
-    path, wanted = Path(name), _CHOSEN.fullmatch(name)
-    if wanted and not path.exists():
-        path, first = Path(wanted["path"]), int(wanted["first"])
-        last = int(wanted["last"] or first)
+    path, named = Path(name), _NAMED_PAGES.fullmatch(name)
+    if named and not path.exists():
+        path, first = Path(named["path"]), int(named["first"])
+        last = int(named["last"] or first)
         if last < first:
             raise InputError(f"{name}: the pages run backwards; write {path}:{last}-{first}.")
         count = count_pages(path)
         if path.is_file() and not 1 <= first <= last <= count:
-            there = "1 page" if count == 1 else f"pages 1–{count}"
-            raise InputError(f"{name}: there is no such page; {path} holds {there}.")
+            pages = "1 page" if count == 1 else f"pages 1–{count}"
+            raise InputError(f"{name}: there is no such page; {path} holds {pages}.")
         return [(path, number) for number in range(first, last + 1)]
     count = count_pages(path)
     return [(path, None)] if count == 1 else [(path, number) for number in range(1, count + 1)]
@@ -123,22 +124,22 @@ def gather_sources(
     pages = chosen_pages(names)
     if len(texts) > len(pages):
         raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
-    remaining, found, seen = list(texts), list[PageSource](), dict[bytes, str]()
+    remaining, sources, seen = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
-        _refuse_again(picture, seen)
+        _refuse_duplicate(picture, seen)
         sheet = filled_sheet(picture)
-        own = len(texts) == len(pages) or (sheet is None and bool(remaining))
-        if sheet is None and not own:
+        has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
+        if sheet is None and not has_text:
             refuse_mirrored(picture)
-            raise InputError(_untold(picture.source, len(texts), len(pages)))
-        text = remaining.pop(0)[1] if own else sheet.transcript if sheet else ""
-        found.append(PageSource(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
+            raise InputError(_missing_text(picture.source, len(texts), len(pages)))
+        text = remaining.pop(0)[1] if has_text else sheet.transcript if sheet else ""
+        sources.append(PageSource(sheet.prepared if sheet else _prepared(picture, dpi, say), text))
     if remaining:
         raise InputError(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
         )
-    return found
+    return sources
 
 
 _ONE_EACH = "give one --text for each page, in the same order"
@@ -148,27 +149,27 @@ def _counted(count: int, name: str) -> str:
     return units.count(count, name)
 
 
-def _untold(source: str, texts: int, pages: int) -> str:
-    said = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
+def _missing_text(source: str, texts: int, pages: int) -> str:
+    counts = f" ({_counted(texts, 'text')} for {_counted(pages, 'page')}: {_ONE_EACH})" if texts else ""
     return (
-        f"{source}: what is written on it? Give its text with --text{said}; only sheets made with `handout "
+        f"{source}: what is written on it? Give its text with --text{counts}; only sheets made with `handout "
         "hand prompt` say it themselves."
     )
 
 
-def _refuse_again(picture: Picture, seen: dict[bytes, str]) -> None:
+def _refuse_duplicate(picture: Picture, seen: dict[bytes, str]) -> None:
     """Raise InputError for a picture that is the same as one before, under another name."""
-    mark = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
-    if mark in seen:
+    digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
+    if digest in seen:
         raise InputError(
-            f"{picture.source} shows the very same picture as {seen[mark]}: leave one of them out, or its "
+            f"{picture.source} shows the very same picture as {seen[digest]}: leave one of them out, or its "
             "letters would count twice."
         )
-    seen[mark] = picture.source
+    seen[digest] = picture.source
 
 
 def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
-    """A page that is no sheet of ours."""
+    """A page that is no prompt sheet."""
     scan = scan_of(picture, dpi)
     if dpi and picture.own and max(dpi, picture.own) > _DIFFERENT * min(dpi, picture.own):
         say(f"  {picture.source} says {picture.own:.0f} dpi; {dpi:g} is believed, as --dpi says.")
@@ -241,24 +242,24 @@ def _tagged(
     say(f"  ink and {_counted(len(written.text_lines.lines), 'line')} found; looking for the letters …")
     try:
         if source.letters is not None:
-            made = tag_labelled_page(written, source.transcript, source.letters)
+            tagged = tag_labelled_page(written, source.transcript, source.letters)
         else:
-            made = tag_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
+            tagged = tag_page(written, source.transcript, rng=rng, method=method, tell=within(tell, _WRITTEN, 1.0))
     except InputError as error:
         raise InputError(f"{written.scan.source}: {error}") from error
-    _refuse_lost(made, len(written.text_lines.lines))
-    for note in made.notes:
+    _refuse_lost(tagged, len(written.text_lines.lines))
+    for note in tagged.notes:
         say(f"  {note}")
-    return made
+    return tagged
 
 
-def _refuse_lost(made: TaggedPage, lines: int) -> None:
+def _refuse_lost(tagged: TaggedPage, lines: int) -> None:
     """Raise InputError for a text much of which is not on its page."""
-    lost = len(made.missing)
-    if lost > _LOST * (lost + len(made.glyphs)):
+    missing = len(tagged.missing)
+    if missing > _LOST * (missing + len(tagged.glyphs)):
         raise InputError(
-            f"{made.page.source}: {lost} of the {lost + len(made.glyphs)} characters of its text are not on the page, "
-            f"which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
+            f"{tagged.page.source}: {missing} of the {missing + len(tagged.glyphs)} characters of its text are not on "
+            f"the page, which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
         )
 
 
@@ -266,7 +267,7 @@ def _refuse_lost(made: TaggedPage, lines: int) -> None:
 _LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
 _MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
 
-_LEAST_PAPER = 0.9
+_LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,8 +301,8 @@ def filled_sheet(scan: Scan | Picture) -> FilledSheet | None:
         return None
     dpi = min(float(round(sheet.dpi)), ENOUGH_DPI)
     flat = rectify(np.asarray(scan.rgb), sheet, dpi)
-    bare = _without(flat, printed_on(sheet, dpi), sheet)
-    return FilledSheet(Scan(bare, dpi, scan.source, told=True), sheet.transcript)
+    unprinted = _without_print(flat, printed_on(sheet, dpi), sheet)
+    return FilledSheet(Scan(unprinted, dpi, scan.source, told=True), sheet.transcript)
 
 
 def refuse_mirrored(scan: Scan | Picture) -> None:
@@ -319,7 +320,7 @@ def refuse_mirrored(scan: Scan | Picture) -> None:
         )
 
 
-def _without(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet) -> NDArray[np.uint8]:
+def _without_print(flat: NDArray[np.uint8], marks: NDArray[np.bool_], sheet: Sheet) -> NDArray[np.uint8]:
     """The sheet (h, w, 3) with paper in place of its marks, and of words and lines where no ink is over them."""
     import cv2
 

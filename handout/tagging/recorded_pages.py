@@ -21,7 +21,7 @@ from handout.values import TURNS, Drawing, Hand, Page, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-_DPI = 300.0
+_DPI = 300.0  # at which a recording is drawn: that of a usual scan
 _PEN = 0.16  # of the x-height: width of the line
 _SIZES, _SIZE = (1.2, 5.5), 2.6  # mm: small letters as people write them, and as they are made where they are not so
 _MARGIN = 12.0  # mm of paper around the writing
@@ -42,14 +42,15 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
     InputError
         Nothing written, no text and no labels, or writing of which the size cannot be told.
     """
-    found, pieces = list[Recording](), list[Piece]()
+    pages, pieces = list[Recording](), list[Piece]()
     for recording in recordings:
         _refuse_empty(recording)
         if not _clocked(recording.drawing):
             say(f"  {recording.name} does not say when the pen was where: the order is known, the pace is not.")
         if recording.text:
-            known = replace(recording, x_height=recording.x_height or x_height_of_strokes(recording.drawing.strokes))
-            found.append(_sheet(known, _factor(recording.name, known.x_height, say), _clocked(recording.drawing)))
+            x_height = recording.x_height or x_height_of_strokes(recording.drawing.strokes)
+            factor = _factor(recording.name, x_height, say)
+            pages.append(_sheet(replace(recording, x_height=x_height), factor, _clocked(recording.drawing)))
         else:
             pieces += labelled_pieces(recording.name, recording.drawing)
     if pieces:
@@ -57,11 +58,11 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
         timed = all(_clocked(recording.drawing) for recording in recordings if not recording.text)
         x_height = pieces_x_height(pieces)
         factor = _factor(name, x_height, say)
-        found += [
+        pages += [
             _sheet(page, factor, timed)
             for page in laid_out(name, pieces, x_height, _COLUMN / factor, _ROW / factor, _PITCH / factor)
         ]
-    return found
+    return pages
 
 
 def page_source(recording: Recording) -> PageSource:
@@ -96,8 +97,8 @@ def _even(stroke: Stroke, curve: curves.Curve, width: float) -> Stroke:
     t = np.interp(at, run, fine[moving]) if count > 1 else stroke.t[:1]
     place = np.column_stack([np.interp(at, run, xy[moving, k]) for k in (0, 1)])
     # angles are unwrapped: between two samples a pen turns the shorter way
-    held = {name: np.unwrap(values) if name in TURNS else values for name, values in stroke.pose.items()}
-    pose: dict[str, Any] = {name: np.interp(t, stroke.t, values) for name, values in held.items()}
+    unwrapped = {name: np.unwrap(values) if name in TURNS else values for name, values in stroke.pose.items()}
+    pose: dict[str, Any] = {name: np.interp(t, stroke.t, values) for name, values in unwrapped.items()}
     return Stroke(t, place, **pose, width=np.full(count, width), word=stroke.word)
 
 
@@ -164,6 +165,6 @@ def font_specimen(name: str, font: Hand) -> list[Recording]:
     layout = Layout(page("A4"), x_height=font.x_height)
     for sheet in compose(text, font, layout, rng):
         drawing = trace(sheet, font, rng, jitter=0.0)
-        known = written(sheet, font)
-        pages.append(Recording(name, drawing, text, known, len(sheet.lines), layout.x_height))
+        letters = written(sheet, font)
+        pages.append(Recording(name, drawing, text, letters, len(sheet.lines), layout.x_height))
     return pages

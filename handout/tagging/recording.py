@@ -62,14 +62,14 @@ def turns(strokes: Sequence[Stroke]) -> list[Array]:
 
 def _turning(y: Array, least: float) -> Array:
     """The extremes of `y` in turn, each more than `least` from the one before; both ends count as such."""
-    found, way, far = [float(y[0])], 0, float(y[0])
+    extremes, direction, extreme = [float(y[0])], 0, float(y[0])
     for value in y.tolist():
-        if way * (value - far) >= 0 and (way or abs(value - found[0]) > least):
-            way, far = way or (1 if value > found[0] else -1), value
-        elif way and abs(value - far) > least:
-            found.append(far)
-            way, far = -way, value
-    return np.array([*found, far] if way else found)
+        if direction * (value - extreme) >= 0 and (direction or abs(value - extremes[0]) > least):
+            direction, extreme = direction or (1 if value > extremes[0] else -1), value
+        elif direction and abs(value - extreme) > least:
+            extremes.append(extreme)
+            direction, extreme = -direction, value
+    return np.array([*extremes, extreme] if direction else extremes)
 
 
 _NOTHING = 0.02  # of the greatest piece: what is smaller is a placeholder for something that was taken out
@@ -124,8 +124,8 @@ def labelled_pieces(name: str, drawing: Drawing) -> list[Piece]:
     for level in ("TEXT", "LINE", "WORD", "CHARACTER"):
         pieces = [_piece(drawing, s, level, letters) for s in segments if s["level"] == level]
         least = _NOTHING * max((piece.size for piece in pieces), default=0.0)
-        if kept := [piece for piece in pieces if piece.size > least]:
-            return kept
+        if large := [piece for piece in pieces if piece.size > least]:
+            return large
     raise InputError(
         f"{name}: what is written in it? Give its text with --text; only recordings with labels of texts, words or "
         "letters, as UNIPEN has them, say it themselves."

@@ -118,7 +118,7 @@ class _Loose:
         if first and habits.swash and unit.glyph.letter in _LED_INTO:
             strokes[0] = _led_in(strokes[0], habits.swash * rng.uniform(0.7, 1.2), rng)
         if last and habits.tail and unit.glyph.letter.isalpha():
-            k = unit.glyph.late.index(True) - 1 if True in unit.glyph.late else len(strokes) - 1
+            k = unit.glyph.last_main
             strokes[k] = _led_out(strokes[k], habits.tail * rng.uniform(0.7, 1.2), rng)
         return replace(unit, strokes=tuple(self._page(stroke) for stroke in strokes))
 

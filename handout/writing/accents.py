@@ -21,10 +21,10 @@ _DENSE = 12  # places between two points
 
 def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Generator) -> Glyph:
     """`glyph` with `marks` set on it; i and j lose their dots to an accent above."""
-    strokes = [s for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
+    strokes, delayed = glyph.parted(glyph.strokes)
     above = [mark for mark in marks if mark not in NOT_ABOVE]
     dotted = glyph.letter in ("i", "j") and above
-    late = [s for s, is_late in zip(glyph.strokes, glyph.late, strict=True) if is_late and not dotted]
+    delayed = [] if dotted else delayed
     beside: list[Array] = []
     for mark in marks:
         if mark == DOTLESS:
@@ -36,9 +36,9 @@ def accented(glyph: Glyph, marks: tuple[str, ...], hand: Hand, rng: np.random.Ge
             storey = np.array([0.0, _STOREY * above.index(mark)])
             placed = [stroke + storey for stroke in placed]
         # what takes room beside a letter is written with it, where the pen is lifted anyway
-        (beside if mark == APOSTROPHE and glyph.exit == "lifted" else late).extend(placed)
-    flags = (False,) * (len(strokes) + len(beside)) + (True,) * len(late)
-    return replace(glyph, strokes=(*strokes, *beside, *late), late=flags)
+        (beside if mark == APOSTROPHE and glyph.exit == "lifted" else delayed).extend(placed)
+    flags = (False,) * (len(strokes) + len(beside)) + (True,) * len(delayed)
+    return replace(glyph, strokes=(*strokes, *beside, *delayed), delayed=flags)
 
 
 def _placed(mark: Sequence[Array], letter: Sequence[Array], glyph: Glyph, kind: str) -> list[Array]:

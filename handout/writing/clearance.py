@@ -52,7 +52,7 @@ def _needed(left: str, right: str) -> float:
 
 
 def _barred(glyph: Glyph) -> bool:
-    """Whether one of its strokes, written late or not, is a bar."""
+    """Whether one of its strokes, delayed or not, is a bar."""
     return any(is_bar(stroke) for stroke in glyph.strokes)
 
 
@@ -63,8 +63,8 @@ def is_bar(stroke: Array) -> bool:
 
 @lru_cache(maxsize=4096)
 def _edges(glyph: Glyph) -> tuple[Array, Array]:
-    """Leftmost and rightmost x of a letter at some heights, without what is written late; ±inf where it has nothing."""
-    ways = [_evenly(s) for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
+    """Leftmost and rightmost x of a letter at some heights, without its delayed strokes; ±inf where it has nothing."""
+    ways = [_evenly(stroke) for stroke in glyph.parted(glyph.strokes)[0]]
     left, right = np.full(len(_HEIGHTS), np.inf), np.full(len(_HEIGHTS), -np.inf)
     if ways:
         xy = np.vstack(ways)
@@ -167,11 +167,11 @@ def dotted(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
 
 
 def _dots(glyph: Glyph, strokes: Sequence[Array]) -> list[int]:
-    """Which strokes of a letter are its dots or accent: those that are written late and lie wholly above the rest."""
-    if not any(glyph.late) or all(glyph.late):
+    """Which strokes of a letter are its dots or accent: delayed strokes that lie wholly above the rest."""
+    if not any(glyph.delayed) or all(glyph.delayed):
         return []
-    top = max(float(s[:, 1].max()) for s, late in zip(strokes, glyph.late, strict=True) if not late)
-    return [k for k, late in enumerate(glyph.late) if late and float(strokes[k][:, 1].min()) > top]
+    top = max(float(stroke[:, 1].max()) for stroke in glyph.parted(strokes)[0])
+    return [k for k, delayed in enumerate(glyph.delayed) if delayed and float(strokes[k][:, 1].min()) > top]
 
 
 def _move(mark: Array, others: Sequence[Array]) -> Array:

@@ -116,9 +116,9 @@ class WordWriter:
         points = list[list[Array]]()
         for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
             points.append([])
-            for stroke, late in zip(glyph.strokes, glyph.late, strict=True):
+            for stroke, delayed in zip(glyph.strokes, glyph.delayed, strict=True):
                 placed = slurred(stroke, share) @ shape
-                if late:
+                if delayed:
                     placed = placed + self._flight()
                 points[-1].append(placed + start)
         bounded(glyphs, points)

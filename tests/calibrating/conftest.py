@@ -9,8 +9,9 @@ import pytest
 
 from handout import profiles
 from handout.calibrating import store
+from handout.calibrating.pages import chart_pages
 from handout.calibrating.session import Step
-from handout.calibrating.wizard import Wizard, chart_pages
+from handout.calibrating.wizard import Task, Wizard
 from handout.colour import table
 from handout.colour.chart import chart
 from handout.colour.patches import Patches
@@ -85,7 +86,7 @@ def stored(built, own_folders):
 @pytest.fixture
 def wizard(profile):
     """A wizard whose chart was printed."""
-    made = Wizard(profile, "sim", "white")
+    made = Wizard(Task(profile, "sim", "white"))
     made.session.go(Step.SCAN)
     return made
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from handout.calibrating import inks, store, strip, verification
+from handout.calibrating import ink_samples, store, strip, verification
 from handout.colour import conversions
 from handout.colour.interpolation import look_up
 from handout.colour.reading import Refused, Scan
@@ -14,17 +14,17 @@ from handout.simulated.printer import Flatbed, Inkjet
 
 @pytest.fixture
 def made(stored):
-    return verification.prepare(stored)
+    return strip.prepare(stored)
 
 
 def scanned(made, stored, profile, paper="white", dpi=100, **flatbed):
-    pixels = verification.pages(made, stored, profile).pixels[0]
+    pixels = strip.pages_of(made, stored, profile).pixels[0]
     sheet = Inkjet(paper).printed(pixels, profile.dpi, profile.margins)
     return Scan(Flatbed(shading=0.0, **flatbed).scan(sheet, dpi, np.random.default_rng(1)), (dpi, dpi))
 
 
 def test_the_strip_is_remembered(made, stored):
-    again = verification.last_strip(stored)
+    again = strip.last_strip(stored)
     assert np.array_equal(again.device, made.device) and np.array_equal(again.page.cells, made.page.cells)
     assert np.allclose(again.wanted, made.wanted, atol=1e-6)
     assert np.array_equal(again.matched, made.matched) and again.paper == "A4"
@@ -72,21 +72,21 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
 
 
 def test_the_ink_of_a_hand(stored):
-    drawn = inks.of_hand("house-print")
+    drawn = ink_samples.of_hand("house-print")
     assert len(drawn.rgba) > 500
-    made = verification.prepare(stored, "house-print", "letter")
+    made = strip.prepare(stored, "house-print", "letter")
     assert made.paper == "letter" and made.page.paper.name == "letter"
     assert 0 <= made.out <= 1
 
 
 def test_the_paper_of_a_hand():
-    paper = inks.paper_of("house-joined-ballpoint")
+    paper = ink_samples.paper_of("house-joined-ballpoint")
     assert paper.shape == (3,) and 0.8 < paper.min() <= paper.max() <= 1
-    assert inks.paper_of("house-print") is None
+    assert ink_samples.paper_of("house-print") is None
 
 
 def test_ink_on_paper():
-    some = inks.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
+    some = ink_samples.Inks(np.array([[0.2, 0.1, 0.4, 0.0], [0.2, 0.1, 0.4, 1.0], [0.0, 0.0, 0.0, 0.5]]))
     assert np.allclose(some.on(np.array([0.8, 0.9, 1.0])), [[0.8, 0.9, 1.0], [0.2, 0.1, 0.4], [0.4, 0.45, 0.5]])
 
 

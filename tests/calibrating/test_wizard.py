@@ -6,9 +6,9 @@ import pytest
 import tifffile
 from PIL import Image
 
-from handout.calibrating import store
+from handout.calibrating import ink_samples, store
 from handout.calibrating.session import Step
-from handout.calibrating.wizard import ScansRefused, Wizard
+from handout.calibrating.wizard import ScansRefused, Task, Wizard
 from handout.errors import InputError
 from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import Flatbed, Inkjet
@@ -43,15 +43,15 @@ def test_the_table_is_built_of_the_scan(wizard, scan, patches):
 
 def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
     wizard.take_scans([scan])
-    again = Wizard(profile, "sim", "white")
+    again = Wizard(Task(profile, "sim", "white"))
     assert again.resumed and again.step is Step.BUILD
-    assert not Wizard(profile, "sim", "cream").resumed
-    afresh = Wizard(profile, "sim", "white", afresh=True)
+    assert not Wizard(Task(profile, "sim", "cream")).resumed
+    afresh = Wizard(Task(profile, "sim", "white"), afresh=True)
     assert not afresh.resumed and afresh.step is Step.PRINT and not again.session.folder.exists()
 
 
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
-    wizard = Wizard(profile, "sim", "white", page_count=2)
+    wizard = Wizard(Task(profile, "sim", "white", pages=2))
     document, *_ = wizard.print_chart()
     printer = loop.simulated(profile, "white")
     printer.dpi = DPI
@@ -164,17 +164,16 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
 
 
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
-    from handout.calibrating import inks
 
-    monkeypatch.setattr(inks, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
-    wizard = Wizard(profile, "sim", "white", hand="house-joined-ballpoint")
+    monkeypatch.setattr(ink_samples, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))
+    wizard = Wizard(Task(profile, "sim", "white", hand="house-joined-ballpoint"))
     wizard.session.go(Step.SCAN)
     (found,) = wizard.take_scans([scan]).findings
     assert found.code == "settings-differ" and "lighter in red" in found.sentence
 
 
 def test_another_chart_is_named(profile, scan):
-    wizard = Wizard(profile, "sim", "white", sheet="letter")
+    wizard = Wizard(Task(profile, "sim", "white", sheet="letter"))
     wizard.session.go(Step.SCAN)
     assert refused(wizard, scan) == {"another-chart"}
 

@@ -34,7 +34,7 @@ def test_write_every_format(call):
 
 
 def test_inkml_holds_the_same_drawing_as_json(call):
-    from handout.sinks.drawing_json import from_json
+    from handout.sources.drawing_json import from_json
     from handout.sources.inkml import from_inkml
 
     call("write", "abc", "-o", "l.inkml", "-o", "l.json", "-q")

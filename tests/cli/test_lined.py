@@ -127,14 +127,14 @@ def test_a_plotter_writes_on_the_rules_now_and_when_it_goes_on(call, photo):
 
 
 def test_the_pages_of_a_job_keep_the_rules_that_were_measured(photo):
-    from handout.cli import jobs, making
+    from handout.pipeline import job_pages
+    from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+    from handout.pipeline.writing import on_lined_paper, prepare
     from handout.writing.baseline_model import Ruling
 
-    given = {"hand": "house-joined", "haste": 0.0, "x_height": None, "line_spacing": None, "align": "ragged"}
-    given |= {"jitter": 1.0, "speed": "human", "seed": 4, "kinematics": "optimal-control", "fallback": False}
-    given |= {"page_name": "A5", "margin": None, "pages": None, "paper": "sheet.jpg", "fit": False, "slips": 0.0}
-    setup = jobs.on_paper(jobs.setup(given, "A5"), given)
-    assert isinstance(setup.layout.ruling, Ruling) and setup.layout.ruling.pitch == pytest.approx(7.1, abs=0.3)
-    kept = json.loads(json.dumps(making.inputs(TEXT, given, setup)))
+    writing, sheet, picture = WritingOptions(seed=4), SheetOptions("A5"), PictureOptions(paper="sheet.jpg")
+    task = on_lined_paper(prepare(writing, sheet, picture), writing, sheet, picture)
+    assert isinstance(task.layout.ruling, Ruling) and task.layout.ruling.pitch == pytest.approx(7.1, abs=0.3)
+    kept = json.loads(json.dumps(job_pages.inputs(TEXT, task, writing, sheet, "A5")))
     Path("sheet.jpg").unlink()
-    assert making._again(kept, 1).layout == setup.layout
+    assert job_pages._again(kept, 1).layout == task.layout

@@ -232,10 +232,11 @@ def test_wrong_scans_are_named_in_a_sentence_and_nothing_is_written(call, small_
 
 
 def test_a_text_in_utf_16_is_read(small_scan):
-    from handout.cli.scan_ import _text
+    from handout.pipeline.hands import _transcript
+    from handout.pipeline.results import SILENT
 
     Path("wide.txt").write_bytes(small_scan.written.encode("utf-16"))
-    assert _text(Path("wide.txt")) == small_scan.written
+    assert _transcript(Path("wide.txt"), SILENT) == small_scan.written
 
 
 def test_a_pen_needs_no_text(call, small_scan):

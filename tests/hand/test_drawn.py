@@ -45,7 +45,7 @@ def test_derives_ways_in_and_endings(tmp_path):
     }  # fmt: skip
     lifted = next(g for g in forms if g.entry == "lifted" and g.exit == "low")
     assert lifted.strokes[0][0] == pytest.approx([-0.1, 0.8])
-    assert lifted.late == (False, True)
+    assert lifted.delayed == (False, True)
     ended = next(g for g in forms if g.entry == "low" and g.exit == "lifted")
     assert ended.strokes[0][-1] == pytest.approx([0.4, 0.2])
     assert ended.places <= {"end", "alone"}

@@ -11,6 +11,7 @@ from handout.errors import InputError
 from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, planned_page, recording_fit
 from handout.motion.reconstruction.key_points import extent, resampled, snr
 from handout.sinks import fit_svg, plans_json
+from handout.sources.plans_json import from_json
 from handout.values import Drawing, Page, Stroke
 
 
@@ -103,7 +104,7 @@ def test_a_plan_says_what_it_is():
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
     page = planned_page.fit(written, timed=timed)
-    again = plans_json.from_json(plans_json.to_json(page))
+    again = from_json(plans_json.to_json(page))
     drawn = planned_page.drawing(again)
     assert len(drawn.strokes) == len(written.strokes) and again.timed is timed
     for one, two, stroke in zip(drawn.strokes, planned_page.drawing(page).strokes, written.strokes, strict=True):
@@ -147,7 +148,7 @@ def test_changed_plans_that_cannot_be_are_named(moving, change, said):
     page = planned_page.fit(Drawing(tuple(moving[:1]), Page(100, 100)))
     text = plans_json.to_json(page).decode()
     with pytest.raises(InputError, match=said):
-        plans_json.from_json(change(text).encode())
+        from_json(change(text).encode())
 
 
 def test_what_does_not_move_is_refused():

@@ -60,9 +60,9 @@ def test_joined_letters_are_one_movement(sheet, small_hand):
 
 
 def test_a_hand_that_dots_at_once_does(sheet, small_hand):
-    found = pen_paths(sheet.lines[0].placed, small_hand, late_after="letter")
+    found = pen_paths(sheet.lines[0].placed, small_hand, delayed_after="letter")
     at_once = [path.delayed for path in found]
-    waiting = [path.delayed for path in pen_paths(sheet.lines[0].placed, small_hand, late_after="word")]
+    waiting = [path.delayed for path in pen_paths(sheet.lines[0].placed, small_hand, delayed_after="word")]
     assert len(at_once) >= len(waiting) - 1 and sum(at_once) == sum(waiting)
 
 

@@ -86,5 +86,5 @@ def test_nobody_comes_to_press_it_again(tmp_path):
     plotter = SimulatedPlotter(AXIDRAW, Simulated(fault="button", after=40))
     job, person = store.create([DRAWING], AXIDRAW, Options(overlap=6.0), place=tmp_path), Watching(plotter)
     with pytest.raises(DeviceAlarm, match=r"nobody has pressed again for 5 s: the pen is lifted"):
-        runner.run_job(job, lambda: plotter, person, patience=5.0)
+        runner.run_job(job, lambda: plotter, person, runner.RunOptions(patience=5.0))
     assert not plotter.pen_is_down and not job.standing().finished

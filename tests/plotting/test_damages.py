@@ -78,7 +78,9 @@ def held(tmp_path, machine, patience, seconds=math.inf, after=None):
     job = store.create([short()], desk.profile, store.Options(overlap=10.0), place=tmp_path)
     with faults.journals(desk):
         try:
-            runner.run_job(job, lambda: desk, Passer(desk, seconds), patience=patience, log=said.append)
+            runner.run_job(
+                job, lambda: desk, Passer(desk, seconds), runner.RunOptions(patience=patience), log=said.append
+            )
         except DeviceHeld as error:
             return desk, job, said, str(error)
     return desk, job, said, ""

@@ -15,7 +15,7 @@ from handout.errors import DoesNotFit, InputError
 from handout.plotting import bed
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Options, load
-from handout.plotting.jobs.page_producer import Program
+from handout.plotting.jobs.page_producer import ProducerProcess
 from handout.plotting.jobs.pages import Made
 from handout.simulated.plotter import SimulatedPlotter
 from handout.simulated.plotter.ink_comparison import compare
@@ -180,7 +180,7 @@ def test_what_is_made_is_drawn_when_the_rest_cannot_be(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
     said, desk, job = [], Desk(), begun(tmp_path)
     Maker(job.folder).make()
-    program = Program([sys.executable, "-c", "print('added 2'); print('failed The hand is gone.'); exit(2)"])
+    program = ProducerProcess([sys.executable, "-c", "print('added 2'); print('failed The hand is gone.'); exit(2)"])
     while not program.trouble():
         pass
     with pytest.raises(InputError, match="The hand is gone"):
@@ -196,7 +196,7 @@ def test_what_is_made_is_drawn_when_the_rest_cannot_be(tmp_path, monkeypatch):
 @pytest.mark.parametrize("code", ["exit(1)", "pass"])
 def test_a_program_that_makes_nothing_is_not_waited_for(tmp_path, monkeypatch, code):
     monkeypatch.setattr("os.fsync", lambda handle: None)
-    program, desk, job = Program([sys.executable, "-c", code]), Desk(), begun(tmp_path)
+    program, desk, job = ProducerProcess([sys.executable, "-c", code]), Desk(), begun(tmp_path)
     with pytest.raises(InputError, match=r"ended with [01]"):
         runner.run_job(job, desk.opened, desk, supply=program)
     program.close()

@@ -119,7 +119,7 @@ def test_home_after_an_interrupt(tmp_path, monkeypatch, name, home_after):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        runner.run_job(job, lambda: plotter, Nobody(), home_after=home_after, progress=stop)
+        runner.run_job(job, lambda: plotter, Nobody(), runner.RunOptions(home_after=home_after), progress=stop)
     assert not plotter.pen_is_down and not job.standing().finished
     assert (max(map(abs, at(plotter))) < 0.05) == home_after
 

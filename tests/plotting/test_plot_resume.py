@@ -175,7 +175,7 @@ def test_nobody_is_there_to_push_the_pen_to_its_zero(tmp_path):
         runner.run_job(job, lambda: plotter, Nobody())
     assert len(plotter.paper.trace) == before, "nothing may move"
     plotter.stand_at_zero()
-    runner.run_job(job, again(plotter), Nobody(), at_zero=True)
+    runner.run_job(job, again(plotter), Nobody(), runner.RunOptions(at_zero=True))
     judged(plotter, 1)
 
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from handout.errors import MissingCharacters
+from handout.printing.batch import BatchOptions, PageMaker, print_rows
 from handout.printing.rows import Row
+from handout.printing.sending import Listener
 from handout.values import Drawing, Raster, Stroke
 
 _LP = """#!/bin/sh
@@ -90,3 +92,10 @@ def rows(count, **changed):
         given = {"lines": (f"Name {n}", f"Street {n}", "01067 Dresden", "GERMANY")} | changed.get(f"r{n}", {})
         table.append(Row(n, **given))
     return table
+
+
+def print_all(table, write, profile, page, *, ink=block, select="", copies=1, again="", out=None, **given):
+    """`print_rows` with the fields of its options as keywords."""
+    maker = PageMaker(write, ink, x_height=given.pop("x_height", None), about=given.pop("about", {}))
+    listener = Listener(given.pop("progress", Listener().progress))
+    return print_rows(table, maker, profile, page, BatchOptions(select, copies, again, out), listener=listener, **given)

@@ -5,14 +5,15 @@ from pathlib import Path
 import msgspec
 import pikepdf
 import pytest
-from doubles import block, rows, rule
+from doubles import block, print_all, rows, rule
 
 from handout import profiles
 from handout.errors import InputError, PrinterError
 from handout.page_sizes import page
+from handout.pipeline.printing import UNCALIBRATED
 from handout.printing.address_table import read_addresses
-from handout.printing.batch import UNCALIBRATED, PrintingStopped, print_rows
 from handout.printing.queue import SimulatedQueue
+from handout.printing.sending import PrintingStopped
 from handout.profiles import Length, Margins, Printer
 from handout.values import Drawing
 
@@ -27,7 +28,7 @@ BAD = {
 
 
 def run(table, profile=QUEUE, **given):
-    return print_rows(table, rule, profile, DL, ink=block, **given)
+    return print_all(table, rule, profile, DL, ink=block, **given)
 
 
 def test_every_envelope_is_a_job_turned_to_the_feed(print_system):
@@ -113,7 +114,7 @@ def test_a_missing_queue_is_known_before_any_work(print_system):
         raise AssertionError("composed although there is no queue")
 
     with pytest.raises(PrinterError, match="no print queue 'gone'"):
-        print_rows(rows(2), never, msgspec.structs.replace(QUEUE, queue="gone"), DL)
+        print_all(rows(2), never, msgspec.structs.replace(QUEUE, queue="gone"), DL)
 
 
 def test_a_dry_run_needs_no_printer_and_gives_pages_as_they_are_read(tmp_path):
@@ -203,6 +204,6 @@ def test_scanned_ink_has_margins_too(tmp_path, inked, says):
         return Drawing((), layout.page, {}, lambda dpi: block(rule(text, layout, row), dpi), inked)
 
     near = Printer(kind="printer", title="Narrow", dpi=72, margins=Margins(top=Length(10), left=Length(10)), file=True)
-    report = print_rows(rows(1), write, near, DL, ink=lambda drawing, dpi: drawing.ink(dpi), out=tmp_path / "a.pdf")
+    report = print_all(rows(1), write, near, DL, ink=lambda drawing, dpi: drawing.ink(dpi), out=tmp_path / "a.pdf")
     assert report.exit_code == 0 and len(report.warnings) == len(says)
     assert all(part in warning for part, warning in zip(says, report.warnings, strict=True))

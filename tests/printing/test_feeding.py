@@ -4,9 +4,10 @@ import pytest
 
 from handout import page_sizes
 from handout.errors import InputError
+from handout.inking.device_pixels import DevicePixels
 from handout.printing.media import Feeding
 from handout.profiles import Length, Nudge, Printer
-from handout.values import Page, Raster
+from handout.values import Page
 
 PLAIN = Printer(kind="printer", title="P", dpi=100)
 DL, A5 = page_sizes.page("dl"), page_sizes.page("a5")
@@ -18,10 +19,10 @@ def fed(page, **changed):
 
 def mark(feeding):
     """Where a dot near the upper left corner of the page as it is read comes to lie on the sheet."""
-    raster = feeding.raster(Raster(np.ones((4, 8, 4), np.float32), 100, (10.0, 5.0)))
+    pixels = feeding.pixels(DevicePixels(np.zeros((4, 8, 3), np.uint8), 100, (10.0, 5.0)))
     bounds = feeding.bounds((10.0, 5.0, 10 + 8 * 0.254, 5 + 4 * 0.254))
-    height, width = raster.rgba.shape[:2]
-    x, y = raster.origin
+    height, width = pixels.rgb.shape[:2]
+    x, y = pixels.origin
     # pixels and bounds have to agree: the one is printed, the other is checked against the margins
     assert bounds == pytest.approx((x, y, x + width * 0.254, y + height * 0.254))
     return bounds

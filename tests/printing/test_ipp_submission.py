@@ -3,18 +3,18 @@
 import itertools
 
 import pytest
-from doubles import block, rows, rule
+from doubles import block, print_all, rows, rule
 
 from handout.errors import PrinterError
 from handout.page_sizes import page
 from handout.printing import journal
-from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Backoff, Client, Operation
 from handout.printing.ipp.message import decode, encode
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.transport import Transport, TransportError, parse_address
 from handout.printing.queue import Outcome, OutcomeUnknown, Ticket
+from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
 from handout.simulated.ipp.printer import FAILURES, Faults, SimulatedPrinter
 from handout.simulated.ipp.server import Broken
@@ -104,7 +104,7 @@ def whole_batch(tmp_path, hand, printer, clock, silent_at=0):
         with kept:
             now, silent_at = silent_at, 0
             queue = queue_of(printer, clock, now, said)
-            return print_rows(table, rule, PLAIN, SMALL, ink=block, queue=queue, journal=kept, select="")
+            return print_all(table, rule, PLAIN, SMALL, ink=block, queue=queue, journal=kept, select="")
 
     kept = journal.begin(what, 1, tmp_path / "state", afresh=True)
     for _ in range(3):
@@ -164,7 +164,7 @@ def test_a_printer_that_forgets_is_never_believed_to_have_printed_nothing(tmp_pa
         try:
             with journal.begin(what, 1, tmp_path / "state", afresh=True) as kept:
                 queue = queue_of(printer, clock)
-                print_rows(rows(4), rule, PLAIN, SMALL, ink=block, queue=queue, journal=kept)
+                print_all(rows(4), rule, PLAIN, SMALL, ink=block, queue=queue, journal=kept)
         except PrinterError:
             pass
         numbers = printed(printer)
@@ -197,7 +197,7 @@ def failing(printer, code, first=True):
 def one_row(tmp_path, hand, printer, clock):
     what = journal.batch(tmp_path / "one.csv", rows(1), hand, {})
     with journal.begin(what, 1, tmp_path / "state", afresh=True) as kept:
-        return print_rows(rows(1), rule, PLAIN, SMALL, ink=block, queue=queue_of(printer, clock), journal=kept)
+        return print_all(rows(1), rule, PLAIN, SMALL, ink=block, queue=queue_of(printer, clock), journal=kept)
 
 
 @pytest.mark.parametrize("failure", ["503", "500", "error"])

@@ -9,19 +9,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from doubles import block, rule
+from doubles import block, print_all, rule
 from ippeve import Everywhere, Missing, services
 from PIL import Image
 
+from handout.inking.device_pixels import device_pixels
 from handout.page_sizes import page
 from handout.printing import documents, journal
 from handout.printing.address_table import read_addresses
-from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.ipp.client import Client, Refused
 from handout.printing.ipp.queue import IppQueue
 from handout.printing.ipp.transport import Transport, TransportError, parse_address
 from handout.printing.media import Feeding
 from handout.printing.queue import Outcome, Ticket
+from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
 from handout.values import Page
 
@@ -74,7 +75,7 @@ def queue_of(printer, scheme="ipp", say=lambda message: None):
 def run(printer, kept=None, queue=None, **given):
     with kept or journal.Journal() as kept:
         queue = queue or queue_of(printer)
-        return print_rows(read_addresses(TABLE), rule, PROFILE, DL, ink=block, queue=queue, journal=kept, **given)
+        return print_all(read_addresses(TABLE), rule, PROFILE, DL, ink=block, queue=queue, journal=kept, **given)
 
 
 def test_twelve_envelopes_arrive_as_they_were_sent(started, tmp_path):
@@ -106,9 +107,9 @@ def test_a_received_page_has_the_pixels_that_were_meant(started, tmp_path):
         drawing = rule(text, layout, number)
         return drawing
 
-    print_rows([row], write, PROFILE, DL, ink=block, out=tmp_path / "a.pdf")
+    print_all([row], write, PROFILE, DL, ink=block, out=tmp_path / "a.pdf")
     feeding = Feeding.of(DL, PROFILE)
-    expected = documents.page_pixels(feeding.sheet, feeding.raster(block(drawing, 72)))
+    expected = documents.page_pixels(feeding.sheet, feeding.pixels(device_pixels(block(drawing, 72))))
     if shutil.which("gs") is None:
         pytest.skip("Ghostscript is not installed")
     (tmp_path / "page.pdf").write_bytes(printer.documents[0])

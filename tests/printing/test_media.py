@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from handout import page_sizes
+from handout.inking.device_pixels import DevicePixels
 from handout.printing import media
 from handout.profiles import Envelope, Length, Margins, Printer
-from handout.values import Page, Raster
+from handout.values import Page
 
 SHORT = Printer(kind="printer", title="P", dpi=300)
 
@@ -88,14 +89,14 @@ def test_turning_there_and_back(turn, across, down):
 
 def test_a_quarter_turn_to_the_left_brings_the_right_edge_to_the_top():
     page = Page(100, 50)
-    rgba = np.zeros((4, 6, 4), dtype=np.float32)
-    rgba[0, 5] = 1  # the pixel at the top right
+    rgb = np.zeros((4, 6, 3), dtype=np.uint8)
+    rgb[0, 5] = 1  # the pixel at the top right
     pixel = 25.4 / 254
-    turned = media.turned_raster(Raster(rgba, 254, (100 - 6 * pixel, 0)), page, "left")
-    assert turned.rgba.shape == (6, 4, 4) and turned.rgba[0, 0, 3] == 1 and turned.rgba[..., 3].sum() == 1
+    turned = media.turned_pixels(DevicePixels(rgb, 254, (100 - 6 * pixel, 0)), page, "left")
+    assert turned.rgb.shape == (6, 4, 3) and turned.rgb[0, 0, 2] == 1 and turned.rgb[..., 2].sum() == 1
     assert turned.origin == pytest.approx((0, 0))
-    other = media.turned_raster(Raster(rgba, 254, (100 - 6 * pixel, 0)), page, "right")
-    assert other.rgba[5, 3, 3] == 1
+    other = media.turned_pixels(DevicePixels(rgb, 254, (100 - 6 * pixel, 0)), page, "right")
+    assert other.rgb[5, 3, 2] == 1
     assert other.origin == pytest.approx((50 - 4 * pixel, 100 - 6 * pixel))
 
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from handout.inking.device_pixels import device_pixels
 from handout.printing import documents
 from handout.values import Page, Raster
 
@@ -74,15 +75,15 @@ def test_the_header_says_what_the_page_is():
 def test_ink_lies_where_it_was_and_ends_at_the_edge():
     rgba = np.ones((10, 20, 4), np.float32)
     rgba[..., :3] = 0.2
-    pixels = documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (12.7, 5.08)))
+    pixels = documents.page_pixels(Page(50.8, 25.4), device_pixels(Raster(rgba, 100, (12.7, 5.08))))
     assert pixels.shape == (100, 200, 3)
     dark = np.argwhere(pixels[..., 0] < 255)
     assert dark.min(0).tolist() == [20, 50] and dark.max(0).tolist() == [29, 69]
-    beyond = documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (50.8 - 2.54, -1.27)))
+    beyond = documents.page_pixels(Page(50.8, 25.4), device_pixels(Raster(rgba, 100, (50.8 - 2.54, -1.27))))
     dark = np.argwhere(beyond[..., 0] < 255)
     assert dark.min(0).tolist() == [0, 190] and dark.max(0).tolist() == [4, 199]
-    assert (documents.page_pixels(Page(50.8, 25.4), Raster(rgba, 100, (80, 80))) == 255).all()
-    assert (documents.page_pixels(Page(50.8, 25.4), Raster(rgba * 0, 100)) == 255).all()
+    assert (documents.page_pixels(Page(50.8, 25.4), device_pixels(Raster(rgba, 100, (80, 80)))) == 255).all()
+    assert (documents.page_pixels(Page(50.8, 25.4), device_pixels(Raster(rgba * 0, 100))) == 255).all()
 
 
 class Header(ctypes.Structure):
@@ -101,10 +102,10 @@ def test_cups_own_reader_reads_it(tmp_path, kind):
     rng = np.random.default_rng(2)
     rgba = np.ones((150, 300, 4), np.float32)
     rgba[..., :3] = np.repeat(rng.random((150, 100, 3)), 3, axis=1)
-    raster = Raster(rgba, 300, (30, 40))
+    pixels = device_pixels(Raster(rgba, 300, (30, 40)))
     path = tmp_path / "page"
-    path.write_bytes(documents.WRITERS[kind](SHEET, raster, {}))
-    expected = documents.page_pixels(SHEET, raster)
+    path.write_bytes(documents.WRITERS[kind](SHEET, pixels, {}))
+    expected = documents.page_pixels(SHEET, pixels)
     descriptor = os.open(path, os.O_RDONLY)
     try:
         stream = ctypes.c_void_p(library.cupsRasterOpen(descriptor, 0))

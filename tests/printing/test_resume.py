@@ -7,14 +7,13 @@ from contextlib import contextmanager
 
 import msgspec
 import pytest
-from doubles import block, rows, rule
+from doubles import block, print_all, rows, rule
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
 from handout.page_sizes import page
 from handout.printing import journal
-from handout.printing.batch import PrintingStopped, print_rows
 from handout.printing.cups import CupsQueue
 from handout.printing.ipp.client import Client
 from handout.printing.ipp.queue import IppQueue
@@ -22,6 +21,7 @@ from handout.printing.ipp.request import Request
 from handout.printing.ipp.status import JobState
 from handout.printing.ipp.transport import Transport, parse_address
 from handout.printing.queue import FolderQueue, Outcome, OutcomeUnknown, SimulatedQueue
+from handout.printing.sending import PrintingStopped
 from handout.profiles import Printer
 from handout.simulated.ipp.printer import Faults, SimulatedPrinter
 
@@ -48,7 +48,7 @@ def queue_of(printer, wait=None):
 
 def run(kept, queue, count=6, **given):
     with kept:
-        return print_rows(rows(count), rule, PLAIN, DL, ink=block, queue=queue, journal=kept, **given)
+        return print_all(rows(count), rule, PLAIN, DL, ink=block, queue=queue, journal=kept, **given)
 
 
 def printed(printer):
@@ -115,7 +115,7 @@ def test_a_run_that_sends_nothing_leaves_the_journal_as_it_was(what, tmp_path):
         raise RuntimeError("the power is gone")
 
     with pytest.raises(RuntimeError), begin(what, tmp_path, afresh=True) as kept:
-        print_rows(rows(6), failing, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), journal=kept)
+        print_all(rows(6), failing, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), journal=kept)
     assert entries(tmp_path) == before
 
 
@@ -185,7 +185,7 @@ def test_what_nobody_knows_is_left_to_the_user(what, tmp_path):
         report = run(resume(what, tmp_path), queue_of(printer), 3, again="3")
         assert printed(printer) == [4, 3] and report.unknown == () and report.exit_code == 0
     with pytest.raises(InputError, match=r"--again .* --resume"):
-        print_rows(rows(3), rule, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), again="3")
+        print_all(rows(3), rule, PLAIN, DL, ink=block, queue=FolderQueue(tmp_path / "f"), again="3")
 
 
 def test_a_lie_is_left_to_the_user_even_when_the_jam_is_gone(what, tmp_path):
@@ -263,7 +263,7 @@ def test_the_simulated_queue_goes_on_with_its_numbers(what, tmp_path):
     with pytest.raises(PrintingStopped):
         run(begin(what, tmp_path), SimulatedQueue(tmp_path / "out", jam_at=2), 3)
     with resume(what, tmp_path) as kept:
-        print_rows(rows(3), rule, simulated, DL, ink=block, out=tmp_path / "out", journal=kept)
+        print_all(rows(3), rule, simulated, DL, ink=block, out=tmp_path / "out", journal=kept)
     log = [json.loads(line) for line in (tmp_path / "out" / "jobs.jsonl").read_text().splitlines()]
     assert [entry["title"].split()[-1] for entry in log] == ["2", "3", "4"]
     assert [entry["job"] for entry in log] == ["job-001", "job-002", "job-003"]

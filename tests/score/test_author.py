@@ -12,14 +12,11 @@ from hypothesis import strategies as st
 from handout.cli.score_ import command
 from handout.errors import InputError
 from handout.scanning.text_lines import line_owners
-from handout.score.closeness import closeness, half_to_half
-from handout.score.compare import compare
-from handout.score.crowd import style
-from handout.score.lines import find_lines
-from handout.score.measured import full_lines, measure_lines, pooled
-from handout.score.pages import ink
+from handout.score.comparison import closeness, compare, half_to_half
+from handout.score.features import full_lines, measure_lines, page_features, pool_lines
 from handout.score.repetition import repetition
 from handout.score.two_sample import TwoSample, together, two_sample, wilson
+from handout.score.written_lines import find_lines, ink
 from tests.score.drawn import page
 from tests.score.pages_of_hands import font, house
 
@@ -38,7 +35,7 @@ def test_lines_are_measured_apart_and_add_up_to_the_page():
     grey = page(lines=6, slant=0.2)
     parts = measure_lines(grey)
     assert len(parts) == 6
-    whole, own = style(ink(grey)), pooled(parts)
+    whole, own = page_features(ink(grey)), pool_lines(parts)
     assert np.allclose(whole.hinge, own.hinge) and np.allclose(whole.quill, own.quill)
 
 

@@ -9,8 +9,9 @@ from click.testing import CliRunner
 
 from handout.cli.score_ import command
 from handout.errors import InputError
-from handout.score.crowd import distance, own_nearest, read_crowd, standing, style
-from handout.score.pages import ink
+from handout.score.comparison import own_nearest, rank_writers, read_crowd
+from handout.score.features import distance, page_features
+from handout.score.written_lines import ink
 from tests.score.drawn import page
 
 KINDS = [
@@ -33,8 +34,8 @@ def test_the_writer_comes_first(folder):
     crowd = read_crowd(folder)
     assert sorted(crowd) == ["0.png", "1.png", "2.png", "3.png"]
     for i, kind in enumerate(KINDS):
-        own = style(ink(page(lines=6, letters=4, **kind)))
-        found = standing(own, crowd)
+        own = page_features(ink(page(lines=6, letters=4, **kind)))
+        found = rank_writers(own, crowd)
         assert found.names[0] == f"{i}.png" and found.rank(f"{i}.png") == 1
         hinges = [apart.hinge for apart in found.distances]
         assert hinges == sorted(hinges)
@@ -61,11 +62,11 @@ def test_errors_are_said_in_a_sentence(tmp_path):
     with pytest.raises(InputError, match="no other page"):
         read_crowd(tmp_path)
     with pytest.raises(InputError, match="no ink"):
-        style(np.zeros((50, 50), dtype=bool))
+        page_features(np.zeros((50, 50), dtype=bool))
     with pytest.raises(InputError, match="too little ink"):
-        style(np.pad(np.ones((2, 2), dtype=bool), 20))
+        page_features(np.pad(np.ones((2, 2), dtype=bool), 20))
     with pytest.raises(InputError, match="empty"):
-        standing(style(ink(page(lines=2))), {})
+        rank_writers(page_features(ink(page(lines=2))), {})
     cv2.imwrite(str(tmp_path / "white.png"), np.full((90, 90), 255, np.uint8))
     with pytest.raises(InputError, match=r"white\.png.*no ink"):
         read_crowd(tmp_path)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.score.hinge import BINS, chi_square, hinge, legs
-from handout.score.runs import KINDS, LONGEST, run_distance, runs, spans
+from handout.score.run_lengths import KINDS, LONGEST, run_distance, runs, spans
 
 
 def scribble(seed, slant=0.0, thickness=4, size=500):

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from handout.score.lines import Lines, WrittenLine, ends_of_strokes, find_lines
-from handout.score.pages import ink
-from handout.score.words import find_words, gap_limit
+from handout.score.written_lines import Lines, WrittenLine, ends_of_strokes, find_lines, find_words, gap_limit, ink
 from tests.score.drawn import X, page
 
 

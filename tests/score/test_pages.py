@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from handout.errors import InputError
-from handout.score.pages import ink, read_page
+from handout.score.written_lines import ink, read_page
 
 
 def test_resolution_and_transparency(tmp_path):

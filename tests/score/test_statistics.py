@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
-from handout.score.lines import find_lines
-from handout.score.pages import ink
 from handout.score.statistics import page_statistics
+from handout.score.written_lines import find_lines, ink
 from tests.score.drawn import X, page
 
 

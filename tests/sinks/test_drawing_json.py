@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from sample_drawings import CARD, drawings, loops, same
 
 from handout.errors import InputError
-from handout.sinks.drawing_json import from_json, to_json
+from handout.sinks.drawing_json import to_json
+from handout.sources.drawing_json import from_json
 from handout.values import Drawing
 
 

@@ -9,23 +9,24 @@ from hypothesis import strategies as st
 
 from handout import page_sizes
 from handout.errors import InputError
+from handout.inking.device_pixels import device_pixels
 from handout.printing import media
 from handout.sinks import picture_pdf as pdf
 from handout.values import Page, Raster
 
 
 def inked(width, height, dpi, origin, seed=0):
-    """A raster whose every pixel is darker than paper, so that nothing of it can be cropped."""
+    """Pixels of which each is darker than paper, so that nothing of it can be cropped."""
     rgba = np.ones((height, width, 4), dtype=np.float32)
     rgba[..., :3] = np.random.default_rng(seed).integers(0, 250, (height, width, 3)) / 255
-    return Raster(rgba, dpi, origin)
+    return device_pixels(Raster(rgba, dpi, origin))
 
 
 def written(*pages, about=None):
     stream = io.BytesIO()
     writer = pdf.PdfWriter(stream, about)
     for page, raster in pages:
-        writer.add(page, raster)
+        writer.add(page, device_pixels(raster) if isinstance(raster, Raster) else raster)
     writer.finish()
     return stream.getvalue()
 
@@ -46,9 +47,9 @@ def placing(page):
 @pytest.mark.parametrize("turn", ["", "left"])
 def test_a_page_for_a_printer(name, turn):
     page, dpi = page_sizes.page(name), 600
-    raster = media.turned_raster(inked(30, 20, dpi, (37.31, 21.87)), page, turn)
+    fed = media.turned_pixels(inked(30, 20, dpi, (37.31, 21.87)), page, turn)
     sheet = media.turned_page(page, turn)
-    with pikepdf.open(io.BytesIO(written((sheet, raster)))) as document:
+    with pikepdf.open(io.BytesIO(written((sheet, fed)))) as document:
         assert document.Root.ViewerPreferences.PrintScaling == "/None"
         (found,) = document.pages
         assert list(map(float, found.mediabox)) == pytest.approx(
@@ -60,11 +61,11 @@ def test_a_page_for_a_printer(name, turn):
         kinds = {str(o.get("/Type")) for o in document.objects if isinstance(o, pikepdf.Dictionary)}
         assert not kinds & {"/Font", "/OutputIntent"}
         pixels = np.asarray(pikepdf.PdfImage(image).as_pil_image())
-        assert np.array_equal(pixels, np.rint(raster.rgba[..., :3] * 255).astype(np.uint8))
+        assert np.array_equal(pixels, fed.rgb)
         left, top, width, height = (value * dpi / 72 for value in placing(found))
     assert (width, height) == pytest.approx((pixels.shape[1], pixels.shape[0]), abs=0.01)
     assert (left, top) == pytest.approx((round(left), round(top)), abs=0.01), "on the grid of the printer's pixels"
-    assert (left / dpi * 25.4, top / dpi * 25.4) == pytest.approx(raster.origin, abs=0.51 * 25.4 / dpi)
+    assert (left / dpi * 25.4, top / dpi * 25.4) == pytest.approx(fed.origin, abs=0.51 * 25.4 / dpi)
 
 
 @given(

@@ -11,8 +11,8 @@ from PIL import Image
 from sample_drawings import loops, same
 
 from handout.errors import HandoutError, InputError
-from handout.sinks import Paper, Pen, check_outputs, suffixes, write_drawing, write_drawings
-from handout.sinks.drawing_json import from_json
+from handout.sinks import Look, Paper, Pen, check_outputs, suffixes, write_drawing, write_drawings
+from handout.sources.drawing_json import from_json
 from handout.sources.inkml import from_inkml
 from handout.values import Drawing
 
@@ -44,7 +44,7 @@ def test_several_pages(tmp_path: Path) -> None:
 
 def test_pen_and_resolution_are_used(tmp_path: Path) -> None:
     pen = Pen(1.0, "#ff0000")
-    write_drawings([loops()], [tmp_path / "a.svg", tmp_path / "a.png"], pen=pen, dpi=100)
+    write_drawings([loops()], [tmp_path / "a.svg", tmp_path / "a.png"], Look(pen, 100))
     svg = (tmp_path / "a.svg").read_text()
     assert 'stroke="#ff0000"' in svg and 'stroke-width="1"' in svg
     image = Image.open(tmp_path / "a.png")
@@ -124,7 +124,7 @@ def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
     files = [tmp_path / f"{name}.png" for name in ("white", "laid", "clear", "again")]
     pen = Pen(0.4, "#303060", "ballpoint")
     for file, given in zip(files, ({}, {"paper": Paper("laid")}, {"transparent": True}, {}), strict=True):
-        write_drawing(loops(), file, pen=pen, dpi=150, **given)
+        write_drawing(loops(), file, Look(pen, 150, **given))
     white, laid, clear, _ = (np.asarray(Image.open(file)).astype(float) for file in files)
     assert files[0].read_bytes() == files[3].read_bytes()
     assert white.shape == laid.shape == (*clear.shape[:2], 3) and clear.shape[2] == 4
@@ -134,5 +134,5 @@ def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
     assert np.abs(255 * (1 - alpha) + clear[..., :3] * alpha - white).max() <= 2
     assert 220 < laid[bare].mean() < 250 and laid[~bare].mean() < white[~bare].mean()
     with pytest.raises(InputError, match="either transparent or on paper"):
-        write_drawing(loops(), tmp_path / "x.png", paper=Paper("laid"), transparent=True)
+        write_drawing(loops(), tmp_path / "x.png", Look(paper=Paper("laid"), transparent=True))
     assert not (tmp_path / "x.png").exists()

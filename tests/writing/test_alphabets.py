@@ -72,7 +72,7 @@ def made(hand, letter, seed=0):
     rng = np.random.default_rng(seed)
     for glyph in hand.glyphs[base]:
         whole = accented(glyph, names, hand, rng)
-        body = [s for s, late in zip(glyph.strokes, glyph.late, strict=True) if not late]
+        body = [s for s, late in zip(glyph.strokes, glyph.delayed, strict=True) if not late]
         marks = [s for s in whole.strokes if not any(np.array_equal(s, own) for own in glyph.strokes)]
         yield glyph, body, marks, whole
 
@@ -100,7 +100,7 @@ def test_marks_are_where_a_pen_sets_them(name):
             assert xy[:, 0].min() > whole[whole[:, 1] > whole[:, 1].max() - 0.5, 0].max(), letter
             assert abs(xy[:, 1].max() - whole[:, 1].max()) < 0.2
     for glyph, _, marks, whole in made(hand, "ı"):
-        assert not marks and len(whole.strokes) == len(glyph.strokes) - sum(glyph.late)
+        assert not marks and len(whole.strokes) == len(glyph.strokes) - sum(glyph.delayed)
 
 
 def _evenly(stroke):

@@ -107,7 +107,7 @@ def test_dots_and_accents_stay_clear_of_the_letters_beside_them(name):
         for i, glyph in enumerate(word.glyphs):
             if word.spelt[i] not in "ijé":
                 continue
-            dots = [stroke for stroke, late in zip(word.strokes[i], glyph.late, strict=True) if late]
+            dots = [stroke for stroke, late in zip(word.strokes[i], glyph.delayed, strict=True) if late]
             assert dots
             others = [s for j, strokes in enumerate(word.strokes) if 0 < abs(i - j) <= 2 for s in strokes]
             found += [(apart([dot], others), text) for dot in dots]

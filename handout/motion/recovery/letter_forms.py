@@ -154,7 +154,7 @@ def _form(source: Glyph | Ductus) -> tuple[Array, NDArray[np.intp], NDArray[np.b
     xy, which = resample_strokes(curves, SAMPLES)
     if max(map(_deviation, xy.T)) < 1e-6:
         return None
-    delayed = np.array(source.late if isinstance(source, Glyph) else (False,) * len(curves), dtype=bool)[which]
+    delayed = np.array(source.delayed if isinstance(source, Glyph) else (False,) * len(curves), dtype=bool)[which]
     ends = np.concatenate([[curve[0], curve[-1], *_turns(curve)] for curve in curves])
     low = xy.mean(axis=0)
     matrix = np.linalg.inv(frame_of(xy - low)).T

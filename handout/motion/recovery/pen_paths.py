@@ -55,7 +55,7 @@ class PenPath:
 
 
 def pen_paths(
-    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, late_after: str = ""
+    placed: Sequence[Placed], hand: ScannedHand, hands: tuple[str, ...] = HANDS, *, delayed_after: str = ""
 ) -> list[PenPath]:
     """The pen's paths over a line that is written in a scanned hand, in the order of writing.
 
@@ -63,12 +63,12 @@ def pen_paths(
     ----------
     placed : glyphs of `hand`, and strokes, in the order of the text.
     hands : drawn hands whose forms tell how letters are written.
-    late_after : {"word", "letter"}, optional
+    delayed_after : {"word", "letter"}, optional
         When dots, crossbars and accents are written, which ink does not show; default: after the word in joined hands,
         else after their letter.
     """
     model = stroke_order_model(hand, hands)
-    delays = late_after == "word" if late_after else model.delays
+    delays = delayed_after == "word" if delayed_after else model.delays
     paths: list[PenPath] = []
     for _, word in groupby(placed, key=lambda glyph: glyph.word):
         units = list(word)

@@ -1,6 +1,9 @@
-"""A tag of asemic glyphs: found, joined, styled and placed on a page.
+"""Asemic tags: glyphs of no alphabet, joined, styled and placed on a page.
 
-Source: seed 003, §4.2 and fig. 11.
+Some targets of a glyph are thrown around a middle; the order in which the pen visits them is bred by a genetic
+algorithm: long ways are good, and so are those down and to the right, as a hand likes to go.
+
+Source: seed 003, §4.2 and fig. 11 (tournament selection and partially mapped crossover).
 """
 
 from __future__ import annotations
@@ -12,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from handout.errors import InputError
-from handout.motion.styles import glyphs, ligatures
-from handout.motion.styles.restyling import Sequence, broken, drawn, flicked, scaled
+from handout.motion.styles.restyling import TargetSequence, broken_path, draw_sequences, flicked, join_targets, scaled
 from handout.motion.styles.style import Style
-from handout.values import Array, Drawing, Page, Stroke
+from handout.values import Array, Drawing, Indices, Page, Stroke
 
 _FEWEST, _MOST = 4, 6  # targets of a glyph
 _HEIGHT = 0.7  # of a glyph's own that its style measures by, since glyphs are denser than letters
@@ -24,6 +26,12 @@ _SHARE = 0.6  # of the page's height that a tag of few letters takes at most
 _MARGIN = 0.08  # of the page's shorter side
 _SWELL = 0.25  # by how much the first and last letter are larger
 MOST_LETTERS = 60
+_POPULATION, _GENERATIONS = 48, 40  # of breeding an order: by hand, for targets of which there are nine at most
+_TOURNAMENT = 3  # rivals
+_MUTATION = 0.25  # share of children of which two targets change places
+_ELITE = 2
+_DOWN, _RIGHT = 0.5, 0.35  # reward of a way down and to the right, in lengths
+_LEAST_TURN = 0.35  # of an even share of the circle between neighbouring targets
 
 
 def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Drawing:
@@ -45,11 +53,11 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Dra
     if not 1 <= letters <= MOST_LETTERS:
         raise InputError(f"letters: {letters} is outside 1 to {MOST_LETTERS}.")
     forms = _row(letters, _GAP + style.brush.width * _HEIGHT, rng)
-    joined = [ligatures.joined(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
+    joined = [join_targets(forms, style.ligature.turn)[0]] if style.ligature.reach > 0 else forms
     lean = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     parts = [_styled(points @ lean, style) for points in joined]
     about = {"title": f"A tag of {letters}", "style": style.name, "letters": letters}
-    return _placed(drawn(parts, style, _HEIGHT, rng), page, about)
+    return _placed(draw_sequences(parts, style, _HEIGHT, rng), page, about)
 
 
 def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:
@@ -57,23 +65,23 @@ def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:
     x, found = 0.0, []
     for number in range(letters):
         size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
-        points = size * glyphs.glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
+        points = size * glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
         points[:, 0] += x - points[:, 0].min()
         x = float(points[:, 0].max()) + gap
         found.append(points)
     return found
 
 
-def _styled(points: Array, style: Style) -> Sequence:
+def _styled(points: Array, style: Style) -> TargetSequence:
     """The targets of one movement; of a broken script, the corners of straight ways between them."""
     if not style.breaking.directions:
         tips = points[0] - points[1], points[-1] - points[-2]
-        return Sequence(flicked(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
+        return TargetSequence(flicked(points, tips, style, _HEIGHT), np.zeros(len(points), dtype=bool), word=0)
     share = np.linspace(0.0, 1.0, 12, endpoint=False)[:, None]
     ways = [a + share * (b - a) for a, b in pairwise(points)]
     path = np.concatenate([*ways, points[-1:]])
     corners = np.arange(len(ways)) * 12
-    return Sequence(*broken(path, corners[1:], style, _HEIGHT), word=0)
+    return TargetSequence(*broken_path(path, corners[1:], style, _HEIGHT), word=0)
 
 
 def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> Drawing:
@@ -85,3 +93,77 @@ def _placed(strokes: tuple[Stroke, ...], page: Page, about: dict[str, Any]) -> D
     scale = float(min(*(room / (high - low)), _SHARE * page.height / max(float(high[1] - low[1]), 1e-9)))
     away = 0.5 * np.array([page.width, page.height]) - 0.5 * scale * (low + high)
     return Drawing(scaled(strokes, scale, away), page, about)
+
+
+def glyph(count: int, rng: np.random.Generator) -> Array:
+    """Targets (count, 2) of one glyph, in the order of writing, about 1 high, y down, the middle at 0.
+
+    Raises
+    ------
+    ValueError
+        Fewer than 2 or more than 9 targets.
+    """
+    if not 2 <= count <= 9:
+        raise ValueError(f"{count} targets are outside 2 to 9")
+    places = scatter_targets(count, rng)
+    return places[best_order(places, rng)]
+
+
+def scatter_targets(count: int, rng: np.random.Generator) -> Array:
+    """Targets (count, 2) in polar coordinates around 0: angles apart from each other, radii as they come."""
+    share = 2 * np.pi / count
+    angle = share * (np.arange(count) + (1 - _LEAST_TURN) * rng.uniform(-0.5, 0.5, count)) + rng.uniform(0, 2 * np.pi)
+    radius = 0.5 * np.sqrt(rng.uniform(0.25, 1.0, count))
+    places: Array = radius[:, None] * np.column_stack([0.75 * np.cos(angle), np.sin(angle)])
+    return places
+
+
+def fitness(orders: Indices, places: Array) -> Array:
+    """(k,) of orders (k, m): lengths of the ways between successive targets, and rewards of their directions."""
+    way = np.diff(places[orders], axis=1)
+    length = np.linalg.norm(way, axis=2)
+    return np.asarray((length + _DOWN * np.maximum(way[..., 1], 0) + _RIGHT * np.maximum(way[..., 0], 0)).sum(axis=1))
+
+
+def best_order(places: Array, rng: np.random.Generator) -> Indices:
+    """(m,) the order of greatest fitness that is found."""
+    m = len(places)
+    orders = np.array([rng.permutation(m) for _ in range(_POPULATION)])
+    for _ in range(_GENERATIONS):
+        worth = fitness(orders, places)
+        best = orders[np.argsort(-worth, kind="stable")[:_ELITE]]
+        parents = orders[_tournament_winners(worth, 2 * (_POPULATION - _ELITE), rng)]
+        children = [_child(a, b, rng) for a, b in zip(parents[::2], parents[1::2], strict=True)]
+        orders = np.concatenate([best, np.array(children)])
+    return np.asarray(orders[fitness(orders, places).argmax()])
+
+
+def _tournament_winners(worth: Array, count: int, rng: np.random.Generator) -> Indices:
+    """Winners of tournaments."""
+    rivals = rng.integers(len(worth), size=(count, _TOURNAMENT))
+    return np.asarray(rivals[np.arange(count), worth[rivals].argmax(axis=1)])
+
+
+def _child(a: Indices, b: Indices, rng: np.random.Generator) -> Indices:
+    low, high = np.sort(rng.integers(0, len(a) + 1, 2)).tolist()
+    child = crossover(a, b, low, high)
+    if rng.random() < _MUTATION:
+        i, j = rng.integers(len(a), size=2).tolist()
+        child[[i, j]] = child[[j, i]]
+    return child
+
+
+def crossover(a: Indices, b: Indices, low: int, high: int) -> Indices:
+    """Partially mapped crossover of two permutations: the part [low, high) of `a`, and `b` elsewhere.
+
+    Where `b` has what the part has already, it is mapped through the part until it has not.
+    """
+    child = b.copy()
+    child[low:high] = a[low:high]
+    given = {int(one): int(other) for one, other in zip(a[low:high], b[low:high], strict=True)}
+    for at in (*range(low), *range(high, len(b))):
+        value = int(b[at])
+        while value in given:
+            value = given[value]
+        child[at] = value
+    return child

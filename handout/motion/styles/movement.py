@@ -1,24 +1,33 @@
-"""A sequence of targets moved through in a style: optimal control with the style's covariances and guides.
+"""A sequence of targets moved through in a style: where the pen is, how wide its mark is, and how it is held.
 
-Source: seed 003, §3 and §4.1; specification D2, D7–D10, D13.
+The path is that of optimal control with the style's covariances and guides.  The width follows speed, direction or
+pull, by the style's brush.  What a pen recorded along a line (pressure, tilt, azimuth, rotation) is read off where each
+target lies, as a share of the line's length, and changes evenly between targets.
+
+Source: seed 003, §3, §4.1 and §4 (a brush grows as the speed falls: width ~ 1 / (c + speed)); the pose: own method.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from handout.motion import covariance
 from handout.motion.guides import Guide
 from handout.motion.optimal_control import HOLD, targets_through
 from handout.motion.styles.style import Style
 from handout.motion.tracker import STEPS, Ends, relative, tracker
-from handout.values import Array
+from handout.values import NIB_THICKNESS, POSE, TURNS, Array, Stroke
 
 _ENDS = 0.2  # size of the first and the last target against the others: strokes begin and end where they were drawn
 _TURN = 6  # targets before and after the turn of a ring that is drawn
+_EVEN = 2.0  # samples over which a width is smoothed: a pen does not swell at once
+_REST = 0.65  # of its usual speed: slower makes no wider mark
+_TIP = 0.12  # share of the width that a tapered end keeps
 
 
 def vector(angle: float) -> Array:
@@ -139,3 +148,100 @@ def _guide(style: Style) -> Guide | None:
     if guide.mode == "none" or guide.strength == 0:
         return None
     return Guide(vector(guide.direction), guide.strength, guide.mode)
+
+
+def widths(t: Array, xy: Array, style: Style, height: float, *, tapered: bool = True) -> Array:
+    """(n,) float, mm: width of the mark of a movement (t s, xy mm) in a style, where letters have that height."""
+    brush = style.brush
+    full, thin = brush.width * height, brush.thin * brush.width * height
+    if len(t) < 3 or not np.ptp(xy, axis=0).any():
+        return np.full(len(t), full)
+    velocity = np.gradient(xy, t, axis=0)
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    if brush.kind == "speed":
+        # of its own usual speed, so that small letters, whose strokes take as long as those of large ones, are no
+        # bolder; a pen that comes to rest gives a little more, not a blob
+        speed = np.maximum(speed / np.sqrt(np.mean(speed**2)), _REST)
+        width = thin + (full - thin) * (brush.pace + _REST) / (brush.pace + speed)
+        width = gaussian_filter1d(width, _EVEN, mode="nearest")
+    elif brush.kind == "nib":
+        along = _pen_directions(xy)
+        width = full * np.hypot(np.sin(along + brush.angle), NIB_THICKNESS)
+    elif brush.kind == "pointed":
+        pull = np.clip(velocity[:, 1] / np.maximum(speed, 1e-9 * speed.max()), 0.0, 1.0)
+        ease = np.minimum(1.0, speed / (0.3 * speed.max()))
+        width = gaussian_filter1d(thin + (full - thin) * pull**2 * ease, 2 * _EVEN, mode="nearest")
+    else:
+        width = np.full(len(t), full)
+    return np.asarray(width * _tapered(xy, brush.taper * height) if tapered else width)
+
+
+def _pen_directions(xy: Array) -> Array:
+    """(n,) rad on the page: where the pen is going; at rest, where it last went or will go."""
+    step = np.gradient(xy, axis=0)
+    moving = np.flatnonzero(np.hypot(step[:, 0], step[:, 1]) > 1e-6 * np.ptp(xy, axis=0).max())
+    nearest = moving[np.clip(np.searchsorted(moving, np.arange(len(xy))), 0, len(moving) - 1)]
+    return np.asarray(np.arctan2(step[nearest, 1], step[nearest, 0]))
+
+
+def _tapered(xy: Array, length: float) -> Array:
+    """(n,) shares of the width: thin at both ends of a movement over that length (mm)."""
+    if length <= 0:
+        return np.ones(len(xy))
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    length = min(length, 0.45 * float(along[-1])) or 1.0
+    inside = np.clip(np.minimum(along, along[-1] - along) / length, 0.0, 1.0)
+    return np.asarray(_TIP + (1 - _TIP) * inside**0.7)
+
+
+def pose_at_targets(stroke: Stroke, points: Array, *, ring: bool) -> dict[str, Array]:
+    """The channels of a stroke, (m,) each, at targets (m, 2) that were found along it.
+
+    ring : the targets may begin anywhere on the line, which is closed.
+    """
+    there = stroke.pose
+    if not there:
+        return {}
+    along, whole = _run(stroke.xy)
+    at, length = _run(points)
+    if ring:
+        # the last of a ring's targets is not its first again
+        length += float(np.linalg.norm(points[0] - points[-1]))
+        begin = along[np.linalg.norm(stroke.xy - points[0], axis=1).argmin()] / max(whole, 1e-12)
+        share = (begin + at / max(length, 1e-12)) % 1.0
+    else:
+        share = at / max(length, 1e-12)
+    turned = {name: np.unwrap(values) if name in TURNS else values for name, values in there.items()}
+    return {name: np.interp(share * whole, along, values) for name, values in turned.items()}
+
+
+def _run(xy: Array) -> tuple[Array, float]:
+    """(n,) mm along a path, and all of it."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    return along, float(along[-1])
+
+
+def join_poses(parts: Sequence[Mapping[str, Array]], sizes: Sequence[int], kept: NDArray[np.bool_]) -> dict[str, Array]:
+    """Channels of sequences of targets that are joined, of so many targets each; those that all of them have."""
+    shared = [name for name in POSE if all(name in part for part in parts)]
+    assert len(kept) == sum(sizes)
+    joined = {name: np.concatenate([part[name] for part in parts])[kept] for name in shared}
+    return {name: np.unwrap(values) if name in TURNS else values for name, values in joined.items()}
+
+
+def pose_along(channels: Mapping[str, Array], samples: int, *, free: bool, ring: bool) -> dict[str, Array]:
+    """(samples,) each: channels at targets as they are along the movement through these.
+
+    free, ring : whether the movement begins and ends at its targets' own places, and whether it comes round again.
+    """
+    made = {}
+    for name, values in channels.items():
+        if name in TURNS:
+            values = np.unwrap(values)
+        number = np.arange(samples) / STEPS if free or ring else (np.arange(samples) + 0.5) / STEPS - 0.5
+        if ring:
+            whole = np.append(values, values[0])
+            made[name] = np.interp(number % len(values), np.arange(len(whole)), whole)
+        else:
+            made[name] = np.interp(number, np.arange(len(values)), values)
+    return made

@@ -1,13 +1,13 @@
 """A drawing in another handstyle: targets are found from its lines and moved through anew.
 
-Source: seed 003, §4.1 (stylisations of an input trace).
+Source: seed 003, §4.1 (stylisations of an input trace; targets beside a join are removed where their angle exceeds a
+threshold) and §4.2.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from collections.abc import Sequence as Sequences
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.motion.guides import Guide
-from handout.motion.styles import breaking, brush, carrying, ligatures, targets
-from handout.motion.styles.movement import around, move, vector
+from handout.motion.styles import broken_script, targets
+from handout.motion.styles.movement import around, join_poses, move, pose_along, pose_at_targets, vector, widths
 from handout.motion.styles.style import Style
 from handout.values import POSE, Array, Drawing, Indices, Stroke
 
@@ -31,7 +31,7 @@ _EDGE = 1.0  # strength of the guide along the strokes of a broken path
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class TargetSequence:
     """Targets of one movement.
 
     points : (m, 2) float, mm.
@@ -70,12 +70,14 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     tall = targets.letter_height(drawing) if height is None else height
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
-    made = drawn(_joined(sequences, style, tall), style, tall, rng)
+    made = draw_sequences(_joined(sequences, style, tall), style, tall, rng)
     about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
     return Drawing(_on_page(made, drawing), drawing.page, about)
 
 
-def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.random.Generator) -> tuple[Stroke, ...]:
+def draw_sequences(
+    sequences: Iterable[TargetSequence], style: Style, height: float, rng: np.random.Generator
+) -> tuple[Stroke, ...]:
     """Timed strokes of target sequences in a style."""
     clock, before, strokes = 0.0, None, []
     for one in sequences:
@@ -85,8 +87,8 @@ def drawn(sequences: Iterable[Sequence], style: Style, height: float, rng: np.ra
         guide = _along(one.points) if style.breaking.directions and len(one.points) > 1 else None
         motion = around if one.ring else move
         t, xy = motion(one.points, one.corner, style, height, rng, guide)
-        width = brush.widths(t, xy, style, height, tapered=not one.ring)
-        carried = carrying.along(one.channels, len(t), free=style.movement.end == "free", ring=one.ring)
+        width = widths(t, xy, style, height, tapered=not one.ring)
+        carried = pose_along(one.channels, len(t), free=style.movement.end == "free", ring=one.ring)
         nib = style.brush.kind == "nib"
         if nib:
             carried["rotation"] = np.full(len(t), -style.brush.angle)
@@ -137,7 +139,7 @@ def _kept(before: Drawing, after: Drawing, style: Style) -> float:
     return sum(s.length for s in after.strokes) / max(sum(s.length for s in whole.strokes), 1e-9)
 
 
-def _middles(strokes: Sequences[Stroke]) -> Array:
+def _middles(strokes: Sequence[Stroke]) -> Array:
     """(n, 2) mm: what each stroke is stretched and leant about.
 
     The middle of the drawing across, and that of the stroke's word down, or of its row where there are no words; so
@@ -168,7 +170,7 @@ def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]
     return scaled(strokes, share, 0.5 * (1 - share) * page)
 
 
-def scaled(strokes: Sequences[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
+def scaled(strokes: Sequence[Stroke], scale: float, away: Array) -> tuple[Stroke, ...]:
     """The strokes, widths and nibs included, times `scale` and then moved by `away` (2,), mm."""
     return tuple(
         replace(
@@ -186,22 +188,22 @@ def _sides(stroke: Stroke) -> tuple[float, float]:
     return -reach, reach
 
 
-def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Sequence:
+def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> TargetSequence:
     """A stroke's targets in the form that the style gives it."""
     motif = targets.find(stroke.xy, height)
     form = np.array([[style.form.stretch, 0.0], [-math.tan(style.form.shear), 1.0]])
     # of the line as it was recorded: shares of its length hardly change with its form
     formed = replace(stroke, xy=middle + (stroke.xy - middle) @ form)
-    channels = partial(carrying.at_targets, formed)
+    channels = partial(pose_at_targets, formed)
     # found upright, since the extremes of a leaning curve are not where its strokes turn
     motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
-    one = Sequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
+    one = TargetSequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
     one = replace(one, channels=channels(one.points, ring=motif.ring))
     if len(motif.points) == 1:
         return one
     if style.breaking.directions:
         path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
-        points, corner = broken(path, bends, style, height, footed=not motif.ring)
+        points, corner = broken_path(path, bends, style, height, footed=not motif.ring)
         return replace(one, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
     if motif.ring:
         return one
@@ -221,7 +223,7 @@ def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: floa
     return moved
 
 
-def broken(
+def broken_path(
     path: Array, bends: Indices, style: Style, height: float, *, footed: bool = True
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Points and corners of a path (n, 2), mm, with its own corners at the samples `bends`, broken as the style does.
@@ -230,9 +232,9 @@ def broken(
     """
     rule = style.breaking
     directions = np.array([vector(angle) for angle in rule.directions])
-    corners = breaking.broken(path, bends, directions, rule.least * height)
+    corners = broken_script.broken(path, bends, directions, rule.least * height)
     if rule.foot > 0 and footed:
-        corners = breaking.footed(corners, rule.foot * height, vector(rule.step))
+        corners = broken_script.footed(corners, rule.foot * height, vector(rule.step))
     return corners, np.ones(len(corners), dtype=bool)
 
 
@@ -251,10 +253,10 @@ def _along(points: Array) -> Guide:
     return Guide(np.concatenate([direction, direction[-1:]]), _EDGE)
 
 
-def _joined(sequences: Sequences[Sequence], style: Style, height: float) -> Iterator[Sequence]:
+def _joined(sequences: Sequence[TargetSequence], style: Style, height: float) -> Iterator[TargetSequence]:
     """Neighbours near each other as one sequence, where the style joins."""
     reach = style.ligature.reach * height
-    group: list[Sequence] = []
+    group: list[TargetSequence] = []
     for one in sequences:
         if group and not _joins(group[-1], one, reach):
             yield _as_one(group, style.ligature.turn)
@@ -264,17 +266,17 @@ def _joined(sequences: Sequences[Sequence], style: Style, height: float) -> Iter
         yield _as_one(group, style.ligature.turn)
 
 
-def _as_one(group: Sequences[Sequence], turn: float) -> Sequence:
+def _as_one(group: Sequence[TargetSequence], turn: float) -> TargetSequence:
     if len(group) == 1:
         return group[0]
     opened = [_opened(one) for one in group]
-    points, kept = ligatures.joined([one.points for one in opened], turn)
-    channels = carrying.together([one.channels for one in opened], [len(one.points) for one in opened], kept)
+    points, kept = join_targets([one.points for one in opened], turn)
+    channels = join_poses([one.channels for one in opened], [len(one.points) for one in opened], kept)
     corner = np.concatenate([one.corner for one in opened])[kept]
     return replace(opened[0], points=points, corner=corner, channels=channels)
 
 
-def _opened(one: Sequence) -> Sequence:
+def _opened(one: TargetSequence) -> TargetSequence:
     """A ring as a sequence that ends with the target it begins with."""
     if not one.ring:
         return one
@@ -283,9 +285,41 @@ def _opened(one: Sequence) -> Sequence:
     return replace(one, points=points, corner=corner, ring=False, channels=channels)
 
 
-def _joins(a: Sequence, b: Sequence, reach: float) -> bool:
+def _joins(a: TargetSequence, b: TargetSequence, reach: float) -> bool:
     if not reach > 0 or (a.word, a.layer, a.colour) != (b.word, b.layer, b.colour):
         return False
     if min(len(a.points), len(b.points)) < 2:
         return False
     return float(np.linalg.norm(b.points[0] - a.points[0 if a.ring else -1])) <= reach
+
+
+def join_targets(parts: Sequence[Array], turn: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Targets of strokes as one sequence; near a join, those on a nearly straight way are left out.
+
+    Parameters
+    ----------
+    parts : of (m, 2) float arrays
+    turn : rad: a target beside a join goes where the angle that it forms with its neighbours is larger.
+
+    Returns
+    -------
+    points : (n, 2) float
+    kept : bool, for each of the targets of all parts: which of them these are.
+    """
+    points = np.concatenate(parts)
+    kept = np.ones(len(points), dtype=bool)
+    for join in np.cumsum([len(part) for part in parts])[:-1].tolist():
+        for at in (join - 1, join):
+            before = at - 1
+            while before >= 0 and not kept[before]:
+                before -= 1
+            if before >= 0 and at < len(points) - 1 and angle(points[before], points[at], points[at + 1]) > turn:
+                kept[at] = False
+    return points[kept], kept
+
+
+def angle(before: Array, at: Array, after: Array) -> float:
+    """rad, 0 to π: the angle at a target between its neighbours; π on a straight way, or where two coincide."""
+    to, on = before - at, after - at
+    size = float(np.linalg.norm(to) * np.linalg.norm(on))
+    return float(np.pi if size == 0 else np.arccos(np.clip(to @ on / size, -1.0, 1.0)))

@@ -1,12 +1,12 @@
 """The languages of plotters: one package each, and the table that names them.
 
-- `base`: what conversations and controllers of all dialects share.
+- `base`: what conversations and controllers of all dialects share; `gcode`: what those of G-code do.
 - `grbl`, `marlin`, `ebb`, `hpgl`: in each, `protocol` (blocks → commands, bytes → replies; pure), `conversation` (flow
-  control over one port), `controller` (a `dialect.Controller`); its module is a `dialect.Dialect` named `DIALECT`.
+  control over one port), `controller` (a `dialect.Controller`); its module has a `dialect.Dialect` named `DIALECT`.
 
-To add a dialect: a package with its `DIALECT`, its simulated controller (`handout.simulated.plotter`), one line in the
-table below, and the name among those that `profiles.Plotter.dialect` takes; `tests/plotting/test_dialects.py` goes over
-the table and says what is missing.
+To add a dialect: a package with its `DIALECT`, its simulated controller (in `handout.simulated.plotter`), one line in
+the table below, and the name among those that `profiles.Plotter.dialect` takes.
+`tests/plotting/dialects/test_dialects.py` goes over the table and says what is missing.
 """
 
 from __future__ import annotations

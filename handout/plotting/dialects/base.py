@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import msgspec
 
 from handout.errors import DeviceSilent
-from handout.plotting.dialect import Log, StateReport, ignore_report
+from handout.plotting.dialect import Controller, Log, StateReport, ignore_report
 from handout.plotting.ports import Port
 from handout.profiles import Limits, Plotter
 
@@ -91,7 +91,7 @@ def with_limits(profile: Plotter, limits: Mapping[str, float], log: Log) -> Limi
     return msgspec.structs.replace(profile.limits, **limits)
 
 
-class BaseController:
+class BaseController(Controller):
     """The counts and habits of a `dialect.Controller`, whose words say what they mean.
 
     conversation : with the machine; its `patience` is the controller's.
@@ -106,6 +106,12 @@ class BaseController:
         self.queued: int | None = None
         self.listener: Callable[[StateReport], None] = ignore_report
         self.spoilt = False
+        self._proven = 0
+
+    @property
+    def proven(self) -> int:
+        """All that were executed when it was last seen to be well."""
+        return self._proven
 
     @property
     def patience(self) -> float:
@@ -115,12 +121,6 @@ class BaseController:
     @patience.setter
     def patience(self, seconds: float) -> None:
         self.conversation.patience = seconds
-
-    def level(self) -> None:
-        """A machine without a Z axis has nothing to level."""
-
-    def heed_button(self) -> None:
-        """A machine without a button, or one that holds by itself, has nothing to heed."""
 
     def pressed(self) -> bool:
         """Never, without a button."""

@@ -36,8 +36,8 @@ def comment(text: str) -> str:
     ``?``, ``!`` and ``~`` are real-time commands of GRBL even within a comment: "Dear all!" would hold the machine.
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    kept = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
-    return " ".join("".join(char for char in kept if char not in "?!~").split())
+    characters = "".join(" " if char in "\r\n\t" else char for char in plain if char.isprintable() or char in "\r\n\t")
+    return " ".join("".join(char for char in characters if char not in "?!~").split())
 
 
 def number(value: float, digits: int = 3) -> str:

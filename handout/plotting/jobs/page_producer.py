@@ -1,8 +1,8 @@
-"""Whence the pages of a job come that are not made yet: a program of its own, which runs ahead of the pen.
+"""Who makes the pages of a job that are not made yet: a program of its own, which runs ahead of the pen.
 
-It adds to the job's folder what is lacking and says a line for every page.  It needs nothing of the program that plots
-but its ear: when that is gone, it stops at the next page.  What it has made is on the disk, so that neither of them
-holds more than a page.
+It adds to the job's folder what is lacking and prints a line for every page; when the program that plots has gone, and
+nobody reads these lines, it stops at the next page.  What it has made is on the disk, so that neither of them holds
+more than a page.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from handout.errors import InputError
 ADDED, FAILED = "added", "failed"  # what its lines begin with
 
 
-class Supply(Protocol):
+class PageProducer(Protocol):
     """Makes the pages that a job lacks, in order."""
 
     def wait(self) -> None:
@@ -29,7 +29,7 @@ class Supply(Protocol):
         """Why some page will not be made, if that is known by now; "" if not."""
 
 
-class Program:
+class ProducerProcess:
     """A program that makes the pages of a job.
 
     Parameters

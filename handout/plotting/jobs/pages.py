@@ -23,7 +23,8 @@ from handout.plotting.jobs.parts import Layer, Layers, arranged, survey
 from handout.plotting.planning.order import shortened
 from handout.plotting.planning.plan import Order
 from handout.profiles import Plotter
-from handout.sinks.drawing_json import from_json, to_json
+from handout.sinks.drawing_json import to_json
+from handout.sources.drawing_json import from_json
 from handout.values import Drawing, Stroke
 
 _CHANGE = 1.0  # s on the clock of a page between two layers

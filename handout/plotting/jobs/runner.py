@@ -1,6 +1,6 @@
 """Plot a job, or what is left of it: part after part, asking for pens and sheets, keeping the journal.
 
-The pages of a long text may still be made while the first are drawn: those that are lacking come from a `Supply`.
+The pages of a long text may still be made while the first are drawn: those that are lacking come from a `PageProducer`.
 
 After something has gone wrong nothing moves by itself.  When a person has taken the job up again, the machine looks for
 its zero, or is told where that is, or still knows; then it goes, pen lifted, to where drawing has to go on.
@@ -13,6 +13,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import dataclass
 from typing import Protocol
 
 import msgspec
@@ -24,7 +25,7 @@ from handout.plotting.dialect import BUTTON_LOOK, ButtonPressed, Controller
 from handout.plotting.driving.driver import Monitor, Progress, Report, connect, draw, park
 from handout.plotting.jobs.job import Job, load
 from handout.plotting.jobs.journal import Journal
-from handout.plotting.jobs.page_producer import Supply
+from handout.plotting.jobs.page_producer import PageProducer
 from handout.plotting.jobs.parts import Part, asked
 from handout.plotting.jobs.places import Milestones, Place, found, onward, remaining
 from handout.plotting.planning.plan import Plan
@@ -50,15 +51,34 @@ class Person(Protocol):
         """The plot pauses, its pen lifted: wait until its button has been `pressed`, or until one is told to go on."""
 
 
+def is_about_zero(request: str) -> bool:
+    """Whether a request is one that only a person at the plotter can fulfil: to push the pen above its zero."""
+    return "plotter's zero" in request
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What happens at the machine while a job is drawn.
+
+    at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    home_after : the pen goes back to zero after an interrupt too, if the machine knows the way; at the end of every
+        part it does so anyway.
+    patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
+        break, the pen lifted.
+    """
+
+    at_zero: bool = False
+    home_after: bool = False
+    patience: float = math.inf
+
+
 def run_job(
     job: Job,
     open_port: Callable[[], Port],
     person: Person,
+    options: RunOptions = RunOptions(),
     *,
-    supply: Supply | None = None,
-    at_zero: bool = False,
-    home_after: bool = False,
-    patience: float = math.inf,
+    supply: PageProducer | None = None,
     progress: Progress | None = None,
     plotted: Callable[[Report, Port], None] | None = None,
     log: Callable[[str], None] | None = None,
@@ -69,11 +89,6 @@ def run_job(
     ----------
     open_port : opens the way to the machine, and again after a break.
     supply : whence the pages come that are not made yet, if there are such.
-    at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
-    home_after : the pen goes back to zero after an interrupt too, if the machine knows the way; at the end of every
-        part it does so anyway.
-    patience : s that the machine may stand on hold, or wait for its button to be pressed; then the job ends as after a
-        break, the pen lifted.
     progress : called with the share of the job that is done, 0 to 1, and about how much time is left, s.
     plotted : told of every part that has been plotted.
 
@@ -92,10 +107,11 @@ def run_job(
     """
     with job.open() as kept:
         run = _Run(job, kept, supply, person, progress, plotted, log or (lambda _: None))
+        at_zero = options.at_zero
         while not run.is_done():
             try:
                 with contextlib.closing(open_port()) as port:
-                    run.parts(port, at_zero, home_after, patience)
+                    run.parts(port, at_zero, options.home_after, options.patience)
             except DeviceError as error:
                 at_zero = False
                 if not person.try_again(error):
@@ -111,7 +127,7 @@ class _Run:
         self,
         job: Job,
         kept: Journal,
-        supply: Supply | None,
+        supply: PageProducer | None,
         person: Person,
         progress: Progress | None,
         plotted: Callable[[Report, Port], None] | None,

@@ -96,26 +96,26 @@ def parse(query: str) -> Options:
     InputError
         An unknown option or fault, or a value that cannot be read.
     """
-    given: dict[str, Any] = {"settings": []}
+    values: dict[str, Any] = {"settings": []}
     for name, text in parse_qsl(query, keep_blank_values=True):
         if name == "fault":
-            given[name] = _one_of(text, list(FAULTS), "fault")
+            values[name] = _one_of(text, list(FAULTS), "fault")
         elif name in _QUANTITIES:
-            given[name] = units.parse(text, _QUANTITIES[name], name)
+            values[name] = units.parse(text, _QUANTITIES[name], name)
         elif name == "variant":
-            given[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
+            values[name] = _one_of(text, ["grblhal", "fluidnc"], "variant")
         elif re.fullmatch(r"\$\d{1,3}", name):
-            given["settings"].append((int(name[1:]), _number(name, text)))
+            values["settings"].append((int(name[1:]), _number(name, text)))
         elif name in _NUMBERS:
-            given["value" if name == "as" else name] = _whole(name, text)
+            values["value" if name == "as" else name] = _whole(name, text)
         elif name == "firmware":
-            given[name] = _version(text)
+            values[name] = _version(text)
         else:
             known = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
             _one_of(name, known, "option")
     for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
-        given[name] = bool(given.get(name, usual))
-    return msgspec.convert(given, Options)
+        values[name] = bool(values.get(name, usual))
+    return msgspec.convert(values, Options)
 
 
 def _whole(name: str, text: str) -> int:

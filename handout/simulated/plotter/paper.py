@@ -47,7 +47,7 @@ class Paper:
 
     def believe(self, believed: Steps) -> None:
         """The carriage stands still, and the controller changes its mind about where that is."""
-        x, y, z = (is_ - said for is_, said in zip(self.at, believed, strict=True))
+        x, y, z = (is_ - counted for is_, counted in zip(self.at, believed, strict=True))
         self.shift = (x, y, z)
 
     def slipped(self, believed: Steps) -> Steps:
@@ -64,10 +64,10 @@ class Paper:
         """A person lifts the pen, at once, whatever it was told a moment before."""
         if self.profile.pen.lift == "z":
             self.trace.append((now, (*self.at[:2], round(self.profile.pen.up * self.steps[2]))))
-        told = now - self.profile.pen.up_time
-        while self.power and self.power[-1][0] > told:
+        when = now - self.profile.pen.up_time
+        while self.power and self.power[-1][0] > when:
             self.power.pop()
-        self.pen(told, self.profile.pen.up)
+        self.pen(when, self.profile.pen.up)
 
     def push_to_zero(self, now: float) -> None:
         """A person lifts the pen and pushes the carriage to its true zero, which the controller does not notice."""

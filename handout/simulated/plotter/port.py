@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 from handout.errors import PortError
@@ -283,22 +283,26 @@ class SimulatedPlotter(InstrumentedPort):
 
     def _fails(self) -> bool:
         """Let the fault that was asked for happen in its time; whether the line just read is lost to it."""
-        if self.faults.strikes("jam"):
-            self._silent = True
-        elif self.faults.strikes("unplugged"):
-            self._gone = True  # what it has, it does
-            return False
-        elif self.faults.strikes("power-cut"):
-            self._dies = self.now
-        elif self.faults.strikes("error"):
-            self.firmware.refuse()
-        elif self.faults.strikes("alarm"):
-            self.firmware.alarm()
-        elif self.faults.strikes("reset"):
-            self._begin_anew()
-        elif self.faults.strikes("hold"):
-            self.firmware.hold()
-            return False
-        else:
-            return False
-        return True
+        strikes: dict[str, Callable[[], None]] = {
+            "jam": self._fall_silent,
+            "unplugged": self._unplug,
+            "power-cut": self._lose_power,
+            "error": self.firmware.refuse,
+            "alarm": self.firmware.alarm,
+            "reset": self._begin_anew,
+            "hold": self.firmware.hold,
+        }
+        for fault, strike in strikes.items():
+            if self.faults.strikes(fault):
+                strike()
+                return fault not in ("unplugged", "hold")  # what it has, it does
+        return False
+
+    def _fall_silent(self) -> None:
+        self._silent = True
+
+    def _unplug(self) -> None:
+        self._gone = True
+
+    def _lose_power(self) -> None:
+        self._dies = self.now

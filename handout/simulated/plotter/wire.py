@@ -51,7 +51,7 @@ class _Piece:
     first: float
     data: bytes
     urgent: bool
-    given: int = 0
+    read: int = 0
 
 
 class Wire:
@@ -116,20 +116,20 @@ class Wire:
 
     def _store(self, piece: _Piece, many: int) -> bool:
         """Put the bytes of a piece that have arrived into the buffer; whether that was all of it."""
-        fresh = piece.data[piece.given : many]
-        if piece.first + piece.given * self.byte < self.deaf_until:
-            unheard = min(len(fresh), math.ceil((self.deaf_until - piece.first) / self.byte - piece.given))
+        fresh = piece.data[piece.read : many]
+        if piece.first + piece.read * self.byte < self.deaf_until:
+            unheard = min(len(fresh), math.ceil((self.deaf_until - piece.first) / self.byte - piece.read))
             self.lost += unheard
-            piece.given += unheard
+            piece.read += unheard
             fresh = fresh[unheard:]
         fits = fresh[: max(self.size - 1 - len(self._buffer), 0)]  # a ring of n bytes holds n − 1
         self._buffer += fits
         if self.framing.blocks:
-            piece.given += len(fits)
+            piece.read += len(fits)
         else:
             self.lost += len(fresh) - len(fits)
-            piece.given = many
-        return piece.given == len(piece.data)
+            piece.read = many
+        return piece.read == len(piece.data)
 
     @property
     def has_line(self) -> bool:

@@ -1,4 +1,4 @@
-"""Asemic glyphs: the genetic algorithm and the tags made of its glyphs."""
+"""Asemic glyphs: the genetic algorithm and the tags made of its asemic."""
 
 from itertools import permutations
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.errors import InputError
-from handout.motion.styles import asemic, glyphs, style
+from handout.motion.styles import asemic, style
 from handout.values import Page
 
 PAGE = Page(148.0, 105.0)
@@ -20,7 +20,7 @@ def test_crossover_keeps_permutations(data, m):
     a, b = (np.array(data.draw(st.permutations(range(m)))) for _ in range(2))
     low = data.draw(st.integers(0, m))
     high = data.draw(st.integers(low, m))
-    child = glyphs.crossed(a, b, low, high)
+    child = asemic.crossover(a, b, low, high)
     assert sorted(child.tolist()) == list(range(m))
     assert child[low:high].tolist() == a[low:high].tolist()
     same = [at for at in (*range(low), *range(high, m)) if b[at] not in a[low:high]]
@@ -30,15 +30,15 @@ def test_crossover_keeps_permutations(data, m):
 @pytest.mark.parametrize("seed", range(5))
 def test_finds_the_best_order_of_few_targets_or_nearly(seed):
     rng = np.random.default_rng(seed)
-    places = glyphs.scattered(6, rng)
-    best = glyphs.fitness(np.array(list(permutations(range(6)))), places).max()
-    found = glyphs.fitness(glyphs.ordered(places, rng)[None], places)[0]
+    places = asemic.scatter_targets(6, rng)
+    best = asemic.fitness(np.array(list(permutations(range(6)))), places).max()
+    found = asemic.fitness(asemic.best_order(places, rng)[None], places)[0]
     assert found >= 0.98 * best
 
 
 def test_down_and_to_the_right_are_better():
     places = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
-    down, up, right, left = glyphs.fitness(np.array([[0, 1], [1, 0], [0, 2], [2, 0]]), places)
+    down, up, right, left = asemic.fitness(np.array([[0, 1], [1, 0], [0, 2], [2, 0]]), places)
     assert down > right > up == left
 
 
@@ -70,4 +70,4 @@ def test_what_cannot_be_is_named():
         with pytest.raises(InputError, match="outside 1 to 60"):
             asemic.tag(letters, style.find("calm"), PAGE, np.random.default_rng(0))
     with pytest.raises(ValueError, match="outside 2 to 9"):
-        glyphs.glyph(10, np.random.default_rng(0))
+        asemic.glyph(10, np.random.default_rng(0))

@@ -10,9 +10,8 @@ from msgspec.structs import replace
 
 from handout.errors import InputError
 from handout.motion.optimal_control import follow
-from handout.motion.styles import breaking, brush, movement, style, targets
-from handout.motion.styles.ligatures import angle, joined
-from handout.motion.styles.restyling import restyle
+from handout.motion.styles import broken_script, movement, style, targets
+from handout.motion.styles.restyling import angle, join_targets, restyle
 from handout.tables import Angle
 from handout.values import ActionPlan, Drawing, Page, Stroke
 
@@ -93,7 +92,7 @@ def test_a_nib_is_thick_across_its_edge_and_thin_along_it():
     t = np.linspace(0, 1, 50)
     along = np.outer(t, [np.cos(plain.brush.angle), -np.sin(plain.brush.angle)])
     across = along[:, ::-1] * [1, -1]
-    thin, thick = (brush.widths(t, 10 * way, plain, 20.0) for way in (along, across))
+    thin, thick = (movement.widths(t, 10 * way, plain, 20.0) for way in (along, across))
     assert thick == pytest.approx(plain.brush.width * 20, rel=0.01)
     assert thin.max() < 0.12 * thick.min()
 
@@ -101,10 +100,10 @@ def test_a_nib_is_thick_across_its_edge_and_thin_along_it():
 def test_speed_makes_thin_and_pull_makes_thick():
     t = np.linspace(0, 1, 200)
     tag = replace(style.find("fast-tag"), brush=replace(style.find("fast-tag").brush, taper=0.0))
-    width = brush.widths(t, np.column_stack([20 * t**3, 0 * t]), tag, 20.0)
+    width = movement.widths(t, np.column_stack([20 * t**3, 0 * t]), tag, 20.0)
     assert width[190] < 0.6 * width[20]
     pointed = replace(tag, brush=replace(tag.brush, kind="pointed"))
-    down, up = (brush.widths(t, np.column_stack([0 * t, s * 20 * t]), pointed, 20.0) for s in (1, -1))
+    down, up = (movement.widths(t, np.column_stack([0 * t, s * 20 * t]), pointed, 20.0) for s in (1, -1))
     assert down.mean() > 3 * up.mean()
 
 
@@ -158,9 +157,9 @@ def test_covariances_are_tied_to_one_oblique_shape():
 
 def test_ligatures_drop_targets_on_a_nearly_straight_way():
     first, second = np.array([[0.0, 0], [0, 10], [3, 14]]), np.array([[6.0, 18], [9, 10], [9, 0]])
-    points, kept = joined([first, second], np.radians(150))
+    points, kept = join_targets([first, second], np.radians(150))
     assert kept.tolist() == [True, True, False, True, True, True] and len(points) == 5
-    assert joined([first, second], np.pi)[1].all()
+    assert join_targets([first, second], np.pi)[1].all()
     assert angle(first[0], first[1], first[2]) == pytest.approx(np.pi - np.arctan2(3, 4))
 
 
@@ -183,7 +182,7 @@ def test_broken_paths_end_where_paths_end():
     a = np.linspace(0, 2.5, 100)
     path = 20 * np.column_stack([np.cos(a), np.sin(a)])
     directions = np.array([movement.vector(np.radians(d)) for d in (90, 38, -42)])
-    corners = breaking.broken(path, np.zeros(0, dtype=int), directions, 2.0)
+    corners = broken_script.broken(path, np.zeros(0, dtype=int), directions, 2.0)
     assert np.allclose(corners[[0, -1]], path[[0, -1]], atol=1e-9)
     assert 3 <= len(corners) <= 7
 

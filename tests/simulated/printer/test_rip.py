@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from handout.errors import InputError
+from handout.inking.device_pixels import device_pixels
 from handout.simulated.printer import Flatbed, Inkjet, rip
 from handout.sinks import picture_pdf
 from handout.values import Page, Raster
@@ -12,7 +13,7 @@ DPI = 100
 def job(path, *pages):
     with picture_pdf.document(path, {"seed": 1}) as document:
         for page, raster in pages:
-            document.add(page, raster)
+            document.add(page, raster and device_pixels(raster))
     return path
 
 
@@ -44,7 +45,7 @@ def test_streams_that_look_like_objects_are_no_objects(tmp_path):
     # the words stand in the description of the file, outside of every stream, and in the picture
     path = tmp_path / "a.pdf"
     with picture_pdf.document(path, {"text": "endobj 7 0 obj /Type /Page stream"}) as document:
-        document.add(Page(25.4, 25.4), blot(100, 100))
+        document.add(Page(25.4, 25.4), device_pixels(blot(100, 100)))
     ((_, sheet),) = rip.pages(path, DPI)
     assert (sheet < 255).all(axis=2).all()
 

@@ -50,7 +50,7 @@ class EbbController(BaseController):
         self._stopped = False
         self._heeds = self._pressed = False
         self._look_at = b"QM\r"  # what it is doing
-        self._proven, self._off = 0, [0, 0]  # commands before the last look at its count, and by how much that was off
+        self._off = [0, 0]  # steps by which its count was off at the last look
         self._in_hand = QUEUE + 1  # commands that may be answered and not executed
         self.profile = self.conversation.meet(profile)
         self.version = self.conversation.version
@@ -144,7 +144,7 @@ class EbbController(BaseController):
         self.conversation.drain()
         self.conversation.settle()
         self._ask_pen()
-        off = [said - told for said, told in zip(self._steps(), self._step_counter.steps, strict=True)]
+        off = [counted - expected for counted, expected in zip(self._steps(), self._step_counter.steps, strict=True)]
         more = max(abs(now - before) for now, before in zip(off, self._off, strict=True))
         if more > _WRONG * self.profile.limits.steps_per_mm:
             raise DeviceGarbled(

@@ -152,13 +152,7 @@ class EbbConversation(Conversation[Reply]):
             self.answered(asked, self._numbers)
 
     def meet(self, profile: Plotter) -> Plotter:
-        """Find out the firmware; the profile with it.
-
-        Raises
-        ------
-        DeviceSilent
-            Nothing answers, or something that is not an EBB.
-        """
+        """Find out the firmware; the profile with it.  DeviceSilent: nothing answers, or something that is no EBB."""
         about = self._introduction(profile)
         self.version, self.uniform = about.version, about.uniform
         while self.replies(min(GLANCE, 0.05)):
@@ -187,10 +181,7 @@ class EbbConversation(Conversation[Reply]):
     def settle(self) -> None:
         """Wait until it has done what it was told before; a rest is answered when it and one more are left to do.
 
-        Raises
-        ------
-        DeviceGarbled
-            It takes longer than anything that it was told.
+        Raises DeviceGarbled if that takes longer than anything that it was told.
         """
         if self.version < MOTION:
             for _ in range(3):

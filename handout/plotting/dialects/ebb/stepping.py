@@ -132,7 +132,7 @@ class Motors:
         for axis, at in zip(self.axes, begin, strict=True):
             axis.at = at
         self.place = np.linalg.solve(self.mix, np.array(begin, dtype=float))
-        self._clock, self._told = 0.0, 0  # s; ticks or ms that were told so far
+        self._clock, self._written = 0.0, 0  # s; ticks or ms that were told so far
 
     def run(self, moves: Sequence[Timed]) -> Iterator[tuple[int, bytes]]:
         """The commands of moves in a row that begin and end at rest, each with the number of its move."""
@@ -152,10 +152,10 @@ class Motors:
     def _whole(self, seconds: Array, unit: int) -> list[int]:
         """Durations in whole units; what is rounded off one is added to the next."""
         ends = self._clock + np.cumsum(seconds)
-        told = np.rint(ends * unit).astype(int).tolist()
+        ends_rounded = np.rint(ends * unit).astype(int).tolist()
         self._clock = float(ends[-1])
-        whole = np.diff([self._told, *told])
-        self._told = told[-1]
+        whole = np.diff([self._written, *ends_rounded])
+        self._written = ends_rounded[-1]
         return [max(int(count), 1) for count in whole]
 
     def _told_as(self, parts: list[Slice], whole: int, first: bool) -> bytes:

@@ -43,11 +43,11 @@ class ControllerInfo:
         """mm in what it tells places in: inches with ``$13=1``."""
         return 25.4 if self.settings.get(13) else 1.0
 
-    def note(self, heard: list[Reply]) -> None:
+    def note(self, replies: list[Reply]) -> None:
         """Take in answers to ``$I``, ``$$``, ``$G``, ``$#``."""
-        offsets = {reply.name: reply.place for reply in heard if isinstance(reply, Offset)}
+        offsets = {reply.name: reply.place for reply in replies if isinstance(reply, Offset)}
         systems = ["G54"]
-        for reply in heard:
+        for reply in replies:
             if isinstance(reply, Setting):
                 self.settings[reply.number] = reply.value
             elif isinstance(reply, Sizes):
@@ -57,39 +57,27 @@ class ControllerInfo:
             elif isinstance(reply, Modal):
                 self.kept = not {"F0", "F0.0"} & set(reply.words)
                 systems = [word for word in reply.words if word in protocol.SYSTEMS] or systems
-        if (own := offsets.get(systems[0])) is not None:
-            more = offsets.get("G92", (0.0,) * len(own))
-            self.offset = tuple((a + b) * self.scale for a, b in zip(own, more, strict=True))
+        if (offset := offsets.get(systems[0])) is not None:
+            more = offsets.get("G92", (0.0,) * len(offset))
+            self.offset = tuple((a + b) * self.scale for a, b in zip(offset, more, strict=True))
 
 
 def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, Plotter, ControllerInfo]:
     """Wake the controller, unlock it unless it can be homed, read its settings.
 
-    Returns
-    -------
-    GrblConversation
-        Ready to send lines.
-    Plotter
-        The profile with the machine's own limits in place of the file's; `log` is told where they differ.
-    ControllerInfo
-        What it said about itself.
+    Returns the conversation, ready for lines; the profile with the machine's own limits, where `log` is told that they
+    differ; and what the controller said about itself.
 
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is not GRBL.
-    DeviceAlarm
-        It refuses.
-    DoesNotFit
-        Its own soft limits leave no bed.
+    Raises DeviceSilent (nothing answers, or something that is not GRBL), DeviceAlarm (it refuses) or DoesNotFit (its
+    own soft limits leave no bed).
     """
     conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
     restarted = _wake(conversation, profile)
     info = _questions(conversation)
     info.kept &= not restarted
-    stands = conversation.status()
-    info.locked, info.place = stands.state == "Alarm", tuple(at * info.scale for at in stands.field("MPos"))
-    if info.sizes is None and len(free := stands.field("Bf")) == 2 and stands.state in ("Idle", "Alarm"):
+    status = conversation.status()
+    info.locked, info.place = status.state == "Alarm", tuple(at * info.scale for at in status.field("MPos"))
+    if info.sizes is None and len(free := status.field("Bf")) == 2 and status.state in ("Idle", "Alarm"):
         info.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
     own = with_settings(profile, info, log)
     conversation.buffer = own.port.buffer
@@ -101,14 +89,14 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
     """Wait for the greeting, or a report of one that is awake already; whether it has started just now."""
     waited, garbage = 0.0, False
     while waited < profile.port.start_up:
-        heard = conversation.replies(GLANCE)
-        if any(isinstance(reply, Banner) for reply in heard):
+        replies = conversation.replies(GLANCE)
+        if any(isinstance(reply, Banner) for reply in replies):
             conversation.hear_out()
             return True
-        if said := [reply for reply in heard if isinstance(reply, Status)]:
-            _let_finish(conversation, said[-1])
+        if states := [reply for reply in replies if isinstance(reply, Status)]:
+            _let_finish(conversation, states[-1])
             return False
-        garbage |= bool(heard)
+        garbage |= bool(replies)
         waited += GLANCE
         conversation.port.write(protocol.STATUS)
     conversation.reset(profile.port.timeout, garbage)
@@ -117,14 +105,14 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
 
 def _let_finish(conversation: GrblConversation, status: Status) -> None:
     """It was left in the middle of something: let it come to an end, for a reset would lose its place."""
-    waited, said = 0.0, False
+    waited, announced = 0.0, False
     while status.state not in ("Idle", "Alarm"):
         if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
             conversation.reset(conversation.timeout)
             return
-        if not said:
+        if not announced:
             conversation.log("The plotter is still busy with what it was sent before; waiting until it stands.")
-            said = True
+            announced = True
         waited += GLANCE
         if waited > _FINISHES:
             raise DeviceSilent(f"The plotter did not come to rest within {_FINISHES:g} s: stop it, and start again.")

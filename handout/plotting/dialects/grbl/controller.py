@@ -33,13 +33,12 @@ class GrblController(BaseController):
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
         self.conversation, own, self.info = connection.connect(port, profile, log)
         super().__init__(own, log)
-        self._proven = 0
         self._ahead = _AHEAD if self.info.version.startswith("1.1h") else _AHEAD_OF_KIN
         self._knows = self.info.kept and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset
         self._tracking: PositionTracking | None = None
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
-        self.conversation.told = self._look
+        self.conversation.on_status = self._look
 
     def send(self, data: bytes) -> None:
         """Write a line as soon as the receive buffer has room for it."""

@@ -51,7 +51,7 @@ class GrblConversation(Conversation[Reply]):
         super().__init__(port, timeout, log, protocol.reply)
         self.buffer = buffer
         self.restarted = self.stopping = False
-        self.told: Callable[[Status], None] = lambda status: None
+        self.on_status: Callable[[Status], None] = lambda status: None
         self._under_way: deque[Sent] = deque()
         self._bytes = 0
         self._waited = 0.0  # s of silence since a line was answered
@@ -87,7 +87,7 @@ class GrblConversation(Conversation[Reply]):
         """
         self.port.write(line)
         self._waited = 0.0
-        heard: list[Reply] = []
+        answer: list[Reply] = []
         while True:
             for reply in self._patiently(patience) if patience else self.attend():
                 if isinstance(reply, Error):
@@ -96,10 +96,10 @@ class GrblConversation(Conversation[Reply]):
                     raise DeviceAlarm(f"The plotter stopped with {reply.description}.")
                 if isinstance(reply, Banner):
                     raise self._restarted()
-                heard.append(reply)
-            if any(isinstance(reply, Ok) for reply in heard):
-                return heard
-            at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in heard[-1:])
+                answer.append(reply)
+            if any(isinstance(reply, Ok) for reply in answer):
+                return answer
+            at_rest = any(isinstance(reply, Status) and reply.state in ("Idle", "Alarm") for reply in answer[-1:])
             if (at_rest and self._waited > self.timeout) or (self._waited > _LONGEST and not self._held):
                 raise DeviceSilent(f"The plotter stands or is busy but has not answered {line.decode().strip()!r}.")
 
@@ -112,10 +112,7 @@ class GrblConversation(Conversation[Reply]):
     def attend(self, glance: float = GLANCE) -> list[Reply]:
         """The next replies.  A controller that says nothing for the time of a glance, s, is asked for its state.
 
-        Raises
-        ------
-        DeviceSilent
-            It does not even answer that.
+        Raises DeviceSilent if it does not even answer that.
         """
         quiet, glance = 0.0, min(glance, self.timeout / 2)
         while quiet < self.timeout:
@@ -186,7 +183,7 @@ class GrblConversation(Conversation[Reply]):
                 "The plotter is at rest but has not answered all lines it was sent: something was lost on the way; "
                 "use a shorter or shielded cable."
             )
-        self.told(status)
+        self.on_status(status)
 
     def forget(self) -> None:
         """Forget what is under way (after a reset)."""

@@ -66,7 +66,7 @@ class PositionTracking:
         """A command is sent; whether it moves the pen."""
         letters = {match.group(1): float(match.group(2)) for match in _WORD.finditer(line)}
         codes = {match.group(0) for match in _WORD.finditer(line) if match.group(1) in b"GM"}
-        before, was = self.at, self._shown()
+        before, power = self.at, self._shown()
         self._relative = (self._relative or b"G91" in codes) and b"G90" not in codes
         if b"G4" not in codes:
             axes = zip((b"X", b"Y", b"Z"), before, strict=True)
@@ -76,8 +76,8 @@ class PositionTracking:
             before = self.at
         self._on = (self._on or b"M3" in codes) and b"M5" not in codes
         self._power = letters.get(b"S", self._power)
-        self._ways.append(Way(number, before, self.at, (was, self._shown())))
-        return was != self._shown() or before[2] != self.at[2]
+        self._ways.append(Way(number, before, self.at, (power, self._shown())))
+        return power != self._shown() or before[2] != self.at[2]
 
     def _shown(self) -> float:
         """The value of the spindle as it is reported."""

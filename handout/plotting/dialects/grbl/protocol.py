@@ -97,9 +97,9 @@ class Status(NamedTuple):
 
     def field(self, name: str) -> tuple[float, ...]:
         """The numbers of a field such as MPos, WCO, Bf or FS; none if it is not there or cannot be read."""
-        found = re.search(rf"\|{name}:([-\d.,]+)", self.fields)
+        match = re.search(rf"\|{name}:([-\d.,]+)", self.fields)
         try:
-            return tuple(float(part) for part in found.group(1).split(",")) if found else ()
+            return tuple(float(part) for part in match.group(1).split(",")) if match else ()
         except ValueError:
             return ()
 
@@ -258,8 +258,8 @@ class _Memory:
 
     def back(self) -> list[bytes]:
         """Places are told as they are."""
-        was, self.relative = self.relative, False
-        return [b"G90\n"] if was else []
+        relative, self.relative = self.relative, False
+        return [b"G90\n"] if relative else []
 
     def move(self, block: Move) -> bytes:
         """A line to a place."""

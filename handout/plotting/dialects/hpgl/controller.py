@@ -68,7 +68,6 @@ class HpglController(BaseController):
         super().__init__(profile, log)
         self.conversation = HpglConversation(port, float(profile.port.timeout), log)
         self.port, self.size, self.model = port, profile.port.buffer, ""
-        self.proven = 0
         self._pen_position = PenPosition()
         self._room = 0  # bytes that may be written before it is asked again
         self._bytes = self._read = 0  # written; certainly taken out of its buffer
@@ -81,12 +80,7 @@ class HpglController(BaseController):
     def _meet(self) -> None:
         """Wake the plotter, empty its buffer, ask who it is and how far it reaches; it does not move.
 
-        Raises
-        ------
-        DeviceSilent
-            Nothing answers, or something that is no HP-GL plotter.
-        DeviceAlarm
-            It has no paper.
+        Raises DeviceSilent (nothing answers, or something that is no HP-GL plotter) or DeviceAlarm (it has no paper).
         """
         conversation = self.conversation
         self.port.write(protocol.LISTEN + protocol.MARKED)
@@ -138,7 +132,7 @@ class HpglController(BaseController):
             self._rest()
         self._prove()
         self._settled()
-        self.proven = self.sent
+        self._proven = self.sent
 
     def _prove(self) -> None:
         """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""

@@ -10,19 +10,7 @@ from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import GLANCE, never_answered, with_limits
 from handout.plotting.dialects.marlin import protocol
 from handout.plotting.dialects.marlin.conversation import WINDOW, MarlinConversation
-from handout.plotting.dialects.marlin.protocol import (
-    Capability,
-    Error,
-    Fault,
-    Identity,
-    Note,
-    Ok,
-    Reply,
-    Resend,
-    Settings,
-    Start,
-    Unknown,
-)  # fmt: skip
+from handout.plotting.dialects.marlin.protocol import Ok, Reply, Resend
 from handout.profiles import Acceleration, Length, Plotter, Speed
 
 # Numbers begin where no command has its own: a damaged N before 112 must not make M112.
@@ -37,30 +25,23 @@ _SLOW = 2.5  # times of a segment in which even several lines under way are too 
 def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[Plotter, set[str]]:
     """Wake the controller, number the lines, read its settings; it does not move.
 
-    Returns
-    -------
-    Plotter
-        The profile with the machine's own limits in place of the file's; `log` is told where they differ.
-    set of str
-        What it can do besides, by the names of ``M115``: EMERGENCY_PARSER …
+    Returns the profile with the machine's own limits, where `log` is told that they differ; and what the controller can
+    do besides, by the names of ``M115``: EMERGENCY_PARSER …
 
-    Raises
-    ------
-    DeviceSilent
-        Nothing answers, or something that is not Marlin.
+    Raises DeviceSilent if nothing answers, or something that is not Marlin.
     """
-    heard = _greeting(conversation, profile.port.start_up)
-    heard += number(conversation, profile.port.start_up + profile.port.timeout, heard)
+    replies = _greeting(conversation, profile.port.start_up)
+    replies += number(conversation, profile.port.start_up + profile.port.timeout, replies)
     _check_numbers(conversation, log)
-    told = conversation.ask(protocol.WHO)
-    name = next((reply.name for reply in told if isinstance(reply, Identity)), "")
+    answers = conversation.ask(protocol.WHO)
+    name = next((reply.name for reply in answers if isinstance(reply, protocol.Identity)), "")
     if name and "marlin" not in name.lower() and "prusa" not in name.lower():
         log(f"The plotter says that it runs {name!r}, which is not Marlin; it is spoken to as if it were.")
-    told += conversation.ask(protocol.SETTINGS)
-    told += conversation.ask(protocol.STANDING)
-    able = {reply.name for reply in told if isinstance(reply, Capability) and reply.able}
-    own = with_settings(profile, told, log)
-    room = [reply.commands + 1 for reply in told if isinstance(reply, Ok) and reply.commands is not None]
+    answers += conversation.ask(protocol.SETTINGS)
+    answers += conversation.ask(protocol.STANDING)
+    able = {reply.name for reply in answers if isinstance(reply, protocol.Capability) and reply.able}
+    profile = with_settings(profile, answers, log)
+    room = [reply.commands + 1 for reply in answers if isinstance(reply, Ok) and reply.commands is not None]
     beat = _round_trip(conversation, profile)
     if beat * profile.segment_rate > _QUICK:
         conversation.window = max(room, default=WINDOW)
@@ -69,44 +50,44 @@ def meet(conversation: MarlinConversation, profile: Plotter, log: Log) -> tuple[
             f"The plotter answers only after {beat * 1000:.0f} ms: it may pause in the middle of strokes; set the "
             "latency of its USB adapter to 1 ms, or lower segment_rate in the profile."
         )
-    return own, able
+    return profile, able
 
 
 def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
     """What it says when its port is opened: a board may start anew then, and is deaf until it has greeted."""
-    heard = list[Reply]()
+    greeting = list[Reply]()
     for replies in conversation.listen(start_up):
-        if not replies and any(isinstance(reply, Start) for reply in heard):
+        if not replies and any(isinstance(reply, protocol.Start) for reply in greeting):
             break
-        heard += replies
-    return heard
+        greeting += replies
+    return greeting
 
 
 def number(conversation: MarlinConversation, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
     """Give the next line its number; everything heard."""
-    waited, heard = 0.0, list[Reply]()
+    waited, replies = 0.0, list[Reply]()
     while waited < patience:
         conversation.port.write(b"\n" + protocol.framed(_FIRST, protocol.NUMBER))
         answer = _answer(conversation, _TRY)
-        heard += answer
+        replies += answer
         if any(isinstance(reply, Ok) for reply in answer) and not _damaged(answer):
             conversation.start(_FIRST)
-            return heard
+            return replies
         waited += _TRY
-    garbage = any(isinstance(reply, Note | Error) for reply in [*before, *heard])
+    garbage = any(isinstance(reply, protocol.Note | protocol.Error) for reply in [*before, *replies])
     raise never_answered("Marlin", patience, garbage)
 
 
 def _damaged(answer: list[Reply]) -> bool:
-    return any(isinstance(reply, Resend | Fault | Unknown | Error) for reply in answer)
+    return any(isinstance(reply, Resend | protocol.Fault | protocol.Unknown | protocol.Error) for reply in answer)
 
 
 def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
     """Everything said within `patience` s, up to a silence."""
-    heard = conversation.replies(patience)
-    while replies := conversation.replies(GLANCE) if heard else []:
-        heard += replies
-    return heard
+    answer = conversation.replies(patience)
+    while replies := conversation.replies(GLANCE) if answer else []:
+        answer += replies
+    return answer
 
 
 def _check_numbers(conversation: MarlinConversation, log: Log) -> None:
@@ -142,22 +123,22 @@ def _round_trip(conversation: MarlinConversation, profile: Plotter) -> float:
     return least + _LONGER * 10 / profile.port.baud
 
 
-def with_settings(profile: Plotter, heard: list[Reply], log: Log) -> Plotter:
+def with_settings(profile: Plotter, replies: list[Reply], log: Log) -> Plotter:
     """The profile with what ``M503`` said; `log` is told about every difference that changes the motion.
 
     Speeds are the lesser of the two, all else is the machine's.  Moves without filament are Marlin's travel moves:
     their acceleration is the T of ``M204``, at most that of ``M201``.
     """
     settings: dict[str, float] = {}
-    for reply in heard:
-        if isinstance(reply, Settings):
+    for reply in replies:
+        if isinstance(reply, protocol.Settings):
             settings |= {reply.code + letter: value for letter, value in reply.values.items()}
     limits = with_limits(profile, _own_limits(profile, settings), log)
     pen, port = profile.pen, profile.port
     if pen.lift == "z" and {"M203Z", "M201Z"} <= settings.keys():
         own_z = Acceleration(min(settings["M201Z"], settings.get("M204T", settings["M201Z"])))
         pen = msgspec.structs.replace(pen, z_speed=Speed(min(pen.z_speed, settings["M203Z"])), z_acceleration=own_z)
-    room = [reply.moves for reply in heard if isinstance(reply, Ok) and reply.moves is not None]
+    room = [reply.moves for reply in replies if isinstance(reply, Ok) and reply.moves is not None]
     if room:
         port = msgspec.structs.replace(port, queue=max(room))
     return msgspec.structs.replace(profile, limits=limits, pen=pen, port=port)

@@ -77,8 +77,8 @@ class PlannerQueue:
         if not way or max(map(abs, way)) * self.steps < _LEAST - 0.5:
             self._short = first
             return
-        known = [part for part in way if math.isfinite(part)]
-        self._blocks.append(_Block(first, math.hypot(*known) / max(self._feed, _SLOWEST)))
+        distances = [part for part in way if math.isfinite(part)]
+        self._blocks.append(_Block(first, math.hypot(*distances) / max(self._feed, _SLOWEST)))
         self._short = None
         self._at |= target
         self.at_most(self.queue)

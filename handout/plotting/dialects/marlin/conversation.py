@@ -20,18 +20,7 @@ from handout.errors import DeviceAlarm, DeviceHeld, DeviceSilent
 from handout.plotting.dialect import Log
 from handout.plotting.dialects.base import RESTARTED, Conversation, unanswered
 from handout.plotting.dialects.marlin import protocol
-from handout.plotting.dialects.marlin.protocol import (
-    Busy,
-    Error,
-    Ok,
-    Position,
-    Reply,
-    Resend,
-    Start,
-    Struck,
-    Unhomed,
-    Unknown,
-)  # fmt: skip
+from handout.plotting.dialects.marlin.protocol import Ok, Reply, Resend
 from handout.plotting.ports import Port
 
 WINDOW = 4  # commands that Marlin can hold (BUFSIZE), the one it works on included
@@ -93,7 +82,7 @@ class MarlinConversation(Conversation[Reply]):
     def start(self, number: int) -> None:
         """Count from here: the last line the controller knows is `number`."""
         self._lines: deque[Line] = deque()
-        self._last = self._done = self._told = number  # written; worked through; told to `worked`
+        self._last = self._done = self._reported = number  # written; worked through; told to `worked`
         self._next = number + 1  # the next to write; at most _last + 1, less when lines are sent again
         self._placed = False  # whether a question for its place was answered since anything else was written
         self._stuck = self._busy = self._paused = 0.0  # s since it got on: without a word of being busy; in all; paused
@@ -121,14 +110,14 @@ class MarlinConversation(Conversation[Reply]):
 
     def ask(self, data: bytes) -> list[Reply]:
         """Send a line and wait until it was worked through; everything said until then."""
-        heard: list[Reply] = []
-        self._listener = heard
+        replies: list[Reply] = []
+        self._listener = replies
         try:
             self.send(data, self._lines[-1].command if self._lines else 0)
             self.drain()
         finally:
             self._listener = None
-        return heard
+        return replies
 
     def _on(self) -> None:
         """Write the next line that it wants again, or hear what it says."""
@@ -166,13 +155,7 @@ class MarlinConversation(Conversation[Reply]):
         return not before or sum(len(self._line(n).framed) for n in before) + len(line.framed) <= self.buffer - 1
 
     def hear(self) -> None:
-        """Hear what it says next.  A controller that says nothing is asked.
-
-        Raises
-        ------
-        DeviceSilent
-            It does not answer that either.
-        """
+        """Hear what it says next.  A controller that says nothing is asked; DeviceSilent if it is silent still."""
         glance = self.glance
         while not (replies := self.replies(glance)):
             self._quiet += glance
@@ -186,7 +169,7 @@ class MarlinConversation(Conversation[Reply]):
                 self._prod()
                 self._prodded = self._quiet + (glance if self._prods % 2 else _AGAIN)
         self._quiet, self._prodded, self._prods = 0.0, 0.0, 0
-        if any(isinstance(reply, Busy) or reply == Resend(self._last + 1) for reply in replies):
+        if any(isinstance(reply, protocol.Busy) or reply == Resend(self._last + 1) for reply in replies):
             self._prodded = _BUSY  # it is well, and has all it was sent
         while replies:
             for reply in replies:
@@ -245,6 +228,7 @@ class MarlinConversation(Conversation[Reply]):
             self._append(Line(number, protocol.WHERE, command, protocol.framed(number, protocol.WHERE)))
 
     def take(self, reply: Reply) -> None:
+        """Act on a reply: count what was worked through, go back to a line that is wanted again, stop at trouble."""
         if self._listener is not None:
             self._listener.append(reply)
         if isinstance(reply, Ok):
@@ -254,23 +238,23 @@ class MarlinConversation(Conversation[Reply]):
                 self._up_to(self._done + 1 if reply.line is None else reply.line, reply)
         elif isinstance(reply, Resend):
             self._resend(reply.line)
-        elif isinstance(reply, Position):
+        elif isinstance(reply, protocol.Position):
             asked = next(
                 (each for each in self._lines if each.number > self._done and each.data == protocol.WHERE), None
             )
             if asked is not None:
                 self._up_to(asked.number - 1, Ok())
                 self._placed = True
-        elif isinstance(reply, Unknown):
+        elif isinstance(reply, protocol.Unknown):
             self._unknown(reply)
-        elif isinstance(reply, Busy):
+        elif isinstance(reply, protocol.Busy):
             self._stuck = 0.0
             if reply.waits_for_person and not self._waiting:
                 self.log("The plotter waits for somebody to press its button, and goes on then.")
             self._waiting = reply.waits_for_person
         else:
-            self.struck |= isinstance(reply, Error | Struck | Start)
-            self.restarted |= isinstance(reply, Start)
+            self.struck |= isinstance(reply, protocol.Error | protocol.Struck | protocol.Start)
+            self.restarted |= isinstance(reply, protocol.Start)
             _trouble(reply)
 
     def _up_to(self, number: int, reply: Ok) -> None:
@@ -281,8 +265,8 @@ class MarlinConversation(Conversation[Reply]):
         self._stuck = self._busy = self._paused = 0.0
         while self._done < number:
             self._done += 1
-            if self._done > self._told:
-                self._told = self._done
+            if self._done > self._reported:
+                self._reported = self._done
                 self._worked(self._line(self._done), reply if self._done == number else Ok())
 
     def _resend(self, number: int) -> None:
@@ -299,9 +283,9 @@ class MarlinConversation(Conversation[Reply]):
             self._next = number
             self._done = min(self._done, number - 1)
 
-    def _unknown(self, reply: Unknown) -> None:
-        said = reply.command.encode()
-        waiting = [line for line in self._lines if line.number > self._done and said.startswith(line.data.strip())]
+    def _unknown(self, reply: protocol.Unknown) -> None:
+        text = reply.command.encode()
+        waiting = [line for line in self._lines if line.number > self._done and text.startswith(line.data.strip())]
         if not waiting:  # a line that lost its number, or the rest of one
             self._skip, self._settling = 1, True
             self._next = self._done + 1
@@ -314,16 +298,16 @@ class MarlinConversation(Conversation[Reply]):
 
 def _trouble(reply: Reply) -> None:
     """Stop where the machine has."""
-    if isinstance(reply, Error):
+    if isinstance(reply, protocol.Error):
         raise DeviceAlarm(f"The plotter reports {reply.description}.")
-    if isinstance(reply, Unhomed):
+    if isinstance(reply, protocol.Unhomed):
         raise DeviceAlarm(
             "The plotter does not move before it has found its zero: set homing = true in the profile, or home it at "
             "its own panel."
         )
-    if isinstance(reply, Struck):
+    if isinstance(reply, protocol.Struck):
         raise DeviceAlarm(
             f"The plotter hit a limit switch ({reply.text}) and no longer knows where it is: bring it back to its zero."
         )
-    if isinstance(reply, Start):
+    if isinstance(reply, protocol.Start):
         raise DeviceAlarm(RESTARTED)

@@ -84,7 +84,7 @@ class Error(NamedTuple):
 
     @property
     def description(self) -> str:
-        meaning = next((said for part, said in ERRORS if part.lower() in self.text.lower()), "")
+        meaning = next((remedy for part, remedy in ERRORS if part.lower() in self.text.lower()), "")
         return f"“{self.text}”" + (f": {meaning}" if meaning else "")
 
 
@@ -171,8 +171,8 @@ def reply(line: bytes) -> Reply:
     if match := _RESEND.fullmatch(text):
         return Resend(int(match.group(1)))
     if text.lower().startswith("error:"):
-        said = text[6:].strip()
-        return Fault(said) if _FAULT.search(said) else Error(said)
+        message = text[6:].strip()
+        return Fault(message) if _FAULT.search(message) else Error(message)
     if plain.startswith("busy:"):
         return Busy("paused" in plain)
     if text == "start":

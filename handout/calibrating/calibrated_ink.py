@@ -1,0 +1,145 @@
+"""Pages through a calibration on their way to the printer, and what is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from handout.calibrating import ink_samples, store
+from handout.calibrating.pen_reference import Kind, Reference, of_calibration
+from handout.calibrating.store import Calibration
+from handout.colour import gamut
+from handout.colour.gamut import Reach
+from handout.colour.table import apply
+from handout.errors import InputError
+from handout.inking.pen import Pen
+from handout.values import Array, Raster
+
+NONE = "none"
+_OLD = 365  # days
+_SAMPLED = 1500  # pixels of ink looked at, a page
+_PAGES = 8  # pages looked at
+
+
+def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration | None, list[str]]:
+    """The calibration that pages go through, and what has to be said against it.
+
+    Parameters
+    ----------
+    printer : str
+    paper : str
+        What is in the printer; empty: nobody knows.
+    asked : str
+        "none", a ``printer/paper``, or a file or folder of a calibration; empty: the printer's newest.
+
+    Raises
+    ------
+    InputError
+        What was asked for is not there.
+    """
+    if asked == NONE:
+        return None, []
+    found = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
+    return found, _doubts(found, printer, paper) if found is not None else []
+
+
+def pen_of(found: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
+    """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
+    known = of_calibration(found, hand)
+    if known.kind is not Kind.DRAWN:
+        say(f"{'warning: ' if known.doubtful and known.kind is not Kind.CORRECTED else ''}{known.said}")
+    return known
+
+
+def _asked(asked: str) -> Calibration:
+    path = Path(asked)
+    if path.exists():
+        return store.load(path)
+    printer, slash, paper = asked.partition("/")
+    if path.suffix or not slash:
+        raise InputError(
+            f"calibration: {asked!r} is neither a file, nor none, nor one of the stored ones, such as epson/plain "
+            "(see: handout calibrate show)."
+        )
+    return store.wanted(printer, paper)
+
+
+def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
+    said = []
+    if found.printer != store.key(printer):
+        said.append(f"The calibration is of {found.printer}, and this is {store.key(printer)}: colours may be far off.")
+    if paper and found.paper != store.key(paper):
+        said.append(
+            f"The calibration was made on {found.paper}, and {store.key(paper)} is in the printer: colours are off by "
+            f"as much as these papers differ. Calibrate it: handout calibrate wizard --printer {found.printer} --paper "
+            f"{store.key(paper)}"
+        )
+    if (days := found.age()) > _OLD:
+        said.append(
+            f"The calibration is {days} days old; inks and print heads change: verify it (handout calibrate verify "
+            f"--printer {found.printer}), or make a new one."
+        )
+    return said
+
+
+@dataclass
+class CalibratedInk:
+    """Sends the ink of pages through a calibration (an `inking.device_pixels.Calibrate`), and keeps samples of it.
+
+    reference : what the pen in the chart's frame says of the hand; None: nothing is known.
+    hand, pen : whose ink is said to be in reach or out of it; an empty hand: that of the pages themselves.
+    """
+
+    calibration: Calibration
+    reference: Reference | None = None
+    hand: str = ""
+    pen: Pen | None = None
+    _seen: list[Array] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._table = self.calibration.table()
+
+    @property
+    def pages(self) -> int:
+        """How many pages were looked at."""
+        return len(self._seen)
+
+    def __call__(self, raster: Raster) -> Raster:
+        """The ink in device RGB; paper stays transparent."""
+        if self.reference is not None and self.reference.match is not None:
+            raster = self.reference.match.raster(raster)
+        if len(self._seen) < _PAGES:
+            samples = ink_samples.of_raster(np.asarray(raster.rgba), _SAMPLED)
+            if len(samples.rgba):
+                self._seen.append(np.clip(samples.on(np.asarray(self._table.paper, dtype=np.float64)), 0, 1))
+        return apply(raster, self._table)
+
+    def facts(self) -> dict[str, object]:
+        """What ``--json`` prints: the calibration and what it cannot reach."""
+        found = self._reach
+        return {
+            "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
+            "age_days": self.calibration.age(), "out_of_reach": round(found.out, 4) if found else 0.0,
+            "lost": round(found.mean, 2) if found else 0.0,
+            "pen": self.reference.facts() if self.reference is not None else None,
+        }  # fmt: skip
+
+    def said(self) -> str:
+        """One sentence about the calibration, and how much of the ink it cannot reach."""
+        found = self._reach
+        if found is None:
+            return f"{self.calibration.described()}."
+        whose = f"of {self.hand}" if self.hand else ""
+        return f"{self.calibration.described()}. {gamut.said(found.out, found.mean, whose)}"
+
+    @cached_property
+    def _reach(self) -> Reach | None:
+        if not self._seen:
+            return None
+        if self.hand:
+            return ink_samples.reach_of(self.hand, self._table, self.reference, self.pen)
+        return gamut.reach(np.concatenate(self._seen), self._table)

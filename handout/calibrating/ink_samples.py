@@ -1,0 +1,164 @@
+"""Samples of ink, by which a calibration is verified: a hand's own, or what pens usually leave, and greys."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.calibrating.pen_reference import Reference
+from handout.colour import gamut
+from handout.colour.gamut import Reach
+from handout.colour.table import ColourTable
+from handout.hand.scanned import ScannedHand
+from handout.inking.pen import Pen
+from handout.values import Array, Drawing, Hand, readonly
+
+USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: that of pages without --hand
+
+_TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
+_PAGE = "150x40mm"
+_DPI = 150
+_LEAST = 0.05  # cover below which ink is not looked at
+_DENSITIES = (0.12, 2.0)
+_MOST = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Inks:
+    """Samples of ink on a transparent sheet.
+
+    rgba : (n, 4) float in 0–1: scanned RGB of the ink, and how much of the paper it covers.
+    """
+
+    rgba: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rgba", readonly(self.rgba, None, 4))
+
+    def on(self, paper: Array) -> Array:
+        """(n, 3) what is seen of them on paper of scanned RGB (3,)."""
+        cover = self.rgba[:, 3:]
+        return np.asarray(paper * (1 - cover) + cover * self.rgba[:, :3])
+
+    def take(self, rows: NDArray[np.intp]) -> Inks:
+        """Some of them."""
+        return Inks(self.rgba[rows])
+
+
+def seen_by_chart(samples: Inks, known: Reference) -> Inks:
+    """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells."""
+    return samples if known.match is None else Inks(np.asarray(known.match.inks(samples.rgba), dtype=np.float64))
+
+
+def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
+    """Samples, evenly over the pixels of a raster (h, w, 4) that have ink."""
+    pixels = rgba.reshape(-1, 4)
+    inked = np.flatnonzero(pixels[:, 3] > _LEAST)
+    step = max(1, -(-len(inked) // most))
+    return Inks(np.asarray(pixels[inked[::step]], dtype=np.float64))
+
+
+def usual(count: int) -> Inks:
+    """`count` samples of the program's own pens, from hardly any ink to thick ink.
+
+    Light passes through ink as through a filter (the law of Beer and Lambert).
+    """
+    from handout.inking.pen import TEXTURED, rgb
+    from handout.inking.pen import usual as pen
+
+    each = -(-count // len(TEXTURED))
+    density = np.geomspace(*_DENSITIES, each)[:, None]
+    light = np.concatenate([np.asarray(rgb(pen(name).colour)) ** density for name in TEXTURED])[:count]
+    clear = light.min(axis=1, keepdims=True)
+    return Inks(np.hstack([(light - clear) / (1 - clear), 1 - clear]))
+
+
+def greys(count: int) -> Inks:
+    """`count` samples of black ink that covers from little to all of the paper: greys of the paper's own hue."""
+    cover = np.linspace(0.04, 1.0, count)[:, None]
+    return Inks(np.hstack([np.zeros((count, 3)), cover]))
+
+
+def of_hand(name: str, pen: Pen | None = None) -> Inks:
+    """Samples of the ink of a page in a hand: always the same page, so that its figures are the same everywhere.
+
+    Parameters
+    ----------
+    name : of the hand, drawn or scanned.
+    pen : of a drawn hand; None: a ballpoint, which pages are drawn with unless another is asked for.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    drawing = _written(find(name), np.random.default_rng([0]))
+    if drawing.ink is not None:
+        return of_raster(drawing.ink(_DPI).rgba)
+    from handout.inking import pens
+    from handout.inking.pen import usual as usual_pen
+
+    return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
+
+
+def reach_of(name: str, table: ColourTable, known: Reference | None = None, pen: Pen | None = None) -> Reach:
+    """What of the ink of a page in a hand the printer of a table reaches; `known` and `pen`: see `of_hand`.
+
+    Every figure on ink out of reach is made here.  Raises InputError: no such hand.
+    """
+    samples = of_hand(name, pen)
+    if known is not None:
+        samples = seen_by_chart(samples, known)
+    return gamut.reach(np.clip(samples.on(np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
+
+
+def paper_of(name: str) -> Array | None:
+    """(3,) scanned RGB in 0–1 of the paper that a scanned hand was written on; None for a drawn hand.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name)
+    if not isinstance(hand, ScannedHand):
+        return None
+    return np.asarray(np.median([np.median(page.paper, axis=(0, 1)) for page in hand.pages], axis=0) / 255)
+
+
+def scanned_name(name: str) -> str:
+    """What a scanned hand calls itself; empty for a drawn one.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name)
+    return hand.name if isinstance(hand, ScannedHand) else ""
+
+
+def _written(hand: Hand | ScannedHand, rng: np.random.Generator) -> Drawing:
+    from handout.page_sizes import page
+    from handout.writing.compose import compose
+    from handout.writing.layout import Layout
+
+    letters = {glyph.letter for glyph in hand.glyphs} if isinstance(hand, ScannedHand) else set(hand.glyphs)
+    text = "".join(letter for letter in _TEXT if letter == " " or letter in letters)
+    layout = Layout(page(_PAGE), (5.0, 5.0, 5.0, 5.0), x_height=hand.x_height, fit=True)
+    manuscript = compose(text, hand, layout, rng, pages=1, fallback=True)[0]
+    if isinstance(hand, ScannedHand):
+        from handout.inking.pen_replacement import drawn
+
+        return drawn(manuscript, hand)
+    from handout.motion.trace import trace
+
+    return trace(manuscript, hand, rng)

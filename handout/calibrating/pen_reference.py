@@ -1,0 +1,204 @@
+"""The pen itself in a chart's scan, against the pen in the scan of a hand: are both scans alike, and if not, what then.
+
+A printer's table is closed over one scanner with its settings.  What a hand's ink looks like with these settings
+shows what its pen wrote in the frame of the chart; without that it cannot be known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.calibrating.store import Calibration
+from handout.colour.ink_match import InkMatch, match
+from handout.colour.pen_lines import density_of
+from handout.colour.reading import Scribble
+from handout.hand.scanned import ScannedHand, ScannedPage
+from handout.values import Array
+
+_MOST = 2400  # pixels a side of the writing that is looked at
+_SURE = 4.0  # ΔE00 by which lines of one pen do not differ of themselves
+LEAST_DPI = 180.0  # under which lines of a pen have no core that could be compared
+_GAMMA = 2.2  # in which pixels are averaged
+
+
+class Kind(StrEnum):
+    """What is known of a hand's ink in a chart's scan."""
+
+    NOTHING = "nothing written"
+    KEPT = "no hand named"
+    DRAWN = "drawn hand"
+    OTHER_HAND = "another hand"
+    OTHER_PEN = "another pen"
+    FAINT = "no lines"
+    COARSE = "too few dpi"
+    ALIKE = "alike"
+    CORRECTED = "corrected"
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the frame of a chart says of a hand.
+
+    kind : in a word; said : in a sentence.
+    match : what the hand's ink becomes in the chart's scan; None where that is not known, or must not be used.
+    """
+
+    kind: Kind
+    said: str
+    match: InkMatch | None = None
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether something has to be warned of."""
+        return self.kind not in (Kind.KEPT, Kind.DRAWN, Kind.ALIKE)
+
+    def facts(self) -> dict[str, Any]:
+        """What ``--json`` prints of it."""
+        known = self.match is not None
+        return {
+            "kind": str(self.kind), "said": self.said,
+            "difference": round(self.match.difference, 2) if self.match is not None and known else None,
+        }  # fmt: skip
+
+
+def of_calibration(calibration: Calibration, name: str) -> Reference:
+    """What the frame of a calibration's chart says of the hand `name`; empty: of none.
+
+    Raises
+    ------
+    InputError
+        No such hand, or a file of the calibration that cannot be read.
+    """
+    return compared(calibration.scribble(), name, calibration.pen_of())
+
+
+def compared(scribble: Scribble | None, name: str, writer: str = "") -> Reference:
+    """What was written in a chart's frame against the hand `name`.
+
+    Parameters
+    ----------
+    scribble : what was written there; None: nothing.
+    name : of the hand; empty: none.
+    writer : the hand whose pen wrote there; empty: nobody said.
+
+    Raises
+    ------
+    InputError
+        No such hand.
+    """
+    from handout.hand.library import find
+
+    hand = find(name) if name else None
+    if hand is not None and not isinstance(hand, ScannedHand):
+        said = (
+            f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
+        )
+        return Reference(Kind.DRAWN, said)
+    if scribble is None:
+        return Reference(Kind.NOTHING, _NOTHING)
+    if hand is None:
+        return Reference(Kind.KEPT, _KEPT)
+    if writer and writer != hand.name:
+        return Reference(Kind.OTHER_HAND, _OTHER_HAND.format(writer=writer, hand=hand.name))
+    density, paper, dpi = writing(hand)
+    common = min(dpi, scribble.dpi)
+    if common < LEAST_DPI:
+        coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
+        return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
+    found = match(
+        at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
+        scribble.contrast,
+    )  # fmt: skip
+    return _judged(found, hand.name)
+
+
+_UNKNOWN = (
+    "whether the scanner's settings are those of the handwriting's scan cannot be known, and the verification strip "
+    "cannot show it, because the same scanner reads it"
+)
+_AGAIN = "write some words in the frame of the chart with the pen of the handwriting, and scan it again"
+_NOTHING = (
+    f"Nothing is written in the frame under the patches: {_UNKNOWN}. With other settings ink is off by ΔE00 2 to 10. "
+    f"To be sure, {_AGAIN}."
+)
+_KEPT = (
+    "The words in the frame are kept: the ink of a scanned hand is matched with them when it is printed. Name the hand "
+    "with --hand to hear how far its scan differs from this one."
+)
+_OTHER_HAND = (
+    "The words in the chart's frame were written with the pen of {writer}, and this hand is {hand}: "
+    f"for it {_UNKNOWN}."
+)
+_OTHER_PEN = (
+    "The ink in the chart's frame differs from that of {hand} by more than settings of a scanner explain: it seems to "
+    f"be another pen's, and is not used. Thus {_UNKNOWN}: {_AGAIN}."
+)
+_FAINT = f"No lines that can be compared are in the chart's frame or in the scan of {{hand}}: {_UNKNOWN}; {_AGAIN}."
+_COARSE = f"{{what}} scanned at only {{dpi:.0f}} dpi, too few to compare lines of a pen: {_UNKNOWN}. Scan at 300 dpi."
+_ALIKE = "The pen in the frame looks as in the scan of {hand} (ΔE00 {off:.1f} on the mean): both were scanned alike."
+_CORRECTED = (
+    "The chart's scan shows the pen of {hand} {how} than the hand's own scan (ΔE00 {off:.1f} on the mean, L* "
+    "{lighter:+.1f}): {why}. The ink is corrected for that; it becomes that of the pen in the "
+    "chart's frame."
+)
+
+
+def _judged(found: InkMatch | None, hand: str) -> Reference:
+    if found is None:
+        return Reference(Kind.FAINT, _FAINT.format(hand=hand))
+    if not found.same_ink:
+        return Reference(Kind.OTHER_PEN, _OTHER_PEN.format(hand=hand))
+    if found.alike:
+        return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=found.difference), found)
+    how = "lighter" if found.lighter > 1 else "darker" if found.lighter < -1 else "in other colours"
+    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter, why=_why(found))
+    return Reference(Kind.CORRECTED, said, found)
+
+
+def _why(found: InkMatch) -> str:
+    if found.contrast_differs:
+        return (
+            "the chart's scan has an S-shaped contrast curve that the hand's has not, as its patches and the pen show"
+        )
+    if found.difference > _SURE:
+        return "the scanner's settings differ"
+    return "the scanner's settings or the pen's pressure differ"
+
+
+def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
+    """Some writing of a hand: (h, w, 3) densities against its paper, (3,) that paper, 0–1, and pixels an inch."""
+    page = max(hand.pages, key=lambda one: one.texture.shape[0] * one.texture.shape[1])
+    height, width = page.texture.shape
+    down, across = (max(0, (side - _MOST) // 2) for side in (height, width))
+    part = np.s_[down : down + _MOST, across : across + _MOST]
+    rgba = page.texture.rgba[part].astype(np.float32) / 255
+    paper = _paper(page)[part]
+    cover = rgba[..., 3:]
+    density = density_of(cover * rgba[..., :3] + (1 - cover) * paper, np.maximum(paper, 1e-3))
+    usual = np.median([np.median(one.paper, axis=(0, 1)) for one in hand.pages], axis=0) / 255
+    return density, np.asarray(usual), page.dpi
+
+
+def _paper(page: ScannedPage) -> NDArray[np.float32]:
+    """(h, w, 3) the bare paper behind a page's ink, 0–1."""
+    import cv2
+
+    whole = cv2.resize(page.paper.astype(np.float32) / 255, page.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    x, y = page.texture.corner
+    return np.asarray(whole[y : y + page.texture.shape[0], x : x + page.texture.shape[1]])
+
+
+def at_dpi(density: NDArray[Any], dpi: float, wanted: float) -> NDArray[np.float32]:
+    """Densities (h, w, 3) of a picture at fewer pixels an inch; light is averaged."""
+    import cv2
+
+    if wanted >= 0.98 * dpi:
+        return np.asarray(density, dtype=np.float32)
+    size = (max(1, round(density.shape[1] * wanted / dpi)), max(1, round(density.shape[0] * wanted / dpi)))
+    light = cv2.resize(np.exp(-_GAMMA * density), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(-np.log(np.maximum(light, 1e-4)) / _GAMMA, dtype=np.float32)

@@ -1,0 +1,62 @@
+"""The colour of every pixel that a printer gets, or that a PDF of pixels holds, decided in one function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout.values import Raster
+
+# ink as it is → ink in the colours by which a printer makes it look so; paper stays transparent
+Calibrate = Callable[[Raster], Raster]
+WHITE = 255
+_STRIP = 256  # rows put on white at a time, so that a large page needs little memory beside itself
+
+
+@dataclass(frozen=True, eq=False)
+class DevicePixels:
+    """Pixels on white as they are sent.
+
+    rgb : (h, w, 3) uint8, device RGB; dpi : pixels an inch; origin : mm, the first pixel's upper left corner.
+    """
+
+    rgb: NDArray[np.uint8]
+    dpi: float
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def cropped(self) -> tuple[NDArray[np.uint8], int, int] | None:
+        """What is not white, and the pixel of the sheet that its corner lies on; None if all is."""
+        inked = (self.rgb != WHITE).any(axis=2)
+        rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+        if len(rows) == 0:
+            return None
+        x, y = (round(offset * self.dpi / 25.4) for offset in self.origin)
+        top, left = int(rows[0]), int(columns[0])
+        return self.rgb[top : int(rows[-1]) + 1, left : int(columns[-1]) + 1], x + left, y + top
+
+
+def device_pixels(ink: Raster, calibrate: Calibrate | None = None) -> DevicePixels:
+    """The ink of a page as pixels for a printer.
+
+    The ink, with its own colour and cover, goes through the printer's calibration (the correction by its pen and the
+    colour table), is laid on white by its cover, and is rounded to the nearest of 256 levels.
+
+    Parameters
+    ----------
+    ink : Raster
+        As a pen or a scanned hand leaves it.
+    calibrate : callable, optional
+        The calibration of printer and paper; without one colours are sent as they are.
+    """
+    raster = ink if calibrate is None else calibrate(ink)
+    rgba = raster.rgba
+    rgb = np.empty((*rgba.shape[:2], 3), dtype=np.uint8)
+    for start in range(0, len(rgba), _STRIP):
+        strip = rgba[start : start + _STRIP]
+        cover = strip[..., 3:]
+        mixed = np.clip(strip[..., :3] * cover + (1 - cover), 0, 1)
+        rgb[start : start + _STRIP] = np.rint(mixed * WHITE).astype(np.uint8)
+    return DevicePixels(rgb, raster.dpi, raster.origin)

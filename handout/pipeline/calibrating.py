@@ -1,0 +1,458 @@
+"""Matching a printer's colours to the ink: the chart, its scans, the table, the verification strip, what is stored.
+
+`calibrate` goes through all steps with a `Person` who prints and scans; the other functions are the steps by
+themselves, and what is done with stored calibrations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from handout import atomic
+from handout.calibrating import ink_samples, pages, pen_reference, print_diagnosis, scanner, store, strip, verification
+from handout.calibrating.pen_reference import Reference
+from handout.calibrating.session import Step
+from handout.calibrating.store import Calibration
+from handout.calibrating.verification import Verification
+from handout.calibrating.wizard import ScansRefused, Task, Wizard
+from handout.colour import cgats, exports, report
+from handout.colour.chart_files import ti3
+from handout.colour.reading import Finding, Reading, pen_field
+from handout.colour.reading import read as read_chart
+from handout.errors import HandoutError, InputError
+from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.printing import charts, printers
+
+if TYPE_CHECKING:
+    from handout.simulated.print_and_scan import Loop
+
+T = TypeVar("T")
+
+# the steps of a simulated calibration, and the share of its time at which each begins, measured on two cores
+_SIMULATED = {
+    Step.PRINT: (0.0, "The simulated printer prints it."),
+    Step.SCAN: (0.09, "The simulated flatbed scans it."),
+    Step.BUILD: (0.29, "The scan is good; the table is built of it."),
+    Step.STRIP: (0.47, "The simulated printer prints it through the table."),
+    Step.VERIFY: (0.54, "The simulated flatbed scans it."),
+    Step.STORE: (0.94, "The calibration is stored."),
+}
+
+
+class Person(Protocol):
+    """The user at the printer and the scanner."""
+
+    def ready(self, request: str) -> None:
+        """Wait until the user has done what is asked."""
+
+    def scan_of(self, name: str) -> Path:
+        """The file with the scan of "chart" or "strip"."""
+
+    def agrees(self, question: str) -> bool:
+        """Whether the user says yes; no is the usual answer."""
+
+    def tries_again(self) -> bool:
+        """Whether the user can scan again after a mistake."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A calibration that was stored, and what the pen in the chart's frame says of the hand."""
+
+    calibration: Calibration
+    reference: Reference | None = None
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        facts: Facts = self.calibration.facts()
+        if self.reference is not None:
+            facts["pen"] = {**self.calibration.facts()["pen"], **self.reference.facts()}
+        return facts
+
+
+def calibrate(
+    printer: str,
+    paper: str = store.PLAIN,
+    chart: ChartOptions | None = None,
+    options: CalibrationOptions | None = None,
+    *,
+    person: Person,
+    listener: Listener = SILENT,
+) -> Calibrated:
+    """Calibrate a printer step by step; a run that was left is gone on with.
+
+    Raises
+    ------
+    InputError, DeviceError
+        Of any step; what was done before is kept.
+    """
+    chart, options = chart or ChartOptions(), options or CalibrationOptions()
+    profile = printers.resolve(printer)
+    if profile.file and not profile.simulated and options.output is None:
+        raise InputError(f"{printer} writes files: name a folder for chart and strip with -o.")
+    loop = None
+    if profile.simulated:
+        from handout.simulated.print_and_scan import simulated
+
+        loop = simulated(profile, paper, options.faults, options.hand)
+    scanner_name = options.scanner or options.scanner_name or ("simulated flatbed" if loop else "")
+    task = Task(profile, printer, paper, chart.sheet, chart.pages, scanner_name, options.hand, options.accept)
+    wizard = Wizard(task, afresh=options.afresh)
+    if wizard.resumed:
+        begun = wizard.session.state.begun
+        listener.say(f"Going on with the calibration of {wizard.name} begun on {begun} (--afresh begins anew).")
+    run = _Run(wizard, options, person, listener, loop)
+    while wizard.step is not Step.DONE:
+        run.step()
+    assert run.stored is not None
+    return Calibrated(run.stored, run.reference)
+
+
+@dataclass
+class _Run:
+    """The wizard's steps, each with what it asks of the person."""
+
+    wizard: Wizard
+    options: CalibrationOptions
+    person: Person
+    listener: Listener
+    loop: Loop | None
+    stored: Calibration | None = None
+    reference: Reference | None = None
+
+    def step(self) -> None:
+        """Do what comes next."""
+        now = self.wizard.step
+        # a person takes most of the time of a real calibration, and nobody knows how long
+        share, sentence = (0.0, self.wizard.request) if self.loop is None else _SIMULATED[now]
+        self.listener.progress(share, now.value)
+        self.listener.say(f"\n{list(Step).index(now) + 1}/{len(Step) - 1}  {now.value.capitalize()}", sentence)
+        {
+            Step.PRINT: self._print_chart, Step.SCAN: self._scan_chart, Step.BUILD: self._build,
+            Step.STRIP: self._print_strip, Step.VERIFY: self._verify, Step.STORE: self._store,
+        }[now]()  # fmt: skip
+
+    def _print_chart(self) -> None:
+        self._print(self.wizard.print_chart, "chart")
+
+    def _print_strip(self) -> None:
+        if self.options.no_verify:
+            self._store()
+        else:
+            self._print(self.wizard.print_strip, "strip")
+
+    def _print(self, send: Callable[[Path | None], Sequence[Path]], name: str) -> None:
+        folder = self.options.output
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+        elif self.loop is None:
+            self.person.ready("Press Enter when the paper is loaded")
+        files = send(folder / f"{name}.pdf" if folder is not None else None)
+        task = self.wizard.task
+        where = ", ".join(map(str, files)) or f"sent to {task.profile.queue or task.printer}"
+        self.listener.say(f"The {name}: {where}.")
+
+    def _scan_chart(self) -> None:
+        scanned = self._until_good(lambda: self.wizard.take_scans(self._scans("chart")))
+        self.listener.say(*(f"warning: {finding}" for finding in scanned.findings))
+        if scanned.reference is not None:
+            self.reference = scanned.reference
+            self.listener.say(_warning(scanned.reference))
+        if scanned.missing:
+            self.listener.say(scanned.missing)
+
+    def _build(self) -> None:
+        built = self.wizard.build(self.options.method)
+        self.listener.say(f"The table misses its own patches by ΔE00 {built.misses:.2f} on the mean.")
+
+    def _verify(self) -> None:
+        verified = self._until_good(lambda: self.wizard.take_strip(self._scans("strip")[0]))
+        self.listener.say(*verified.findings, *verified.lines())
+        if verified.helps:
+            return
+        if self.person.agrees("Store it all the same?"):
+            self._store()
+        else:
+            self.wizard.back()
+
+    def _store(self) -> None:
+        self.stored = self.wizard.store()
+
+    def _until_good(self, take: Callable[[], T]) -> T:
+        """What `take` gives; a person at a terminal may try again."""
+        while True:
+            try:
+                return take()
+            except HandoutError as error:
+                if self.loop is not None or not self.person.tries_again():
+                    raise
+                self.listener.say(str(error))
+
+    def _scans(self, name: str) -> list[Path]:
+        """Scans of what was printed last."""
+        work = self.wizard.session.folder / "incoming"
+        work.mkdir(exist_ok=True)
+        if self.loop is not None:
+            printed = self.wizard.session.folder / f"{name}.pdf"
+            return self.loop.scan(printed, work / f"{name}.tif", self.wizard.frame)
+        if self.options.scanner:
+            self.person.ready(f"Press Enter when the {name} lies on the glass")
+            self.listener.say("Scanning …")
+            return [scanner.scan(self.options.scanner, self.wizard.chart.paper, work / f"{name}.tif")]
+        return [self.person.scan_of(name)]
+
+
+def _warning(known: Reference) -> str:
+    return f"{'warning: ' if known.doubtful else ''}{known.said}"
+
+
+@dataclass(frozen=True)
+class ChartWritten:
+    """A chart that was printed or written."""
+
+    files: tuple[Path, ...]
+    jobs: tuple[str, ...]
+    pages: int
+    dpi: int
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        files = list(map(str, self.files))
+        return {"files": files, "jobs": list(self.jobs), "pages": self.pages, "dpi": self.dpi}
+
+
+def print_chart(
+    printer: str, paper: str = store.PLAIN, chart: ChartOptions | None = None, *, outputs: Sequence[Path] = ()
+) -> ChartWritten:
+    """Print the calibration chart, or write it to .pdf and .png files.
+
+    Raises
+    ------
+    InputError, PrinterError
+        A printer that writes files and none is named; a file that cannot be written; a queue that refuses the page.
+    """
+    chart, profile = chart or ChartOptions(), printers.resolve(printer)
+    if profile.file and not outputs:
+        raise InputError(f"{printer} writes a file: name it with -o chart.pdf.")
+    layout = charts.chart_for(profile, chart.sheet, chart.pages)
+    name = f"{store.key(printer)}/{store.key(paper)}"
+    files = tuple(path for output in outputs for path in pages.write_chart(layout, profile, name, output))
+    jobs = () if files else pages.send(pages.chart_pages(layout, profile, name), profile)
+    return ChartWritten(files, jobs, len(layout.pages), profile.dpi)
+
+
+@dataclass(frozen=True, eq=False)
+class ChartRead:
+    """A chart whose scans were read into a table of patches."""
+
+    reading: Reading
+    reference: Reference
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        findings = [_fact(finding) for finding in self.reading.findings]
+        files = list(map(str, self.files))
+        return {
+            "patches": len(self.reading.device), "findings": findings, "files": files, "pen": self.reference.facts()
+        }  # fmt: skip
+
+
+def _fact(finding: Finding) -> Facts:
+    return {"code": finding.code, "severity": finding.severity, "sentence": str(finding)}
+
+
+def read_scans(
+    scans: Sequence[Path],
+    output: Path,
+    *,
+    report_file: Path | None = None,
+    hand: str = "",
+    accept: bool = False,
+    listener: Listener = SILENT,
+) -> ChartRead:
+    """Read scans of a chart into a .ti3 table; what the pen wrote in its frame lies beside it.
+
+    Raises
+    ------
+    ScansRefused
+        No calibration may be made of them; the report is written all the same.
+    InputError
+        A file that cannot be read or written, or no such hand.
+    """
+    atomic.check_writable(output)
+    bare = ink_samples.paper_of(hand) if hand else None
+    reading = read_chart(scans, paper=None if bare is None else bare.tolist())
+    known = pen_reference.compared(reading.scribble, hand, ink_samples.scanned_name(hand) if hand else "")
+    reading = print_diagnosis.diagnose(reading, known, accept=accept)
+    if report_file is not None:
+        report.write_report(report_file, reading)
+    listener.say(*(f"{finding.severity}: {finding}" for finding in reading.findings))
+    if not reading.usable:
+        raise ScansRefused(reading.findings, report_file=report_file)
+    listener.say(_warning(known))
+    cgats.write(output, ti3(reading))
+    if reading.scribble is None:
+        return ChartRead(reading, known, (output,))
+    pen_field.save(reading.scribble, _pen_beside(output))
+    return ChartRead(reading, known, (output, _pen_beside(output)))
+
+
+def _pen_beside(patches: Path) -> Path:
+    """Where what the pen wrote in the chart's frame lies beside a table of its patches."""
+    return patches.with_suffix(".pen.npz")
+
+
+def build_table(
+    patches: Path,
+    printer: str,
+    paper: str = store.PLAIN,
+    *,
+    scanner_name: str = "",
+    method: str = "forward",
+    listener: Listener = SILENT,
+) -> Calibrated:
+    """Build the table of patches (.ti3) and store it for a printer.
+
+    Raises
+    ------
+    InputError
+        Patches that no table can be made of, or an unknown method.
+    """
+    listener.progress(0.0, "building the table")
+    built = store.build_stored(store.read_patches(patches), printer, paper, scanner_name, method)
+    if _pen_beside(patches).is_file():
+        built.keep_scribble(_pen_beside(patches), "")
+    return Calibrated(built)
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """What a scanned verification strip said of a calibration."""
+
+    calibration: Calibration
+    verification: Verification
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        return self.verification.facts()
+
+
+def verify(printer: str, paper: str, scans: Sequence[Path], *, report_file: Path | None = None) -> Verified:
+    """Read the scan of the verification strip of a stored calibration; an empty paper: of the printer's newest.
+
+    Raises
+    ------
+    InputError
+        No calibration or no strip of it, a scan that cannot be read, or that is of another page.
+    """
+    calibration = store.wanted(printer, paper)
+    verified = verification.verify(calibration, scans)
+    if report_file is not None:
+        verification.write_report(calibration, report_file)
+    return Verified(calibration, verified)
+
+
+@dataclass(frozen=True, eq=False)
+class StripPrinted:
+    """A verification strip that was printed or written."""
+
+    calibration: Calibration
+    files: tuple[Path, ...]
+    jobs: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        files = list(map(str, self.files))
+        return {"files": files, "jobs": list(self.jobs), "calibration": self.calibration.name}
+
+
+def print_strip(
+    printer: str, paper: str = "", *, hand: str = "", sheet: str = "A4", output: Path | None = None
+) -> StripPrinted:
+    """Print the verification strip of a stored calibration, or write it to a .pdf or .png file.
+
+    Raises
+    ------
+    InputError, PrinterError
+        No calibration, an ink of which the printer reaches next to nothing; a file that cannot be written, a queue
+        that refuses the page.
+    """
+    calibration, profile = store.wanted(printer, paper), printers.resolve(printer)
+    if profile.file and output is None:
+        raise InputError(f"{printer} writes a file: name it with -o strip.pdf.")
+    printed = strip.pages_of(strip.prepare(calibration, hand, sheet), calibration, profile)
+    if output is not None:
+        return StripPrinted(calibration, pages.write(printed, output), ())
+    return StripPrinted(calibration, (), pages.send(printed, profile))
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """Stored calibrations, the newest first."""
+
+    calibrations: tuple[Calibration, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        return {"calibrations": [calibration.facts() for calibration in self.calibrations]}
+
+    def lines(self) -> Iterator[str]:
+        """A table for people."""
+        for one in self.calibrations:
+            misses = "" if one.misses is None else f", misses its patches by ΔE00 {one.misses:.2f}"
+            yield f"{one.described()}: {one.method}{misses}, scanner {one.scanner or 'not named'}; {one.folder}"
+            facts = one.verification()
+            for line in ["not verified"] if facts is None else verification.table_lines(facts):
+                yield f"  {line}"
+
+
+def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
+    """The stored calibrations, all or of a printer or a paper.
+
+    Raises
+    ------
+    InputError
+        There is none of that printer and paper; the message lists what there is.
+    """
+    if printer:
+        store.wanted(printer, paper)
+    every = store.every()
+    if printer:
+        every = [one for one in every if one.printer == store.key(printer)]
+    if paper:
+        every = [one for one in every if one.paper == store.key(paper)]
+    return Stored(tuple(every))
+
+
+@dataclass(frozen=True, eq=False)
+class Exported:
+    """A calibration that was written for another program."""
+
+    calibration: Calibration
+    file: Path
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        return {"files": [str(self.file)]}
+
+
+def export(printer: str, paper: str, kind: str, output: Path) -> Exported:
+    """Write a stored calibration for other programs; `kind` is one of `colour.exports.FORMATS`.
+
+    Raises
+    ------
+    InputError
+        No calibration, or a file that cannot be written.
+    """
+    calibration = store.wanted(printer, paper)
+    atomic.check_writable(output)
+    title = f"{calibration.name} {calibration.made:%Y-%m-%d}"
+    table = calibration.table()
+    source = exports.Source(table, calibration.made, title, calibration.table_file, calibration.patches_file)
+    atomic.write(output, exports.FORMATS[kind](source))
+    return Exported(calibration, output)

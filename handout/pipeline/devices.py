@@ -1,0 +1,88 @@
+"""Machines: those that have a profile, and who is plugged in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from handout import profiles, shipped
+from handout.errors import DeviceSilent
+from handout.pipeline.plotting import machine
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting import connections, open_port
+from handout.plotting.connections import is_simulated
+from handout.plotting.dialects import dialect
+
+
+@dataclass(frozen=True)
+class Device:
+    """A machine that has a profile: its name, "plotter" or "printer", its title, and the file."""
+
+    name: str
+    kind: str
+    title: str
+    file: Path
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {"name": self.name, "kind": self.kind, "title": self.title, "file": str(self.file)}
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Who answered at a port, and its limits by the keys of profiles; none where only its dialect is known."""
+
+    port: str
+    dialect: str
+    firmware: str
+    limits: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        limits: Facts = {"limits": self.limits} if self.limits else {}
+        return {"port": self.port, "dialect": self.dialect, "firmware": self.firmware, **limits}
+
+
+def list_devices() -> list[Device]:
+    """All known machines; the user's own files win over shipped ones of the same name."""
+    files = shipped.files("devices", "*.toml")
+    read = {name: profiles.read(path) for name, path in files.items()}
+    return [Device(name, profile.kind, profile.title, files[name]) for name, profile in read.items()]
+
+
+def probe(port: str = "auto", device: str | None = None, listener: Listener = SILENT) -> Probe:
+    """Ask the plotter at a port who it is and what it can do; nothing moves.
+
+    Parameters
+    ----------
+    device : its profile; None: all dialects are tried, and its limits are not asked for.
+
+    Raises
+    ------
+    DeviceSilent
+        Nobody answers in a language that is known.
+    """
+    if device is None and not is_simulated(port):
+        return _identified(connections.only_port() if port == "auto" else port)
+    profile = machine(device or "simulated", port)
+    opened = open_port(port, profile)
+    try:
+        controller = dialect(profile.dialect).connect(opened, profile, listener.say)
+        answer = connections.ask(opened, [profile.dialect], wakes=0.0)
+        own = controller.profile
+    finally:
+        opened.close()
+    firmware = answer.firmware if answer else ""
+    return Probe(getattr(opened, "url", port), profile.dialect, firmware, connections.limits(own))
+
+
+def _identified(port: str) -> Probe:
+    """Who is there, of all dialects."""
+    answer = connections.identify(port)
+    if answer is None:
+        raise DeviceSilent(
+            f"Nobody at {port} answers in a language handout knows (GRBL, EBB, Marlin, HP-GL): is the plotter switched "
+            "on, is this its port?"
+        )
+    return Probe(port, answer.dialect, answer.firmware)

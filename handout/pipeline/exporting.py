@@ -1,0 +1,68 @@
+"""A text or a drawing as the program of a plotter, for something else to send."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from handout.errors import InputError
+from handout.pipeline.inputs import Source
+from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.pipeline.plot_request import ExportOptions
+from handout.pipeline.programs import SUFFIXES, Programs
+from handout.pipeline.results import Facts, Tally
+from handout.pipeline.writing import STROKES, draw_pages, prepare
+from handout.sinks import check_outputs, write_drawings
+from handout.values import Manuscript
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What `export` wrote; seconds : name of the machine → how long all pages would take it, s."""
+
+    tally: Tally
+    seed: int
+    hand: str
+    files: tuple[Path, ...]
+    seconds: dict[str, float]
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        devices = {name: round(seconds, 2) for name, seconds in self.seconds.items()}
+        return {**self.tally.facts(self.seed, self.hand, self.files), "devices": devices}
+
+
+def check_suffixes(outputs: Sequence[str | Path]) -> None:
+    """Raise InputError for the first file that is no program of a plotter."""
+    for path in map(Path, outputs):
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(f"{path}: programs of plotters end in {', '.join(SUFFIXES)}; handout write does the rest.")
+
+
+def export(
+    source: Source,
+    outputs: Sequence[str | Path],
+    writing: WritingOptions = WritingOptions(),
+    sheet: SheetOptions = SheetOptions(usual_page="A5"),
+    options: ExportOptions = ExportOptions(),
+) -> Exported:
+    """Write a text or a drawing as programs of plotters.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        An option is wrong, the hand lacks letters, or a page is larger than the plotter; nothing is written then.
+    """
+    check_suffixes(outputs)
+    paths = [Path(name) for name in outputs]
+    task = prepare(writing, sheet)
+    programs = Programs(options.device, paths, fast=task.fast, fit=writing.fit, order=options.order)
+    check_outputs(paths, programs.sinks)
+    if source.drawing is None:
+        pages, drawings = draw_pages(source.text, task, wanted=STROKES)
+    else:
+        pages, drawings = [Manuscript((), source.drawing.page, 0.0)], [source.drawing]
+    files = write_drawings(drawings, paths, extra=programs.sinks)
+    return Exported(Tally.of(pages, drawings), task.seed, task.hand.name, tuple(files), programs.seconds)

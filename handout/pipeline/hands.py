@@ -1,0 +1,151 @@
+"""A hand from scanned pages or recorded pens: the pages are opened, their letters found, and the hand is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from handout import atomic
+from handout.errors import InputError
+from handout.hand import file, report, svg_font
+from handout.pipeline.inputs import decoded, hand_path
+from handout.pipeline.options import ReadingOptions
+from handout.pipeline.results import SILENT, Fact, Facts, Listener
+from handout.progress import within
+from handout.sources import read_drawing
+from handout.tagging.page_sources import PageSource, gather_sources, tagged_pages
+from handout.tagging.page_tagging import TaggedPage, hand_of_pages
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand
+    from handout.tagging.recording import Recording
+
+_MOST_TEXT = 200_000  # bytes; no page holds more
+_OPENED, _MADE = 0.04, 0.97  # of the work on a page, when it is opened, and when its letters are found; measured
+
+
+@dataclass(frozen=True, eq=False)
+class ReadHand:
+    """A hand that was read.
+
+    path : its .hand file; None where it was not kept.
+    pages : how each page was read.
+    """
+
+    hand: ScannedHand
+    path: Path | None
+    pages: tuple[TaggedPage, ...]
+    seed: int
+    notes: tuple[str, ...] = ()
+
+    @property
+    def missing(self) -> int:
+        """How many letters of the transcripts were not found."""
+        return sum(len(page.missing) for page in self.pages)
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        files = [] if self.path is None else [str(self.path)]
+        return {
+            **report.facts(self.hand),
+            "files": files,
+            "seed": self.seed,
+            "found": [_page_facts(page) for page in self.pages],
+        }
+
+
+def read(
+    name: str,
+    scans: Sequence[str | Path] = (),
+    texts: Sequence[str | Path] = (),
+    output: str | Path | None = None,
+    options: ReadingOptions = ReadingOptions(),
+    *,
+    inks: Sequence[str | Path] = (),
+    listener: Listener = SILENT,
+) -> ReadHand:
+    """Read a hand from scanned pages, or from recordings of a pen, and what is written on them.
+
+    Parameters
+    ----------
+    name : of the hand.
+    scans : pictures of pages: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4.
+    texts : text files with what is on the pages, line by line, in the same order; prompt sheets need none.
+    output : the .hand file to keep it in, if any.
+    inks : recorded pens, instead of scans: .inkml .dat .svc .gml .svg .json, or a single-line SVG font.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or used, texts too few or too many.
+    """
+    path = None if output is None else hand_path(output)
+    if path is not None:
+        atomic.check_writable(path)
+    transcripts = [(str(text), _transcript(Path(text), listener)) for text in texts]
+    if bool(scans) == bool(inks):
+        raise InputError("A hand is read from scans or from recorded pens: give --scan or --ink, one of them.")
+    listener.progress(0.0, "opening the pages")
+    if inks:
+        sources = _recorded([str(ink) for ink in inks], transcripts, listener)
+    else:
+        sources = gather_sources([str(scan) for scan in scans], transcripts, options.dpi, listener.say)
+    tell = within(listener.progress, _OPENED, _MADE)
+    pages = tuple(tagged_pages(sources, options.seed, options.pen, listener.say, tell=tell))
+    listener.progress(_MADE, "writing the hand")
+    hand = hand_of_pages(name, pages, options.title or "")
+    if path is not None:
+        file.save(hand, path)
+    return ReadHand(hand, path, pages, options.seed)
+
+
+def _transcript(path: Path, listener: Listener) -> str:
+    """The text of a page."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
+    if len(data) > _MOST_TEXT:
+        raise InputError(f"{path}: {len(data)} bytes are more than a page holds; give the text of one page.")
+    text = decoded(data, str(path), listener)
+    if not text.strip():
+        raise InputError(f"{path} is empty: give what is written on the page, line by line.")
+    return text
+
+
+def _recorded(inks: Sequence[str], texts: Sequence[tuple[str, str]], listener: Listener) -> list[PageSource]:
+    """The pages of recorded pens."""
+    from handout.tagging.recorded_pages import page_source, recorded_pages
+
+    if texts and len(texts) != len(inks):
+        raise InputError(
+            f"{len(texts)} --text for {len(inks)} --ink: give one for each, in the same order, or none where the "
+            "recordings have labels."
+        )
+    transcripts = [text for _, text in texts] or [""] * len(inks)
+    opened = [recording for ink, text in zip(inks, transcripts, strict=True) for recording in _recordings(ink, text)]
+    return [page_source(recording) for recording in recorded_pages(opened, listener.say)]
+
+
+def _recordings(ink: str, text: str) -> list[Recording]:
+    """The recordings in a file; a font is one of each of its letters."""
+    from handout.tagging.recorded_pages import font_specimen
+    from handout.tagging.recording import Recording
+
+    if svg_font.holds_font(Path(ink)):
+        return font_specimen(ink, svg_font.read(Path(ink)))
+    return [Recording(ink, read_drawing(ink), text)]
+
+
+def _page_facts(page: TaggedPage) -> dict[str, Fact]:
+    """What `--json` says of how a page was read; lines are numbered from 0."""
+    return {
+        "source": page.page.source,
+        "glyphs": len(page.glyphs),
+        "poor_lines": list(page.poor),
+        "missing": [{"at": letter.at, "letter": letter.letter, "line": letter.line} for letter in page.missing],
+        "fits": {str(line): round(fit, 3) for line, fit in page.fits},
+        "notes": list(page.notes),
+    }

@@ -1,0 +1,206 @@
+"""The pages of a text that is plotted: made from what its job keeps of it, now or after anything.
+
+Every page is a function of the text, the hand, the options and the program.  As a program of its own, `python -m
+handout.pipeline.job_pages FOLDER`, this adds to a job the pages that it lacks; see `plotting.jobs.page_producer`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import hashlib
+import os
+import signal
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from handout import __version__
+from handout.errors import HandoutError, InputError
+from handout.hand.library import path
+from handout.pipeline.options import SheetOptions, WritingOptions
+from handout.pipeline.results import Tally
+from handout.pipeline.writing import STROKES, WritingTask, draw, prepare, set_pages, title
+from handout.plotting import fit_to_bed
+from handout.plotting.jobs import pages, store
+from handout.plotting.jobs.job import Job, load
+from handout.plotting.jobs.page_producer import ProducerProcess
+from handout.plotting.jobs.pages import Made
+from handout.profiles import Plotter
+from handout.values import Manuscript
+from handout.writing.baseline_model import Ruling
+from handout.writing.sheets import Sheet
+
+# the fields of WritingOptions that a job keeps under their own names; the seed is always known
+_WRITING = (
+    *("haste", "x_height", "line_spacing", "align", "kinematics", "speed", "jitter", "fit", "fallback", "slips"),
+)
+
+
+def inputs(
+    text: str, task: WritingTask, writing: WritingOptions, sheet: SheetOptions, page_name: str
+) -> dict[str, Any]:
+    """All that the pages of a text are made from, as a job keeps it; `page_name` : the page that is written on."""
+    name = str(writing.hand)
+    file = path(name)
+    hand = str(file.resolve()) if Path(name) == file else name
+    options: dict[str, Any] = {option: getattr(writing, option) for option in _WRITING}
+    options |= {"page_name": page_name, "margin": sheet.margin, "pages": sheet.pages}
+    options |= {"seed": task.seed, "hand": hand}
+    if (ruling := task.layout.ruling) is not None:  # as it was measured: the picture of a sheet may be gone
+        layout = {"margin": task.layout.margin, "x_height": task.layout.x_height, "rules": ruling.rules}
+        options["lined"] = {**layout, "line_spacing": task.layout.line_spacing}
+    return {"program": _program(), "text": text, "options": options, "digest": _digest(file)}
+
+
+def _program() -> str:
+    """What decides about every stroke besides what is asked for."""
+    return f"handout {__version__} with numpy {np.__version__}"
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def made(text: str, task: WritingTask, profile: Plotter, fit: bool, kept: Sequence[float]) -> Iterator[Made]:
+    """The pages of a text behind those that are kept, each made when it is asked for.
+
+    Parameters
+    ----------
+    fit : shrink what is larger than the machine's bed.
+    kept : of the pages that are kept, the shares of the text that they end with.
+
+    Raises
+    ------
+    InputError, MissingCharacters, DoesNotFit
+        The text cannot be written; or not with the pages that are kept.
+    """
+    about = {"title": title(text)}
+    task, sheets = set_pages(text, task)
+    for number, sheet in enumerate(sheets, 1):
+        share = _share(sheet, text)
+        if number <= len(kept):
+            if share != kept[number - 1]:
+                raise InputError(f"Page {number} of the job does not end where it would end now: plot the text anew.")
+            continue
+        drawing = draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, STROKES)
+        tally = Tally.of([sheet.manuscript], [drawing])
+        if number > 1:
+            tally = dataclasses.replace(tally, borrowed=[])  # which is told of once for all pages
+        drawing = dataclasses.replace(drawing, about={**drawing.about, "words": words(sheet.manuscript)})
+        yield Made(fit_to_bed(drawing, profile) if fit else drawing, share, dataclasses.asdict(tally))
+
+
+def _share(sheet: Sheet, text: str) -> float:
+    """How much of a text is on a page and those before it."""
+    at = max((placed.at for line in sheet.manuscript.lines for placed in line.placed), default=0)
+    return 1.0 if sheet.last else min(at / max(len(text), 1), 0.999)
+
+
+def words(page: Manuscript) -> list[str]:
+    """The words of a page, so that one can say where a plot broke off."""
+    letters: dict[int, str] = {}
+    for placed in (placed for line in page.lines for placed in line.placed):
+        letters[placed.word] = letters.get(placed.word, "") + placed.glyph.letter
+    return [letters.get(number, "") for number in range(max(letters, default=-1) + 1)]
+
+
+@contextlib.contextmanager
+def producer(job: Job) -> Iterator[ProducerProcess | None]:
+    """A program that makes the pages that a job lacks, as long as it is plotted; None if it lacks none."""
+    if job.whole:
+        yield None
+        return
+    process = ProducerProcess([sys.executable, "-m", "handout.pipeline.job_pages", str(job.folder)])
+    try:
+        yield process
+    finally:
+        process.close()
+
+
+def complete(folder: Path) -> Iterator[int]:
+    """Add to a job what it lacks; the number of every page when it is there.
+
+    Raises
+    ------
+    InputError
+        The hand or the program are others now, or the folder cannot be written.
+    DoesNotFit
+        A page has strokes outside the bed.
+    """
+    job = load(folder)
+    if job.whole:
+        return
+    assert job.inputs is not None
+    kept = [record.share for record in pages.records(folder)]
+    if job.share < 1.0:
+        task = _again(job.inputs, job.pages)
+        rest = made(job.inputs["text"], task, job.profile, job.inputs["options"]["fit"], kept)
+        for number, page in enumerate(rest, len(kept)):
+            store.add(job, number, page)
+            yield number + 1
+    store.complete(job)
+
+
+def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
+    """The task of a job whose pages behind the first few are lacking."""
+    options = inputs["options"]
+    lacking = f"The pages behind page {pages} were not made yet"
+    if inputs["program"] != _program():
+        raise InputError(
+            f"{lacking}, and {inputs['program']} began them, which would write them differently from {_program()}: go "
+            "on with that, or plot the rest of the text anew."
+        )
+    try:
+        same = _digest(path(options["hand"])) == inputs["digest"]
+    except (OSError, InputError) as error:
+        raise InputError(
+            f"{lacking}, and the hand {options['hand']} is gone: put it back, or plot the rest of the text anew."
+        ) from error
+    if not same:
+        raise InputError(
+            f"{lacking}, and the hand {options['hand']} has changed: put the old one back, or plot the rest of the "
+            "text anew."
+        )
+    writing = WritingOptions(hand=options["hand"], seed=options["seed"], **{name: options[name] for name in _WRITING})
+    task = prepare(writing, SheetOptions(options["page_name"], options["margin"], options["pages"]))
+    return _on_rules(task, options["lined"]) if "lined" in options else task
+
+
+def _on_rules(task: WritingTask, kept: Mapping[str, Any]) -> WritingTask:
+    """A task with the lined paper that the first pages were written on."""
+    top, right, bottom, left = kept["margin"]
+    ruling = Ruling(tuple((height, slope) for height, slope in kept["rules"]))
+    size = {"x_height": kept["x_height"], "line_spacing": kept["line_spacing"]}
+    layout = dataclasses.replace(task.layout, margin=(top, right, bottom, left), ruling=ruling, **size)
+    return dataclasses.replace(task, layout=layout)
+
+
+def main() -> None:
+    """Complete the job in the folder that is named."""
+    with contextlib.suppress(AttributeError):
+        os.nice(10)  # the program that plots comes first
+    for name in ("SIGTERM", "SIGHUP"):
+        if (number := getattr(signal, name, None)) is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _stop)
+    try:
+        for number in complete(Path(sys.argv[1])):
+            print(f"added {number}", flush=True)
+    except BrokenPipeError:  # nobody plots any more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left unsaid stays so
+    except HandoutError as error:
+        print(f"failed {error}", flush=True)
+        sys.exit(error.exit_code)
+
+
+def _stop(number: int, _frame: FrameType | None) -> None:
+    """The program that plots needs no more pages: unwind, so that no page is left half-written."""
+    sys.exit(128 + number)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""A plotter's pen: the test sheet that shows what to set, its heights found or tried, and the pen moved by hand."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from handout import profiles
+from handout.errors import InputError
+from handout.inking.pen import usual
+from handout.page_sizes import page as page_of
+from handout.pipeline.options import Length, millimetres
+from handout.pipeline.plot_request import HeightOptions, Operator
+from handout.pipeline.plotting import Unattended, machine, plot_drawing, usual_device
+from handout.pipeline.programs import Programs
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.pipeline.writing import seed_of
+from handout.plotting import open_port, plan
+from handout.plotting.dialect import Controller
+from handout.plotting.driving import driver
+from handout.plotting.setup import manual, pen_heights, saved_heights, sheet
+from handout.plotting.setup.pen_heights import Heights
+from handout.profiles import Plotter
+from handout.sinks import Look, check_outputs, write_drawings
+from handout.values import Drawing
+
+_NO_PORT = "Where is the plotter? Give --port /dev/ttyUSB0 (or COM3, auto, or sim:)."
+
+
+@dataclass(frozen=True)
+class TestSheetResult:
+    """A test sheet, in files or on paper: planned_s, executed_s, s; job : that drew it; how_to_read : in lines."""
+
+    device: str
+    planned_s: float
+    how_to_read: tuple[str, ...]
+    files: tuple[Path, ...] = ()
+    executed_s: float | None = None
+    job: str = ""
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        if self.executed_s is None:
+            files = [str(path) for path in self.files]
+            return {"files": files, "device": self.device, "planned_s": round(self.planned_s, 2)}
+        times: Facts = {"planned_s": round(self.planned_s, 2), "executed_s": round(self.executed_s, 2)}
+        return {"device": self.device, **times, "job": self.job}
+
+
+@dataclass(frozen=True)
+class PenHeights:
+    """The keys of a profile's group ``[pen]`` that were found or tried; file : the profile that has them now."""
+
+    keys: dict[str, float]
+    file: Path | None
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {**self.keys, "file": None if self.file is None else str(self.file)}
+
+
+@dataclass(frozen=True)
+class PenMove:
+    """What was done with a pen, in words, and where the machine stands then, mm; None if it does not know."""
+
+    device: str
+    title: str
+    done: str
+    position: tuple[float, float] | None
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {"device": self.device, "done": self.done, "position": self.position and list(self.position)}
+
+
+def test_sheet(
+    port: str | None,
+    device: str | None = None,
+    *,
+    page: str | None = None,
+    seed: int = 1,
+    outputs: Sequence[str | Path] = (),
+    operator: Operator | None = None,
+    listener: Listener = SILENT,
+) -> TestSheetResult:
+    """Draw the sheet that shows what to set of a plotter, on paper at a port, or in files."""
+    profile = machine(device, port)
+    size = page_of(page) if page else sheet.usual_page(profile)
+    drawing = sheet.test_sheet(profile, size, np.random.default_rng(seed_of(seed)))
+    how_to_read = tuple(sheet.how_to_read(profile))
+    if outputs:
+        planned_s = plan(drawing, profile).duration
+        return TestSheetResult(profile.name, planned_s, how_to_read, _files(drawing, profile, outputs))
+    if port is None:
+        raise InputError(_NO_PORT)
+    job, report = plot_drawing(drawing, profile, port, "test sheet", operator or Unattended(port, listener), listener)
+    return TestSheetResult(profile.name, report.announced_s, how_to_read, (), report.executed_s, job.name)
+
+
+def _files(drawing: Drawing, profile: Plotter, outputs: Sequence[str | Path]) -> tuple[Path, ...]:
+    paths = [Path(name) for name in outputs]
+    programs = Programs(profile.name or None, paths)
+    check_outputs(paths, programs.sinks)
+    pen = usual("plain", float(profile.pen.width))
+    return tuple(write_drawings([drawing], paths, Look(pen), extra=programs.sinks))
+
+
+def find_heights(
+    port: str | None,
+    device: str | None,
+    options: HeightOptions,
+    person: pen_heights.Person,
+    listener: Listener = SILENT,
+) -> PenHeights:
+    """Find how high a pen is lifted and how low it is let down with a person who looks, or try two heights.
+
+    Raises
+    ------
+    InputError
+        There is nothing to set, or the options contradict each other; nothing has moved then.
+    """
+    if port is None:
+        raise InputError(_NO_PORT)
+    profile = machine(device, port)
+    pen_heights.check(profile)
+    if (options.up is None) != (options.down is None):
+        raise InputError("--up and --down are tried together: give both, or neither to be asked.")
+    if options.again and options.save is None:
+        raise InputError("--again replaces a profile that is saved: give it with --save NAME.")
+    source = profiles.locate(device or usual_device(port), "plotter")
+    path = None if options.save is None else saved_heights.place(options.save, options.again)
+    trial = None if options.up is None or options.down is None else Heights(options.up, options.down)
+    if trial is not None:
+        saved_heights.check(source, saved_heights.lines(trial, profile))
+    with contextlib.closing(open_port(port, profile)) as opened:
+        controller = driver.connect(opened, profile, listener.say)
+        bench = pen_heights.begin(controller, opened, person, listener.say)
+        if trial is None:
+            heights = pen_heights.find(bench)
+        else:
+            heights = trial
+            pen_heights.tried(bench, trial)
+    keys = saved_heights.lines(heights, profile)
+    if path is not None:
+        saved_heights.save(source, path, keys)
+    return PenHeights(keys, path)
+
+
+def lift_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
+    """Lift the pen."""
+    return _moved(port, device, "the pen is up", lambda controller: controller.pen(False), listener)
+
+
+def lower_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
+    """Lower the pen onto the paper, where it stays."""
+    return _moved(port, device, "the pen is down", lambda controller: controller.pen(True), listener)
+
+
+def home_pen(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
+    """Lift the pen and go to the machine's zero."""
+    return _moved(port, device, "the pen is above its zero", manual.home, listener)
+
+
+def jog(x: Length, y: Length, port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
+    """Lift the pen and travel so far along the machine's axes."""
+    dx, dy = millimetres(x, "jog x"), millimetres(y, "jog y")
+    done = f"moved by {dx:g}, {dy:g} mm"
+    return _moved(port, device, done, lambda controller: manual.jog(controller, dx, dy), listener)
+
+
+def release_motors(port: str | None, device: str | None = None, listener: Listener = SILENT) -> PenMove:
+    """Take the power from the motors; the machine forgets where it is."""
+    return _moved(port, device, "its motors are off", lambda controller: controller.release(), listener, knows=False)
+
+
+def _moved(
+    port: str | None,
+    device: str | None,
+    done: str,
+    move: Callable[[Controller], None],
+    listener: Listener,
+    knows: bool = True,
+) -> PenMove:
+    """Connect, move, and say where it stands; `knows` : whether the machine still knows that."""
+    if port is None:
+        raise InputError(_NO_PORT)
+    profile = machine(device, port)
+    with contextlib.closing(open_port(port, profile)) as opened:
+        place = manual.moved(driver.connect(opened, profile, listener.say), move)
+    position = None if place is None or not knows else (round(place[0], 3), round(place[1], 3))
+    return PenMove(profile.name, profile.title, done, position)

@@ -1,0 +1,141 @@
+"""The plots that are kept: how far each has come, and what happens when one is gone on with."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+from handout.errors import InputError
+from handout.pipeline.results import SILENT, Facts, Listener
+from handout.plotting.jobs import store
+from handout.plotting.jobs.job import Job
+from handout.plotting.jobs.journal import Standing
+from handout.plotting.jobs.parts import named
+from handout.plotting.jobs.places import drawn
+
+
+@dataclass(frozen=True)
+class JobState:
+    """A plot that is kept, and how far it has come.
+
+    device, port : where it is drawn; sheets : of all copies, as far as they are written; all_written : whether all
+        are.
+    layers : that have names; part, parts : which is under way or comes next, from 1, of how many.
+    stopped : why it ended the last time; runs : when programs took it up.
+    drawn_mm, pen_down_mm : of ink on paper, and in all.
+    """
+
+    name: str
+    title: str
+    begun: str
+    device: str
+    port: str
+    sheets: int
+    all_written: bool
+    layers: tuple[str, ...]
+    parts: int
+    part: int
+    finished: bool
+    stopped: str
+    runs: tuple[str, ...]
+    drawn_mm: float
+    pen_down_mm: float
+
+    @classmethod
+    def of(cls, job: Job) -> JobState:
+        """The state of a job; InputError if its journal is damaged."""
+        standing = job.standing()
+        return cls(
+            name=job.name,
+            title=job.title,
+            begun=job.begun,
+            device=job.profile.name,
+            port=job.port,
+            sheets=job.pages * job.options.copies,
+            all_written=job.whole,
+            layers=tuple(layer for layer in job.layers if layer),
+            parts=len(job.parts),
+            part=standing.part + (0 if standing.finished else 1),
+            finished=standing.finished,
+            stopped=standing.stopped,
+            runs=standing.runs,
+            drawn_mm=round(job.ink if standing.finished else _drawn(job, standing), 1),
+            pen_down_mm=round(job.ink, 1),
+        )
+
+    @property
+    def share(self) -> float:
+        """Share of its ink that is on paper."""
+        return self.drawn_mm / max(self.pen_down_mm, 1e-9)
+
+    @property
+    def outlook(self) -> str:
+        """What will happen when it is gone on with, in words."""
+        return outlook(store.find(self.name))
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        fields = asdict(self)
+        return {"job": fields.pop("name"), **fields} | {"layers": list(self.layers), "runs": list(self.runs)}
+
+
+def list_jobs(listener: Listener = SILENT) -> list[JobState]:
+    """All jobs that are kept, the oldest first; the listener hears of those that cannot be read."""
+    states = []
+    for job in store.every():
+        try:
+            states.append(JobState.of(job))
+        except InputError as error:
+            listener.say(f"handout: {error}")
+    return states
+
+
+def show_job(name: str) -> JobState:
+    """How far the job of that name has come."""
+    return JobState.of(store.find(name))
+
+
+def forget_job(name: str) -> str:
+    """Delete a job, finished or not; InputError if it is being plotted.  What it was called."""
+    job = store.find(name)
+    store.forget(job)
+    return called(job)
+
+
+def outlook(job: Job) -> str:
+    """What will happen when a job is gone on with."""
+    standing = job.standing()
+    if standing.part >= len(job.parts):
+        return f"{called(job)}: goes on with what is written next; {_drawn(job, standing) / 1000:.2f} m are drawn."
+    if not standing.begun:
+        return f"{called(job)}: goes on with {_part(job, standing)}."
+    strokes = job.drawing(standing.part).strokes
+    words = job.drawing(standing.part).about.get("words") or []
+    at = min(standing.place.stroke, len(strokes) - 1)
+    number = strokes[at].word
+    word = f', in the word "{words[number]}"' if 0 <= number < len(words) and words[number] else ""
+    return (
+        f"{called(job)}: goes on with {_part(job, standing)}, at stroke {at + 1} of {len(strokes)}{word}; "
+        f"{_drawn(job, standing) / 1000:.2f} of {'' if job.whole else 'about '}{job.ink / 1000:.2f} m are drawn, of "
+        "which at most "
+        f"{job.options.overlap:g} mm are drawn again."
+    )
+
+
+def called(job: Job) -> str:
+    """A job as it is called in a sentence."""
+    return f"{job.name} ({job.title})" if job.title else job.name
+
+
+def _part(job: Job, standing: Standing) -> str:
+    part = job.parts[standing.part]
+    sheets = f" of {job.pages * job.options.copies}" if job.whole else ""
+    layer = f", {named(part.layer)}" if len(job.layers) > 1 else ""
+    return f"sheet {part.copy * job.pages + part.page + 1}{sheets}{layer}"
+
+
+def _drawn(job: Job, standing: Standing) -> float:
+    """mm of ink that are certainly on paper."""
+    whole = sum(part.ink for part in job.parts[: standing.part])
+    if not standing.begun or standing.part >= len(job.parts):
+        return whole
+    return whole + drawn(job.drawing(standing.part), standing.place).pen_down

@@ -1,0 +1,114 @@
+"""What a caller may ask of a plotter, and who stands at it while it draws."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from handout.pipeline.inputs import Source
+from handout.pipeline.options import Length, PictureOptions, SheetOptions, WritingOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from handout.errors import DeviceError
+    from handout.plotting.driving.driver import Progress
+    from handout.plotting.jobs.parts import Layers
+    from handout.plotting.planning.plan import Order
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """How something is plotted.
+
+    device : the plotter's profile; None: a GRBL plotter with a servo, or the simulated one at a simulated port.
+    order : "writing", or "travel": shorter ways, by moving words, or the strokes of a drawing in any way.
+    layers : what makes a layer, for which another pen is put in: "none", "name" or "colour".
+    copies : of all pages; pause_every : ink after which a pen is looked at, or None.
+    overlap : ink that may be drawn twice after a break; None: `usual_overlap`.
+    pen_up, pen_down : heights of the pen instead of the profile's: servo values, or of a Z axis lengths.
+    """
+
+    device: str | None = None
+    order: Order = "writing"
+    layers: Layers = "none"
+    copies: int = 1
+    pause_every: Length | None = None
+    overlap: Length | None = None
+    pen_up: str | None = None
+    pen_down: str | None = None
+
+
+@dataclass(frozen=True)
+class PlotRequest:
+    """What is plotted, and how: what is to be written, in which hand, on which sheet, with which pen."""
+
+    source: Source
+    writing: WritingOptions = WritingOptions()
+    sheet: SheetOptions = SheetOptions(usual_page="A5")
+    picture: PictureOptions = PictureOptions()
+    plotting: PlotOptions = PlotOptions()
+
+
+@dataclass(frozen=True)
+class AttendanceOptions:
+    """What happens at the plotter while a job is drawn.
+
+    at_zero : the pen of a job that is resumed stands above the machine's zero, lifted.
+    home_after : back to zero after an interrupt too.
+    hold_limit : how long the plotter may stand on hold before the plot ends, its pen lifted; None: 2 minutes where
+        nobody is there to be asked, else for ever.
+    report : a file that is told how faithful the motion is, as JSON.
+    """
+
+    at_zero: bool = False
+    home_after: bool = False
+    hold_limit: str | None = None
+    report: str | Path | None = None
+
+
+@dataclass(frozen=True)
+class HeightOptions:
+    """Which heights are tried, and where what is found goes.
+
+    up, down : heights to try without questions, or neither.
+    save : name of a profile of the user's own that gets them; again : whether one of that name is replaced.
+    """
+
+    up: float | None = None
+    down: float | None = None
+    save: str | None = None
+    again: bool = False
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Which plotter programs are for, None: a common one that reads such files; order : as in `PlotOptions`."""
+
+    device: str | None = None
+    order: Order = "writing"
+
+
+class Operator(Protocol):
+    """Whoever stands at the plotter: is asked for sheets and pens, and hears how the plot goes."""
+
+    @property
+    def watches(self) -> bool:
+        """Whether somebody is there, who may hold the plotter for as long as they like."""
+
+    def plotting(self) -> AbstractContextManager[Progress | None]:
+        """A block in which a job is drawn: who is told how far it has come, if anybody wants to know."""
+
+    def say(self, sentence: str) -> None:
+        """Hear a sentence while the pen draws; never waits."""
+
+    def do(self, request: str) -> None:
+        """See `plotting.jobs.runner.Person`, as for the rest."""
+
+    def try_again(self, error: DeviceError) -> bool:
+        """See there."""
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """See there."""

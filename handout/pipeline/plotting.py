@@ -1,0 +1,439 @@
+"""A pen plotter: plot a text or a drawing, preview it, go on with a plot that broke off.
+
+A plot is a job in a folder of its own (`handout.plotting.jobs`): whatever ends it, `resume` goes on with it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from handout import atomic, profiles, units
+from handout.errors import DeviceError, InputError
+from handout.pipeline import job_pages, pictures
+from handout.pipeline.lined_paper import page_name
+from handout.pipeline.options import Length, millimetres
+from handout.pipeline.plot_jobs import JobState, outlook
+from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptions, PlotRequest
+from handout.pipeline.results import SILENT, Facts, Listener, Tally
+from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
+from handout.plotting import fit_to_bed, open_port, plan
+from handout.plotting.connections import is_simulated, surroundings
+from handout.plotting.driving import plot_report
+from handout.plotting.driving.driver import Progress, Report
+from handout.plotting.driving.overlap import OVERLAP, usual_overlap
+from handout.plotting.jobs import runner, store
+from handout.plotting.jobs.job import Job, Options, load
+from handout.plotting.jobs.pages import Made, laid_out
+from handout.plotting.planning.plan import Plan
+from handout.plotting.ports import Port
+from handout.plotting.setup.pen_heights import replaced
+from handout.profiles import Plotter
+from handout.sinks import check_outputs, write_drawings
+from handout.values import Drawing, Manuscript
+
+if TYPE_CHECKING:
+    pass
+
+# s that a plotter may stand on hold where nobody is asked: long enough for somebody at the machine to look at the pen
+_UNWATCHED = 120.0
+
+
+class Unattended:
+    """Nobody is at the plotter: sheets and pens are taken to be in place.
+
+    address : of the plotter; a simulated one is never asked for.
+    """
+
+    watches = False
+
+    def __init__(self, address: str, listener: Listener = SILENT) -> None:
+        self.simulated, self.listener = is_simulated(address), listener
+
+    def do(self, request: str) -> None:
+        """What only a person can do is an error, but for a simulated plotter."""
+        if not self.simulated and runner.is_about_zero(request):
+            raise InputError(f"{request}: nobody can be asked to; use --at-zero when it is done.")
+
+    def try_again(self, error: DeviceError) -> bool:
+        """The job ends."""
+        return False
+
+    def paused(self, pressed: Callable[[], bool]) -> None:
+        """Until the button is pressed once more."""
+        while not pressed():
+            pass
+
+    @contextlib.contextmanager
+    def plotting(self) -> Iterator[Progress | None]:
+        """The listener hears the share."""
+        yield lambda share, left: self.listener.progress(share, "plotting")
+
+    def say(self, sentence: str) -> None:
+        """The listener hears it."""
+        self.listener.say(sentence)
+
+
+@dataclass(frozen=True)
+class Plotted:
+    """What was plotted.
+
+    written : of `plot`, what is on the sheets; of `resume` None; job : as it stands now; reports : of its parts.
+    """
+
+    job: Job
+    reports: tuple[Report, ...]
+    written: Facts | None = None
+    notes: tuple[str, ...] = ()
+    tally: Tally | None = None
+    seed: int | None = None
+
+    @property
+    def sheets(self) -> int:
+        """Sheets in all."""
+        return self.job.pages * self.job.options.copies
+
+    @property
+    def executed_s(self) -> float:
+        """Time that it took, s."""
+        return round(sum(report.executed_s for report in self.reports), 2)
+
+    @property
+    def fidelity(self) -> str:
+        """How faithful the plot was, in one sentence; "" if nothing was plotted."""
+        return plot_report.sentence(self.reports)
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        executed: Facts = {
+            "planned_s": round(sum(report.announced_s for report in self.reports), 2),
+            "executed_s": self.executed_s,
+            "stretched": _stretched(self.reports),
+            **plot_report.facts(self.reports),
+        }
+        if self.written is None:
+            return {**JobState.of(self.job).facts(), **executed}
+        more: Facts = {"copies": self.job.options.copies, "job": self.job.name}
+        return {**self.written, **executed, **more}
+
+
+@dataclass(frozen=True)
+class Previewed:
+    """What was written instead of plotting; planned_s : s that plotting would take."""
+
+    written: Facts
+    files: tuple[Path, ...]
+    planned_s: float
+    stretched: float
+    tally: Tally
+    seed: int
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {**self.written, "planned_s": round(self.planned_s, 2), "stretched": self.stretched}
+
+
+def plot(
+    request: PlotRequest,
+    port: str,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    *,
+    operator: Operator | None = None,
+    listener: Listener = SILENT,
+) -> Plotted:
+    """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
+
+    Raises
+    ------
+    InputError, DeviceError, KeyboardInterrupt
+        The message says how to go on, if anything has been begun.
+    """
+    account = _ReportFile(attendance.report)
+    profile = _machine(request.plotting, port)
+    task = _task(request)
+    options = _job_options(request, task, profile)
+    connected = _connected(port, profile)
+    try:
+        job = _begun(request, task, profile, options, port)
+    except BaseException:
+        connected.close()
+        raise
+    listener.say(f"{profile.title}: {_amount(job)}, job {job.name}.")
+    listener.note(*task.paper_notes)  # before the sheet is laid in
+    reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
+    job = load(job.folder)
+    tally = sum((Tally(**told) for told in job.told), Tally())
+    result = written(tally, task, (), task.paper_notes)
+    return Plotted(job, tuple(reports), result.facts(), task.paper_notes, tally, task.seed)
+
+
+def preview(
+    request: PlotRequest,
+    outputs: Sequence[str | Path],
+    *,
+    show_travel: bool = False,
+    report: str | Path | None = None,
+    port: str | None = None,
+    listener: Listener = SILENT,
+) -> Previewed:
+    """Write what would be plotted to files; `port` : that it would be plotted at, for the usual device of that."""
+    paths = [Path(name) for name in outputs]
+    check_outputs(paths)
+    account, look = _ReportFile(report), pictures.look(request.picture)
+    profile, source = _machine(request.plotting, port), request.source
+    task = _task(request)
+    if source.drawing is None:
+        pages, drawings = draw_pages(source.text, task, wanted=STROKES, tell=listener.progress)
+    else:
+        pages, drawings = [_unwritten(source.drawing)], [source.drawing]
+    if request.writing.fit:
+        drawings = [fit_to_bed(drawing, profile) for drawing in drawings]
+    drawings = [laid_out(drawing, profile, request.plotting.layers, request.plotting.order) for drawing in drawings]
+    plans = [plan(drawing, profile, speed="fast" if task.fast else 1.0) for drawing in drawings]
+    listener.note(*task.paper_notes)
+    look = dataclasses.replace(task.on_paper(look), show_travel=show_travel)
+    files = write_drawings(drawings, paths, look)
+    account.planned(plans)
+    result = written(Tally.of(pages, drawings), task, files, task.paper_notes)
+    planned_s = sum(planned.duration for planned in plans)
+    return Previewed(
+        result.facts(), result.files, planned_s, _stretched(plans), result.tally, task.seed, task.paper_notes
+    )
+
+
+def resume(
+    name: str | None = None,
+    port: str | None = None,
+    attendance: AttendanceOptions = AttendanceOptions(),
+    *,
+    operator: Operator | None = None,
+    listener: Listener = SILENT,
+) -> Plotted:
+    """Go on with a job, at the port where it was begun or another; None: the last that is not finished."""
+    account = _ReportFile(attendance.report)
+    job = store.find(name)
+    if job.standing().finished:
+        raise InputError(f"The job {job.name} is finished: nothing is left of it.")
+    listener.say(outlook(job))
+    address = port or job.port
+    reports = _run(job, address, attendance, account, operator or Unattended(address, listener))
+    return Plotted(load(job.folder), tuple(reports))
+
+
+def machine(device: str | None, port: str | None) -> Plotter:
+    """The plotter that is named, or the usual one."""
+    profile = profiles.find(device or usual_device(port), "plotter")
+    assert isinstance(profile, Plotter)
+    return profile
+
+
+def usual_device(port: str | None) -> str:
+    """The name of the plotter that is meant where none is named."""
+    return "simulated" if port is not None and is_simulated(port) else "grbl-servo"
+
+
+def plot_drawing(
+    drawing: Drawing, profile: Plotter, port: str, title: str, operator: Operator, listener: Listener
+) -> tuple[Job, Report]:
+    """Plot one drawing as a job like any other, at the pace of its clock."""
+    connected = open_port(port, profile)
+    try:
+        job = store.create([drawing], profile, Options(overlap=OVERLAP), title=title, port=port)
+    except BaseException:
+        connected.close()
+        raise
+    listener.say(f"{profile.title}: {title}, {job.ink / 1000:.2f} m of ink, job {job.name}.")
+    (report,) = _run(job, port, AttendanceOptions(), _ReportFile(None), operator, connected)
+    return job, report
+
+
+def _machine(plotting: PlotOptions, port: str | None) -> Plotter:
+    """The plotter, with the heights of its pen that are asked for."""
+    profile = machine(plotting.device, port)
+
+    def height(text: str | None, what: str) -> float | None:
+        if text is None:
+            return None
+        if profile.pen.lift == "z":
+            return units.length(text, what)
+        try:
+            return float(text)
+        except ValueError:
+            raise InputError(f"{what}: {text!r} is not a number, as pen.up and pen.down in the profile are.") from None
+
+    if plotting.pen_up is None and plotting.pen_down is None:
+        return profile
+    return replaced(profile, height(plotting.pen_up, "pen up"), height(plotting.pen_down, "pen down"))
+
+
+def _task(request: PlotRequest) -> WritingTask:
+    """The options of writing, checked; a text goes on the lines of its paper."""
+    task = prepare(request.writing, request.sheet, request.picture)
+    if request.source.drawing is not None:
+        return task
+    return on_lined_paper(task, request.writing, request.sheet, request.picture)
+
+
+def _job_options(request: PlotRequest, task: WritingTask, profile: Plotter) -> Options:
+    """How the job is to be drawn."""
+    plotting, drawing = request.plotting, request.source.drawing
+    usual = usual_overlap(profile, task.fast or (drawing is not None and not drawing.timed))
+    return Options(
+        speed="fast" if task.fast else 1.0,
+        order=plotting.order,
+        overlap=usual if plotting.overlap is None else _positive(plotting.overlap, "overlap"),
+        copies=plotting.copies,
+        layers=plotting.layers,
+        pause_every=None if plotting.pause_every is None else _positive(plotting.pause_every, "pause every"),
+    )
+
+
+def _positive(text: Length, what: str) -> float:
+    length = millimetres(text, what)
+    if not length > 0:
+        raise InputError(f"{what}: {text} is not more than 0.")
+    return length
+
+
+def _connected(port: str, profile: Plotter) -> Port:
+    """The way to the machine, opened before any work is done for it."""
+    try:
+        return open_port(port, profile)
+    except DeviceError as error:
+        raise type(error)(f"{error} No job was begun.") from error
+
+
+def _begun(request: PlotRequest, task: WritingTask, profile: Plotter, options: Options, port: str) -> Job:
+    """The job, with the first page of a text and what the others are made from, or with the drawing."""
+    source, writing, rest = request.source, request.writing, None
+    if source.drawing is not None:
+        drawing = fit_to_bed(source.drawing, profile) if writing.fit else source.drawing
+        tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
+        pages = [Made(drawing, 1.0, dataclasses.asdict(tally))]
+    else:
+        made = job_pages.made(source.text, task, profile, writing.fit, [])
+        pages = [next(made)]
+        if pages[0].share < 1.0 and isinstance(writing.hand, str):
+            page = page_name(request.sheet, request.picture)
+            rest = job_pages.inputs(source.text, task, writing, request.sheet, page)
+        else:  # a hand that is in memory alone cannot be found again
+            pages += made
+    return store.begin(pages, profile, options, rest, title=" ".join(source.text.split())[:40], port=port)
+
+
+def _unwritten(drawing: Drawing) -> Manuscript:
+    """A page without writing, for what counts words and lines."""
+    return Manuscript((), drawing.page, 0.0)
+
+
+def _amount(job: Job) -> str:
+    """How much will be drawn, in words."""
+    if job.whole:
+        return f"{units.count(job.pages * job.options.copies, 'sheet')}, {job.ink / 1000:.2f} m of ink"
+    return f"about {job.ink / 1000:.1f} m of ink; the other sheets are written while the first are drawn"
+
+
+def _stretched(parts: Sequence[Plan] | Sequence[Report]) -> float:
+    """The greatest of the sheets' stretches: time the strokes take over the time they were meant to take."""
+    return round(max((part.stretched for part in parts), default=1.0), 4)
+
+
+class _ReportFile:
+    """The file that is told how faithful the motion was, or will be; nothing without a file.
+
+    Raises
+    ------
+    InputError
+        The file could not be written; asked before any work is done.
+    """
+
+    def __init__(self, path: str | Path | None) -> None:
+        self.path, self.rows = None if path is None else Path(path), list[dict[str, Any]]()
+        if self.path is not None:
+            atomic.check_writable(self.path)
+
+    def planned(self, plans: Sequence[Plan]) -> None:
+        """Write what is predicted of every page."""
+        if self.path is not None:
+            plot_report.write(self.path, [plot_report.row(plan, page) for page, plan in enumerate(plans, 1)])
+
+    def plotted(self, report: Report, port: Port) -> None:
+        """Write what is to be said of all parts up to the one that has just been plotted."""
+        if self.path is not None:
+            self.rows.append(plot_report.plotted(report, port, len(self.rows) + 1))
+            plot_report.write(self.path, self.rows)
+
+
+def _run(
+    job: Job,
+    address: str,
+    attendance: AttendanceOptions,
+    account: _ReportFile,
+    operator: Operator,
+    port: Port | None = None,
+) -> list[Report]:
+    """Plot a job, or what is left of it, at first over a port that is open; whatever ends it says how to go on."""
+    limit = attendance.hold_limit
+    usual = math.inf if operator.watches else _UNWATCHED
+    patience = usual if limit is None else units.parse(limit, "time", "hold limit")
+
+    def opened() -> Port:
+        nonlocal port
+        first, port = port, None
+        return first or open_port(address, job.profile)
+
+    with _kept(job), job_pages.producer(job) as producer, surroundings(address), operator.plotting() as progress:
+        return runner.run_job(
+            job,
+            opened,
+            operator,
+            runner.RunOptions(attendance.at_zero, attendance.home_after, patience),
+            supply=producer,
+            progress=progress,
+            plotted=account.plotted,
+            log=operator.say,
+        )
+
+
+@contextlib.contextmanager
+def _kept(job: Job) -> Iterator[None]:
+    """Add to what ends a job how to go on with it; one that was refused before anything was drawn is forgotten."""
+    try:
+        yield
+    except DeviceError as error:
+        if advice := _how_to_go_on(job):
+            raise type(error)(f"{error} {advice}") from error
+        raise
+    except InputError as error:
+        if _has_begun(job):
+            raise type(error)(f"{error} {_how_to_go_on(job)}") from error
+        with contextlib.suppress(InputError):
+            store.forget(job)
+        raise
+    except BaseException as stop:  # an interrupt, here or in a question to the operator
+        if advice := _how_to_go_on(job):
+            stop.add_note(advice)
+        raise
+
+
+def _has_begun(job: Job) -> bool:
+    try:
+        standing = job.standing()
+    except InputError:  # what is wrong has been said
+        return False
+    return standing.begun or standing.part > 0
+
+
+def _how_to_go_on(job: Job) -> str:
+    """How to go on with a job, even one of which nothing is drawn: otherwise --resume would take one before it."""
+    try:
+        job.standing()
+    except InputError:  # what is wrong has been said
+        return ""
+    return f"The job is kept; go on with: handout plot --resume {job.name}"

@@ -1,0 +1,72 @@
+"""Reads drawings in JSON, as `sinks.drawing_json` writes and describes them: every sample exactly."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from handout.errors import InputError
+from handout.values import Drawing, Page, Stroke
+
+_CHANNELS = ("pressure", "tilt", "azimuth", "rotation", "width")
+
+
+class _Page(msgspec.Struct, forbid_unknown_fields=True):
+    width: float
+    height: float
+    name: str = ""
+
+
+class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
+    t: list[float]
+    x: list[float]
+    y: list[float]
+    pressure: list[float] | None = None
+    tilt: list[float] | None = None
+    azimuth: list[float] | None = None
+    rotation: list[float] | None = None
+    width: list[float] | None = None
+    word: int = -1
+    nib: float | None = None
+    layer: str = ""
+    colour: str = ""
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    format: Literal["handout-drawing"]
+    version: Literal[1]
+    page: _Page
+    about: dict[str, Any]
+    strokes: list[_Stroke]
+    timed: bool = True
+
+
+def from_json(data: bytes) -> Drawing:
+    """Read what `sinks.drawing_json.to_json` wrote: the same Drawing, number by number.
+
+    Raises
+    ------
+    InputError
+        Not JSON, not of this form (the message says where), or strokes that cannot be.
+    """
+    try:
+        file = msgspec.json.decode(data, type=_File)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"This is not a drawing in JSON: {error}.") from error
+    if not (file.page.width > 0 and file.page.height > 0):
+        raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
+    strokes = tuple(_read(stroke, number) for number, stroke in enumerate(file.strokes, 1))
+    return Drawing(strokes, Page(file.page.width, file.page.height, file.page.name), file.about, timed=file.timed)
+
+
+def _read(stroke: _Stroke, number: int) -> Stroke:
+    if len(stroke.x) != len(stroke.y):
+        raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
+    known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
+    try:
+        xy = np.column_stack([stroke.x, stroke.y])
+        return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **known)
+    except ValueError as error:
+        raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -1,0 +1,79 @@
+"""Reads pages of plans in JSON, as `sinks.plans_json` writes and describes them, changed by hand or not."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from handout.errors import InputError
+from handout.motion.reconstruction.plan import LognormalPlan
+from handout.motion.reconstruction.planned_page import Fit, PlannedPage
+from handout.values import Page
+
+
+class _Page(msgspec.Struct, forbid_unknown_fields=True):
+    width: float
+    height: float
+    name: str = ""
+
+
+class _Stroke(msgspec.Struct, forbid_unknown_fields=True):
+    onset: float
+    duration: float
+    asymmetry: float
+    theta: float
+
+
+class _Movement(msgspec.Struct, forbid_unknown_fields=True):
+    start: float
+    end: float
+    targets: list[tuple[float, float]]
+    strokes: list[_Stroke]
+    place_db: float | None = None
+    speed_db: float | None = None
+    word: int = -1
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    format: Literal["handout-plans"]
+    version: Literal[1]
+    page: _Page
+    timed: bool
+    about: dict[str, Any]
+    movements: list[_Movement]
+
+
+def from_json(data: bytes) -> PlannedPage:
+    """Read what `sinks.plans_json.to_json` wrote.
+
+    Raises
+    ------
+    InputError
+        Not JSON, not of this form (the message says where), or plans that cannot be.
+    """
+    try:
+        file = msgspec.json.decode(data, type=_File)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"This is not a page of plans in JSON: {error}.") from error
+    if not (file.page.width > 0 and file.page.height > 0):
+        raise InputError(f"A page of {file.page.width:g} x {file.page.height:g} mm cannot be.")
+    fits = tuple(_read(movement, number) for number, movement in enumerate(file.movements, 1))
+    return PlannedPage(fits, Page(file.page.width, file.page.height, file.page.name), file.timed, file.about)
+
+
+def _read(movement: _Movement, number: int) -> Fit:
+    columns = np.array([(s.onset, s.duration, s.asymmetry, s.theta) for s in movement.strokes]).reshape(-1, 4).T
+    if (columns[1] <= 0).any():
+        raise InputError(f"Movement {number} has a stroke whose duration is not above 0 s.")
+    try:
+        targets = np.array(movement.targets, dtype=np.float64).reshape(-1, 2)
+        onset, duration, asymmetry, theta = columns
+        plan = LognormalPlan(targets, onset, duration, asymmetry, theta, movement.start, movement.end)
+    except ValueError as error:
+        raise InputError(
+            f"Movement {number} cannot be used: {error} (it needs one target more than strokes)."
+        ) from error
+    place = np.inf if movement.place_db is None else movement.place_db
+    return Fit(plan, place, movement.speed_db, movement.word)
