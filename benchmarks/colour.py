@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import argyll
-from handout.colour import conversions
+from handout.colour import METHODS, conversions
 from handout.colour.chart import chart as calibration_chart
 from handout.colour.chart_files import render
-from handout.colour.models import METHODS, fit, splines
+from handout.colour.models import fit, splines
 from handout.colour.patches import Patches
 from handout.colour.reading import read
 from handout.colour.reading.scan_files import Scan

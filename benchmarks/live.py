@@ -114,7 +114,7 @@ def told(run: Live) -> str:
     rms, correlation = ebb.in_time(meant, run.executed)
     paused = [rest for _, _, rest in rests(meant, run.executed)]
     true = f"{len(paused):>3} {sum(paused):6.2f} s {max(paused, default=0.0):.3f} s"
-    noticed = f"{len(report.observed.rests):>3} {report.observed.rested_s:6.2f} s"
+    noticed = f"{len(report.observation.rests):>3} {report.observation.rested_s:6.2f} s"
     return f"{true} | {noticed} | {correlation:.4f} {rms:6.2%} | {report.unsecured:5.1f} | {report.min_queue}"
 
 

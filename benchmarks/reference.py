@@ -29,7 +29,7 @@ from handout.inking.pen import rgb, usual
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.simulated import spectra
-from handout.simulated.printer import Flatbed, Inkjet, Sheet, stock, writer
+from handout.simulated.printer import Flatbed, Inkjet, Sheet, inkjet, pen
 from handout.simulated.scanner.flatbed import SETTINGS
 from handout.simulated.sheet import Written
 from handout.values import Array, Raster
@@ -107,7 +107,7 @@ def calibrated(flatbed: Flatbed, paper: str, inks: dict[str, object]) -> dict[st
         small = amount(model, FRAME, "118x20mm", 100 + number)
         rows = np.flatnonzero(small.max(axis=1) > 0.3)
         small = small[max(0, rows[0] - 12) :]
-        written = writer.written(sheet, first.scribble_field, small, FINE, spectrum(lobes))
+        written = pen.written(sheet, first.scribble_field, small, FINE, spectrum(lobes))
         picture = flatbed.scan(written, DPI, np.random.default_rng(number))
         reading = read([Scan(picture, (DPI, DPI), ink)])
         if colours is None:
@@ -124,7 +124,7 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
     bare = np.zeros((round(40 / 25.4 * FINE), round(150 / 25.4 * FINE)), dtype=np.int32)
 
     def sheet(paper: str) -> Sheet:
-        white = stock.PAPERS[paper].spectrum
+        white = inkjet.PAPERS[paper].spectrum
         return Sheet(np.zeros((1, 4)), bare, lambda asked: np.repeat(white[None], len(asked), 0), FINE,
                      written=(Written((0, 0), large.astype(np.float32), density),))  # fmt: skip
 
@@ -136,7 +136,7 @@ def judged(name, ink, scribble, colours, papers):  # type: ignore[no-untyped-def
                   scribble.paper, dpi, scribble.contrast)  # fmt: skip
     # what is judged: parts of the pen's own lines, free of noise, whose spectra are known
     levels = np.random.default_rng(2).choice(large[large > 0.15], 400)
-    one, other = (stock.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
+    one, other = (inkjet.PAPERS[p].spectrum * 10 ** (-density * levels[:, None]) for p in papers)
     seen = flatbed.see(one)
     clear = (seen / white).min(axis=1, keepdims=True)
     rgba = np.hstack([np.clip((seen - clear * white) / np.maximum(1 - clear, 1e-3), 0, 1), 1 - clear])

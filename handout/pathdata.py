@@ -3,6 +3,8 @@
 Everything becomes cubics, since what an affine map does to a cubic is done to its points; a path of k of them is an
 array (3 k + 1, 2): knot, handle, handle, knot, …
 
+Kept by hand: `handout.sources.svg` says what svgelements lacks.
+
 Source: SVG 1.1, §8.3 (path data), §9 (basic shapes), appendix F.6 (arcs).
 """
 

@@ -1,4 +1,19 @@
 """From a printed chart to a stored calibration, and pages through it: what a user does about colour.
 
+    wizard           the steps of one calibration, without a terminal
+    session          what a run has come to so far, on the disk
+    store            the user's calibrations
+    pages            charts and strips on their way to the printer
+    scanner          scans through SANE
+    print_diagnosis  whether the print is one to calibrate with
+    pen_reference    the pen in the chart's frame against the hand's own scan
+    ink_samples      samples of ink: a hand's own, usual pens', greys
+    strip            the verification strip
+    verification     what its scan says, in words and pictures
+    calibrated_ink   which calibration pages go through, and the pages themselves
+
+The verbs are in `pipeline.calibrating`.  To add a step: a member of `session.Step`, its method in `Wizard`, its request
+in `wizard._REQUESTS`, and its line in the table of `pipeline.calibrating._Run.step`.
+
 Source: seed 000, §7.1.
 """

@@ -19,10 +19,10 @@ USUAL_HAND = "house-joined"  # whose ink is looked at where no hand is named: th
 
 _TEXT = "the quick brown fox jumps over a lazy dog and thinks it had been a river"
 _PAGE = "150x40mm"
-_DPI = 150
+_DPI = 150  # a line of a pen has some pixels
 _LEAST = 0.05  # cover below which ink is not looked at
-_DENSITIES = (0.12, 2.0)
-_MOST = 20_000
+_DENSITIES = (0.12, 2.0)  # of a pen's usual ink: hardly seen, to two lines over each other
+_MOST = 20_000  # samples: more tell the same
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from handout import atomic
 from handout.errors import DeviceError
 from handout.values import Page
 
-DPI = 300
+DPI = 300  # as the user is asked to scan
 _PATIENCE = 600.0  # s; an A4 page at 300 dpi through USB 1 takes minutes
 _INCH = 25.4
 # options that correct colour, and the value that keeps them from it; asked for where the scanner has both

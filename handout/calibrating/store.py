@@ -166,7 +166,7 @@ def now() -> datetime:
 
 PLAIN = "plain"
 _FACTS = ("printer", "paper", "made", "scanner", "method", "version")
-_MOST_NAME = 60
+_MOST_NAME = 60  # characters; file systems take 255 bytes
 
 
 def folder() -> Path:

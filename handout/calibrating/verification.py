@@ -23,7 +23,7 @@ from handout.colour.reading import Finding, Scan, open_scans
 from handout.colour.reading.findings import Refused, refused
 from handout.colour.reading.patch_means import sample
 from handout.colour.reading.pen_field import scribble_of
-from handout.colour.reading.picture_checks import of_marks, of_pixels, of_place
+from handout.colour.reading.picture_checks import ScannedPage, check_picture
 from handout.colour.reading.registration import Placement, place
 from handout.colour.report import image, page
 from handout.colour.table import ColourTable
@@ -151,10 +151,11 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
             "the strip.", scan.source) from error  # fmt: skip
     sampled = sample(scan.pixels, placement)
     findings = [
-        *scan.findings, *of_place(placement, scan.source), *of_marks(placement, scan, sampled),
-        *of_pixels(scan, sampled), *_of_colours(strip, sampled.values, calibration, scan.source),
+        *scan.findings,
+        *check_picture(ScannedPage(scan, placement, sampled)),
+        *_of_colours(strip, sampled.values, calibration, scan.source),
         *_of_pen(strip, scan, placement, sampled.values, calibration),
-    ]  # fmt: skip
+    ]
     # few colours make few tones; the chart's scan was judged by that already
     findings = [one for one in findings if one.code != "edited"]
     for one in findings:

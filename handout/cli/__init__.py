@@ -9,7 +9,7 @@ from importlib import import_module
 import click
 
 from handout import __version__
-from handout.cli import ending
+from handout.cli import signals
 from handout.errors import HandoutError
 
 # verb → what `handout --help` says of it; the code is in the module of that name
@@ -66,7 +66,7 @@ def cli() -> None:
 
 def main(args: list[str] | None = None) -> None:
     """Run the command and leave with its exit code: 0 done, 2 bad input, 3 device fault, 4 some rows failed."""
-    with ending.orderly():
+    with signals.orderly():
         code = _run(args)
     sys.exit(code)
 
@@ -80,7 +80,7 @@ def _run(args: list[str] | None) -> int:
         error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
-        said, code = ending.told(stop)
+        said, code = signals.last_words(stop)
         with contextlib.suppress(OSError):  # the terminal may be gone
             click.echo(said, err=True)
         return code

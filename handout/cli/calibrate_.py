@@ -11,16 +11,18 @@ import click
 from handout import units
 from handout.cli import options, progress
 from handout.cli.console import Console
-from handout.colour import exports
-from handout.pipeline.options import CalibrationOptions, ChartOptions
+from handout.pipeline.options import COLOUR_FORMATS, COLOUR_METHODS, CalibrationOptions, ChartOptions
 
 _PATH = click.Path(path_type=Path)
-_METHODS = click.Choice(["forward", "tps", "tps-haines2016"])
 
 printer_option = click.option("--printer", required=True, help="A printer's profile (epson), a queue, or sim.")
 paper_option = click.option("--paper", default="plain", show_default=True, help="What the paper is called; any name.")
 method_option = click.option(
-    "--method", type=_METHODS, default="forward", show_default=True, help="How the table is made of the patches."
+    "--method",
+    type=click.Choice(COLOUR_METHODS),
+    default="forward",
+    show_default=True,
+    help="How the table is made of the patches.",
 )
 _stored_printer = click.option("--printer", required=True, help="The printer that was calibrated.")
 _stored_paper = click.option("--paper", default="", help="The paper; without it the printer's newest calibration.")
@@ -243,7 +245,7 @@ def show(printer: str, paper: str, as_json: bool) -> None:
 @command.command()
 @_stored_printer
 @_stored_paper
-@click.option("--format", "kind", type=click.Choice(list(exports.FORMATS)), required=True, help="What to write.")
+@click.option("--format", "kind", type=click.Choice(COLOUR_FORMATS), required=True, help="What to write.")
 @click.option("-o", "--output", type=_PATH, required=True)
 @options.console
 def export(printer: str, paper: str, kind: str, output: Path, console: Console) -> None:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import json
+import threading
 from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from types import TracebackType
 
 import click
 
 from handout.cli import progress as terminal
 from handout.pipeline.results import Result
+
+_MOST_WAITING = 200  # lines that wait for a terminal; more are only counted.  Set by eye: some screens full
 
 
 @dataclass
@@ -61,3 +66,53 @@ class Console:
             click.echo(json.dumps(facts, ensure_ascii=False))
         if not self.quiet:
             click.echo(sentence, err=True)
+
+
+class BackgroundOutput:
+    """Prints lines on standard error from a thread of its own: a terminal may be slow, and a plot must not wait.
+
+    quiet : says nothing.
+    """
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet = quiet
+        self._thread: Executor = ThreadPoolExecutor(1, "console")
+        self._lock = threading.Lock()
+        self._lines: list[str] = []
+        self._lost = 0
+        self._printing = False  # whether the thread will look for more lines
+
+    def say(self, line: str) -> None:
+        """Print a line, soon."""
+        if self.quiet:
+            return
+        with self._lock:
+            self._lost += len(self._lines) >= _MOST_WAITING
+            if len(self._lines) < _MOST_WAITING:
+                self._lines.append(line)
+            if not self._printing:
+                self._printing = True
+                self._thread.submit(self._print_lines)
+
+    def wait(self) -> None:
+        """Until all is printed."""
+        self._thread.submit(lambda: None).result()
+
+    def _print_lines(self) -> None:
+        while True:
+            with self._lock:
+                lines, self._lines, lost, self._lost = self._lines, [], self._lost, 0
+                self._printing = bool(lines)
+            if not lines:
+                return
+            with contextlib.suppress(OSError, ValueError), terminal.hidden():  # the terminal is gone: no reason to stop
+                for line in [*lines, *([f"({lost} more lines)"] if lost else [])]:
+                    click.echo(line, err=True)
+
+    def __enter__(self) -> BackgroundOutput:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._thread.shutdown()

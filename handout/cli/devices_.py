@@ -37,7 +37,7 @@ def list_(ports: bool, as_json: bool) -> None:
 
 
 def _list_ports(as_json: bool) -> None:
-    from handout.plotting.ports import serial_devices
+    from handout.pipeline.devices import serial_devices
 
     ports = serial_devices()
     if as_json:

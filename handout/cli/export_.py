@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.pipeline.options import SheetOptions, WritingOptions
 from handout.pipeline.plot_request import ExportOptions
@@ -56,6 +56,6 @@ def command(
     times = ", ".join(f"{units.duration(seconds)} on {name}" for name, seconds in result.seconds.items())
     console.report(
         result,
-        f"Wrote {results.names(result.files)}: {times}; seed {result.seed}."
-        f"{results.lent(result.tally)}{results.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}: {times}; seed {result.seed}."
+        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
     )

@@ -1,34 +1,24 @@
-"""`handout hand`: list and show hands; what is done with scans is in `scan_` and `scanned_`."""
+"""`handout hand`: hands read from scans or recorded pens, listed, shown, checked, corrected, given away."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import click
 
 from handout import units
-from handout.cli import jobs, options, prompt_, results, scan_, scanned_
-from handout.errors import InputError
+from handout.cli import options, sentences
+from handout.cli.console import Console
+from handout.cli.prompt_ import command as prompt
+from handout.pipeline.options import TEXTURED, PictureOptions, ReadingOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.sinks import Pen
-    from handout.values import Hand
+    from handout.pipeline.hands import ReadHand
+    from handout.pipeline.kept_hands import CheckedHand, Outlook
 
-_SPECIMEN = """\
-{name}: {title}
 
-The quick brown fox jumps over the lazy dog. Sphinx of black quartz, judge my vow! \
-Two driven jocks help fax my big quiz; all questions asked by five watch experts amazed the judge.
-
-à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ ¿Qué? ¡Ñandú! Čapek, Škoda, Åsa, Øre, Élan, Übermut.
-
-Minimum, aluminium, hill, letter, little, coffee, good food, off, address, bubble, happy, running, skiing, vacuum, \
-success: how doubled letters look. The, and, of, to, in, that, is, was, he, for, it, with, as, his, on, be, at, by, \
-I, this, had, not, are, but, from, or, have, an, they. 0123456789, 24 May, 7:30, £9.50, €12, 100 %."""
-_TIMES = 3  # larger than one writes
-_WIDTH = 420.0  # mm
+_LEAST_SURE = 0.7  # share of letters that are not doubtful, below which a look is advised; set by eye
 
 
 @click.group("hand")
@@ -36,59 +26,104 @@ def command() -> None:
     """List and show hands, make sheets to write one on, and read them from scanned pages."""
 
 
-for _command in (prompt_.command, scan_.read, *scanned_.COMMANDS):
-    command.add_command(_command)
+command.add_command(prompt)
+
+
+@command.command("read")
+@click.argument("name")
+@click.option(
+    "--scan",
+    "scans",
+    multiple=True,
+    help="A scanned page: PNG, JPEG, TIFF, PDF; of several pages all, or FILE:2, or FILE:2-4. Repeatable.",
+)
+@click.option(
+    "--ink",
+    "inks",
+    multiple=True,
+    help="A recorded pen: .inkml .dat .svc .gml .svg .json; or a single-line SVG font. Repeatable.",
+)
+@click.option("--text", "texts", multiple=True, help="A text file with what is on it, line by line; in the same order.")
+@click.option("--output", "-o", required=True, help="The .hand file.")
+@options.bind(
+    "reading",
+    ReadingOptions,
+    click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say."),
+    click.option("--pen", type=click.Choice(TEXTURED), help="What it was written with; default: told from the ink."),
+    click.option("--title", help="What to call the hand, for people."),
+    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Same seed, same hand."),
+)
+@options.console
+def read(
+    name: str,
+    scans: tuple[str, ...],
+    inks: tuple[str, ...],
+    texts: tuple[str, ...],
+    output: str,
+    reading: ReadingOptions,
+    console: Console,
+) -> None:
+    """Read a hand from scanned pages, or from recordings of a pen, and their texts, and call it NAME.
+
+    A sheet made with `handout hand prompt` needs no text: it says itself what is written on it, and may be
+    photographed. A recording with labels of texts or words, as UNIPEN has, needs none either, nor does a
+    font. Words that were struck out are ~~marked so~~ in the text. Look at what was found with `handout hand check`.
+
+    \b
+    handout hand read mine --scan page1.png --text page1.txt --scan page2.png --text page2.txt -o mine.hand
+    handout hand read mine --scan both.pdf --text page1.txt --text page2.txt -o mine.hand
+    handout hand read mine --scan sheet1.png --scan sheet2.png -o mine.hand
+    handout hand read mine --ink page.inkml --text page.txt -o mine.hand
+    """
+    from handout.pipeline import hands
+
+    with console.working():
+        result = hands.read(name, scans, texts, output, reading, inks=inks, listener=console)
+    console.report(result, _sentence(result))
+
+
+def _sentence(result: ReadHand) -> str:
+    hand, doubtful = result.hand, result.doubtful
+    sentence = (
+        f"Wrote {result.path}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
+        f"{len(hand.letters)} different ones; {doubtful} doubtful, {result.missing} not found."
+    )
+    if doubtful + result.missing > (1 - _LEAST_SURE) * len(hand.glyphs):
+        sentence += f" Many are doubtful: look at them with `handout hand check {result.path} -o overlay.png`."
+    return sentence
 
 
 @command.command("list")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output.")
 def list_(as_json: bool) -> None:
     """The hands that are known by name: drawn ones and scanned ones, the program's and your own."""
-    from handout.hand.library import load, names
+    from handout.pipeline.kept_hands import list_hands
 
-    hands, scanned = [load(name) for name in names()], _scanned()
+    hands = list_hands()
     if as_json:
-        both = {"hands": [_facts(hand) for hand in hands], "scanned": scanned}
-        click.echo(json.dumps(both, ensure_ascii=False))
+        Console(as_json, quiet=True).report(hands, "")
         return
-    width = max(len(name) for name in [*(hand.name for hand in hands), *(facts["name"] for facts in scanned)])
-    for hand in hands:
-        click.echo(
-            f"{hand.name:<{width}}  {hand.title}; {units.count(len(hand.glyphs), 'character')}, "
-            f"{units.count(_drawn(hand), 'form')}"
-        )
-    for facts in scanned:
-        click.echo(f"{facts['name']:<{width}}  {facts['title']}; {facts['said']}")
-
-
-def _scanned() -> list[dict[str, Any]]:
-    """What is said of the scanned hands; one that cannot be read is named with the reason."""
-    from handout.errors import InputError
-    from handout.hand import file, library
-
-    rows: list[dict[str, Any]] = []
-    for name, path in library.scanned().items():
-        try:
-            hand = file.load(path)
-        except InputError as error:
-            rows.append({"name": name, "title": "cannot be read", "characters": "", "glyphs": 0, "said": str(error)})
-            continue
-        said = (
-            f"{units.count(len(hand.letters), 'character')}, {units.count(len(hand.glyphs), 'letter')} "
-            f"from {_scanned_pages(len(hand.pages))}"
-        )
-        facts = {"name": name, "title": hand.title, "characters": "".join(hand.letters), "glyphs": len(hand.glyphs)}
-        rows.append({**facts, "said": said})
-    return rows
+    listed = [*hands.drawn, *hands.scanned]
+    width = max(len(hand.name) for hand in listed)
+    for hand in listed:
+        click.echo(f"{hand.name:<{width}}  {hand.title}; {hand.about}")
 
 
 @command.command("show")
 @click.argument("name")
 @click.option("--output", "-o", multiple=True, required=True, help="A file for the sheet: .png .svg .pdf …")
 @click.option("--text", help="Of a scanned hand: show which of its letters would write this, and why.")
-@options.writing_options
-@options.picture_options
-def show(name: str, output: tuple[str, ...], text: str | None, **given: Any) -> None:
+@options.manner
+@options.picture
+@options.console
+def show(
+    name: str,
+    output: tuple[str, ...],
+    text: str | None,
+    writing: WritingOptions,
+    picture: PictureOptions,
+    console: Console,
+) -> None:
     """Write a specimen sheet of the hand NAME at three times its size: every form of every character, and text.
 
     Of a scanned hand, or a .hand file, its letters side by side, as PNG; with --text, for every letter of it those
@@ -98,53 +133,152 @@ def show(name: str, output: tuple[str, ...], text: str | None, **given: Any) -> 
     handout hand show house-joined -o sheet.png
     handout hand show me.hand --text "quick" -o choices.png
     """
-    from handout.hand import file, library
+    from handout.pipeline.kept_hands import show_hand
 
-    if name.endswith(file.SUFFIX) or name in library.scanned():
-        scanned = file.load(library.scanned_file(name))
-        scanned_.show(scanned, output, text, given)
-        return
-    if text is not None:
-        raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")
-    _show_drawn(name, output, given)
-
-
-def _show_drawn(name: str, output: tuple[str, ...], given: dict[str, Any]) -> None:
-    import numpy as np
-
-    from handout.sinks import Look, check_outputs, write_drawings
-    from handout.values import Hand
-    from handout.writing.specimen import specimen
-
-    paths = [Path(file) for file in output]
-    check_outputs(paths)
-    look = options.look(given)
-    job = jobs.setup({**given, "hand": name}, "A4")
-    hand = job.hand
-    assert isinstance(hand, Hand)
-    text = _SPECIMEN.format(name=hand.name, title=hand.title)
-    rng = np.random.default_rng(job.seed)
-    sheet = specimen(hand, text, rng, width=_WIDTH, x_height=_TIMES * job.layout.x_height)
-    drawing = jobs.traced(sheet, job, rng, {"title": f"Specimen of {hand.name}"})
-    files = write_drawings([drawing], paths, Look(**{**look, "pen": _enlarged(look["pen"])}))
-    result = {**results.summary([sheet], [drawing], job, files), **_facts(hand)}
-    said = f"Wrote {', '.join(map(str, files))}: {units.count(_drawn(hand), 'form')}; seed {job.seed}."
-    results.report(result, said, as_json=given["as_json"], quiet=given["quiet"])
+    result = show_hand(name, output, text, writing, picture)
+    sentence = f"Wrote {sentences.names(result.files)}"
+    if result.forms:
+        sentence += f": {units.count(result.forms, 'form')}; seed {result.seed}."
+    elif result.hand is not None:
+        letters = units.count(len(result.hand.glyphs), "letter")
+        sentence += f": {letters}, {len(result.hand.letters)} different ones."
+    else:
+        sentence += f".{sentences.lent(result.tally)}"
+    console.report(result, "\n".join([*result.reasons, sentence]))
 
 
-def _enlarged(pen: Pen) -> Pen:
-    from dataclasses import replace
+@command.command("check")
+@click.argument("name")
+@click.option("--output", "-o", help="A PNG file for the pages with what was found; several pages are numbered.")
+@click.option("--for", "text", help="A text to be written: says how it comes by letters that are missing.")
+@options.console
+def check(name: str, output: str | None, text: str | None, console: Console) -> None:
+    """Show what the scanned hand NAME (or a .hand file) holds, and what of it is doubtful.
 
-    return replace(pen, width=_TIMES * pen.width)
+    In the picture each letter is named: blue and green where sure, orange and red where doubtful, ligatures and what
+    belongs to no letter in grey. A pixel of it is one of the scan, as corrections count them.
+
+    \b
+    handout hand check mine.hand -o overlay.png --for "Quick zebras jump"
+    """
+    from handout.pipeline.kept_hands import check_hand
+
+    result = check_hand(name, output, text)
+    if not console.as_json and not console.quiet:
+        click.echo(result.table())
+    console.report(result, _checked(result))
 
 
-def _drawn(hand: Hand) -> int:
-    return sum(len({glyph.form for glyph in glyphs}) for glyphs in hand.glyphs.values())
+def _checked(result: CheckedHand) -> str:
+    """What a hand holds, and what a text would lack."""
+    from handout.pipeline.kept_hands import LEAST
+
+    hand, rare = result.hand, result.rare
+    lines = [
+        f"{hand.name}: {units.count(len(hand.glyphs), 'letter')} on {units.count(len(hand.pages), 'page')}, "
+        f"{result.doubtful} doubtful; {len(rare)} of {len(hand.letters)} fewer than {LEAST} times"
+        + (": " + " ".join(f"{letter}({hand.letters[letter]})" for letter in rare) if rare else "")
+        + "."
+    ]
+    if result.lacking is not None:
+        elsewhere = sorted({f"{lack.letter} ({lack.place})" for lack in result.lacking if lack.anywhere})
+        lines += _supplied(result.supply)
+        if elsewhere:
+            lines.append(f"In another place of a word only: {', '.join(elsewhere)}.")
+    if result.files:
+        lines.append(f"Wrote {sentences.names(result.files)}.")
+    return "\n".join(lines)
 
 
-def _facts(hand: Hand) -> dict[str, object]:
-    return {"name": hand.name, "title": hand.title, "characters": "".join(hand.glyphs), "forms": _drawn(hand)}
+def _supplied(supply: Sequence[Outlook]) -> list[str]:
+    """How a text comes by the letters that its hand lacks."""
+    if not supply:
+        return ["Every letter of that text is there."]
+    composed, lent = (
+        ", ".join(f"{way.letter} ({way.source})" for way in supply if way.how == how) for how in ("composed", "lent")
+    )
+    missing = ", ".join(way.letter for way in supply if way.how == "missing")
+    lines = [f"Put together from what the author wrote: {composed}."] if composed else []
+    lines += [f"Lent with --fallback, as the author never wrote it: {lent}."] if lent else []
+    lines += [f"For that text there is no {missing}, and nothing to lend for it."] if missing else []
+    return lines
 
 
-def _scanned_pages(count: int) -> str:
-    return units.count(count, "scanned page")
+@command.command("edit")
+@click.argument("name")
+@click.argument("corrections")
+@click.option("--output", "-o", help="Another .hand file for the result; default: the same.")
+@options.console
+def edit(name: str, corrections: str, output: str | None, console: Console) -> None:
+    """Make the corrections of a JSON file to the hand NAME (or a .hand file), after those that it has already.
+
+    Places are pixels of the scan, as in the picture of `handout hand check`; pages are numbered from 0.
+
+    \b
+    {"corrections": [{"do": "label", "page": 0, "at": [812, 440], "text": "e"},
+                     {"do": "remove", "page": 0, "at": [90, 1300]},
+                     {"do": "merge", "page": 0, "at": [300, 200], "other": [320, 204]},
+                     {"do": "split", "page": 0, "a": [500, 600], "b": [505, 660], "texts": ["r", "n"]}]}
+    Others: unlink (at), link (at, other), place (at, place: start, middle, end or alone).
+    """
+    from handout.pipeline.kept_hands import edit_hand
+
+    result = edit_hand(name, corrections, output)
+    made, total = result.details["made"], result.details["corrections"]
+    console.report(result, f"Wrote {result.path}: {made} corrections made, {total} in all.")
+
+
+@command.command("pen")
+@click.argument("scans", metavar="SCAN...", nargs=-1, required=True)
+@click.option("--output", "-o", required=True, help="The .hand file.")
+@click.option("--dpi", type=float, help="Pixels an inch of the scans, where the files do not say.")
+@options.console
+def pen(scans: tuple[str, ...], output: str, dpi: float | None, console: Console) -> None:
+    """Keep a pen, to write in a scanned hand with: from scans of anything drawn with it, without a text.
+
+    Half a page of loose waves, loops and strokes in all directions is enough, not over each other.
+
+    \b
+    handout hand pen scribble.png -o pen.hand
+    """
+    from handout.pipeline.kept_hands import keep_pen
+
+    result = keep_pen(scans, output, dpi)
+    width, pieces = result.details["width"], result.details["pieces"]
+    console.report(result, f"Wrote {result.path}: a line {width:.2f} mm wide, {pieces} pieces of it.")
+
+
+@command.command("export")
+@click.argument("name")
+@click.option("--output", "-o", required=True, help="The .hand file.")
+@options.console
+def export(name: str, output: str, console: Console) -> None:
+    """Copy the scanned hand NAME into a file, to be given to somebody or kept."""
+    from handout.pipeline.kept_hands import export_hand
+
+    result = export_hand(name, output)
+    console.report(result, f"Wrote {result.path}.")
+
+
+@command.command("import")
+@click.argument("source", metavar="FILE")
+@click.option("--name", help="Call it so; default: the name of the file.")
+@click.option("--replace", is_flag=True, help="In place of one that is there under that name.")
+@options.console
+def import_(source: str, name: str | None, replace: bool, console: Console) -> None:
+    """Put a .hand FILE among your own hands, so that its name is enough to use it."""
+    from handout.pipeline.kept_hands import import_hand
+
+    result = import_hand(source, name, replaced=replace)
+    console.report(result, f"{result.name}: {units.count(result.letters, 'letter')}; kept in {result.path}.")
+
+
+@command.command("remove")
+@click.argument("name")
+@options.console
+def remove(name: str, console: Console) -> None:
+    """Delete the scanned hand NAME from among your own hands."""
+    from handout.pipeline.kept_hands import remove_hand
+
+    result = remove_hand(name)
+    console.report(result, f"Deleted {result.path}.")

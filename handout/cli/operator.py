@@ -9,11 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 import click
 
 from handout.cli import progress
-from handout.cli.voice import Voice
+from handout.cli.console import BackgroundOutput
 from handout.errors import DeviceError, InputError
-from handout.plotting.connections import is_simulated
-from handout.plotting.driving.driver import Progress
-from handout.plotting.jobs.runner import is_about_zero
+from handout.pipeline.plotting import Progress, is_about_zero, is_simulated
 
 
 class Operator:
@@ -25,7 +23,7 @@ class Operator:
 
     def __init__(self, address: str, yes: bool, quiet: bool = False) -> None:
         self.simulated, self.yes, self.quiet = is_simulated(address), yes, quiet
-        self._voice: Voice | None = None
+        self._output: BackgroundOutput | None = None
 
     @property
     def watches(self) -> bool:
@@ -35,13 +33,13 @@ class Operator:
     @contextlib.contextmanager
     def plotting(self) -> Iterator[Progress | None]:
         """While a job is drawn a terminal shows how far it has come; what is said is said on a thread of its own."""
-        with progress.shown(self.quiet) as line, Voice(self.quiet) as self._voice:
+        with progress.shown(self.quiet) as line, BackgroundOutput(self.quiet) as self._output:
             yield (lambda share, left: line(share, "plotting", left)) if progress.wanted(self.quiet) else None
 
     def say(self, sentence: str) -> None:
         """Say a sentence; never waits."""
-        assert self._voice is not None
-        self._voice.say(sentence)
+        assert self._output is not None
+        self._output.say(sentence)
 
     def do(self, request: str) -> None:
         """Ask, and wait for Enter."""
@@ -76,8 +74,8 @@ class Operator:
 
     def _wait(self) -> None:
         """Until all is said that comes before a question."""
-        if self._voice is not None:
-            self._voice.wait()
+        if self._output is not None:
+            self._output.wait()
 
 
 class HeightsOperator:

@@ -1,23 +1,26 @@
-"""What the verbs have in common: the options, where the text comes from, and how pictures look."""
+"""Options of click that verbs share, and how a verb gets them as one value; see `pipeline.options`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Callable
 from functools import partial, wraps
-from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from handout import page_sizes
-from handout.cli import results
 from handout.cli.console import Console
-from handout.pipeline.options import PENS, PictureOptions, SheetOptions, WritingOptions, slip_rate
+from handout.pipeline.options import (
+    ALIGNMENTS,
+    ENGINES,
+    PENS,
+    PictureOptions,
+    SheetOptions,
+    StyleOptions,
+    WritingOptions,
+    slip_rate,
+)
 
-if TYPE_CHECKING:
-    from handout.inking.pen import Pen
-
-F = TypeVar("F", bound=Callable[..., Any])
+_SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
 
 _WRITING = (
     click.option(
@@ -29,13 +32,11 @@ _WRITING = (
     click.option("--seed", type=int, help="Same seed, same writing; without it every run differs."),
     click.option("--x-height", "x_height", help="Height of a small letter; default: 2.5mm, or a scanned hand's own."),
     click.option("--line-spacing", help="Distance of lines, e.g. 9mm; default: the hand's own."),
-    click.option(
-        "--align", type=click.Choice(["left", "right", "centre", "ragged"]), default="ragged", show_default=True
-    ),
+    click.option("--align", type=click.Choice(ALIGNMENTS), default="ragged", show_default=True),
     click.option(
         "--kinematics",
-        type=click.Choice(["optimal-control", "sigma-lognormal"]),
-        default="optimal-control",
+        type=click.Choice(ENGINES),
+        default=ENGINES[0],
         show_default=True,
         help="How the strokes move.",
     ),
@@ -55,11 +56,11 @@ _WRITING = (
         "--fallback", is_flag=True, help="Take similar forms for characters that the hand lacks, leave out emoji."
     ),
 )
-_SAYING = (
+_CONSOLE = (
     click.option("--json", "as_json", is_flag=True, help="One JSON object on standard output."),
     click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors."),
 )
-_RASTER = (
+_PICTURE = (
     click.option("--dpi", type=click.FloatRange(36, 2400), default=300.0, show_default=True, help="Of PNG files."),
     click.option(
         "--pen",
@@ -85,24 +86,24 @@ Option = Callable[[Callable[..., object]], Callable[..., object]]
 Verb = Callable[..., object]
 
 
-def bind(name: str, kind: Callable[..., object], *made: Option) -> Callable[[Verb], Verb]:
+def bind(name: str, kind: Callable[..., object], *options: Option) -> Callable[[Verb], Verb]:
     """Options of click that a verb gets as one value, in its parameter `name`.
 
     Parameters
     ----------
     kind : a frozen dataclass, or what makes one of keywords; the click options are called like its fields.
-    made : what `click.option` returned, in the order of the help text.
+    options : what `click.option` returned, in the order of the help text.
     """
 
     def decorate(verb: Verb) -> Verb:
         @wraps(verb)
         def bound(*arguments: object, **values: object) -> object:
-            mine = {field: values.pop(field) for field in names}
-            return verb(*arguments, **{name: kind(**mine)}, **values)
+            group = {field: values.pop(field) for field in names}
+            return verb(*arguments, **{name: kind(**group)}, **values)
 
         inner = len(vars(verb).get("__click_params__", ()))
         result: Verb = bound
-        for option in reversed(made):
+        for option in reversed(options):
             result = option(result)
         names = [str(parameter.name) for parameter in vars(result)["__click_params__"][inner:]]
         return result
@@ -115,27 +116,10 @@ def sheet(usual_page: str) -> Callable[[Verb], Verb]:
     return bind(
         "sheet",
         partial(SheetOptions, usual_page=usual_page),
-        click.option("--page", "page", help=f"{_SIZES}  [default: {usual_page}]"),
+        click.option("--page", "page", help=f"{page_sizes.HELP}  [default: {usual_page}]"),
         click.option("--margin", help=_SIDES),
         click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
     )
-
-
-_SIZES = page_sizes.HELP
-_SIDES = "e.g. 15mm, or 20mm,15mm (vertical, horizontal), or four from the top clockwise."
-
-
-def _all(options: Sequence[Callable[[F], F]]) -> Callable[[F], F]:
-    def decorate(function: F) -> F:
-        for option in reversed(options):
-            function = option(function)
-        return function
-
-    return decorate
-
-
-manner_options = _all(_WRITING)
-writing_options = _all((*_WRITING, *_SAYING))
 
 
 def _slips(_context: click.Context, _option: click.Parameter, text: str | None) -> float:
@@ -153,62 +137,21 @@ slips_option = click.option(
 )
 
 
-def sheet_options(default: str) -> Callable[[F], F]:
-    """--page (of that default), --margin and --pages."""
-    return _all(
-        (
-            click.option("--page", "page_name", default=default, show_default=True, help=_SIZES),
-            click.option("--margin", help=_SIDES),
-            click.option("--pages", type=click.IntRange(1), help="How many pages there may be."),
-        )
-    )
-
-
-picture_options = _all(_RASTER)
 manner = bind("writing", WritingOptions, *_WRITING)  # WritingOptions without slips, for other programs' commands
 writing = bind("writing", WritingOptions, *_WRITING, slips_option)
-picture = bind("picture", PictureOptions, *_RASTER)
-console = bind("console", Console, *_SAYING)
-
-
-def text_of(words: Sequence[str], file: str | None) -> str:
-    """As `pipeline.inputs.text_of`."""
-    from handout.pipeline import inputs
-
-    return inputs.text_of(words, file, results.Telling())
-
-
-def decoded(data: bytes, name: str) -> str:
-    """As `pipeline.inputs.decoded`."""
-    from handout.pipeline import inputs
-
-    return inputs.decoded(data, name, results.Telling())
-
-
-def pictured(given: Mapping[str, Any]) -> PictureOptions:
-    """The picture options among some others."""
-    return PictureOptions(**{field.name: given[field.name] for field in fields(PictureOptions) if field.name in given})
-
-
-def pen(given: Mapping[str, Any]) -> Pen:
-    """As `pipeline.pictures.pen`."""
-    from handout.pipeline import pictures
-
-    return pictures.pen(pictured(given))
-
-
-def page_of(given: Mapping[str, Any]) -> str:
-    """As `pipeline.lined_paper.page_name`."""
-    from handout.pipeline.lined_paper import page_name
-
-    source = click.get_current_context().get_parameter_source("page_name")
-    chosen = source is not None and source.name != "DEFAULT"
-    name = given["page_name"]
-    return page_name(SheetOptions(name if chosen else None, usual_page=name), pictured(given))
-
-
-def look(given: Mapping[str, Any]) -> dict[str, Any]:
-    """As `pipeline.pictures.look`, as keywords of `sinks.Look`."""
-    from handout.pipeline import pictures
-
-    return dict(vars(pictures.look(pictured(given))))
+picture = bind("picture", PictureOptions, *_PICTURE)
+console = bind("console", Console, *_CONSOLE)
+style = bind(
+    "styling",
+    StyleOptions,
+    click.option(
+        "--style",
+        default="fast-tag",
+        show_default=True,
+        help="fast-tag, calm, blackletter, chancery, scrawl, one of your own, or a .toml file.",
+    ),
+    click.option("--smooth", type=float, help="0.05 to 1: how much the movement rounds; default: the style's."),
+    click.option("--shear", help="Lean of the letters, such as 12deg; default: the style's."),
+    click.option("--jitter", type=float, help="How much the hand varies, 1 as people do; default: the style's."),
+    click.option("--seed", type=int, help="Same seed, same bytes; without it every run may differ."),
+)

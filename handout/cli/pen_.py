@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from handout import units
-from handout.cli import options, results
+from handout import page_sizes, units
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.plot_request import HeightOptions
@@ -41,7 +41,7 @@ def command() -> None:
 
 @command.command("test")
 @_plotter
-@click.option("--page", help="A3 A4 A5 A6 letter or WxHmm; default: A5, or a smaller machine's whole bed.")
+@click.option("--page", help=f"{page_sizes.HELP} default: A5, or a smaller machine's whole bed.")
 @click.option("--dry-run", multiple=True, type=click.Path(path_type=Path), help="Write the sheet instead of plotting.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the writing on it.")
 @options.console
@@ -64,7 +64,7 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
     )
     if result.executed_s is None:
         taken = units.duration(result.planned_s)
-        console.report(result, f"Wrote {results.names(result.files)}; plotting would take {taken}.")
+        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {taken}.")
     else:
         console.report(result, f"Plotted the test sheet in {units.duration(result.executed_s)}. How to read it:")
     console.say(*(f"  {line}" for line in result.how_to_read))

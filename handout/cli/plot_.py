@@ -11,7 +11,7 @@ import click
 from click.core import ParameterSource
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.errors import InputError
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
@@ -143,7 +143,7 @@ def command(
     if mode.show_travel and not mode.dry_run:
         raise InputError("--show-travel is seen in a preview: give it with --dry-run preview.svg.")
     from handout.pipeline.inputs import read_source
-    from handout.sinks import check_outputs
+    from handout.pipeline.pictures import check_outputs
 
     check_outputs(mode.dry_run)
     request = PlotRequest(read_source(text, file, console), writing, sheet, picture, plotting)
@@ -164,7 +164,7 @@ def _plot(request: PlotRequest, mode: _Mode, console: Console) -> None:
     assert result.tally is not None
     sentence = (
         f"Plotted {units.count(result.sheets, 'sheet')} in {units.duration(result.executed_s)}; seed {result.seed}."
-        f"{results.lent(result.tally)}{results.slipped(result.tally)}"
+        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}"
     )
     console.report(result, f"{sentence}\n{result.fidelity}".strip())
 
@@ -179,8 +179,8 @@ def _preview(request: PlotRequest, mode: _Mode, console: Console) -> None:
         )
     console.report(
         result,
-        f"Wrote {results.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
-        f"{result.seed}.{results.lent(result.tally)}{results.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}; plotting would take {units.duration(result.planned_s)}; seed "
+        f"{result.seed}.{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
     )
 
 
@@ -198,10 +198,10 @@ def _check_resuming(text: tuple[str, ...]) -> None:
 def _resume(mode: _Mode, console: Console) -> None:
     """--resume."""
     from handout.cli.operator import Operator
+    from handout.pipeline.plot_jobs import find_job
     from handout.pipeline.plotting import resume
-    from handout.plotting.jobs import store
 
-    job = store.find(None if mode.resume == _LATEST else mode.resume)
+    job = find_job(None if mode.resume == _LATEST else mode.resume)
     address = mode.port or job.port
     operator = Operator(address, mode.yes, console.quiet)
     result = resume(job.name, address, mode.attendance, operator=operator, listener=console)

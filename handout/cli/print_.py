@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from handout import page_sizes, units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, PrintOptions, WritingOptions
 
 if TYPE_CHECKING:
-    from handout.pipeline.printing import Printed
-    from handout.printing.sending import Report
+    from handout.pipeline.printing import Printed, Report
 
 _MOST_NAMED = 12  # files that are named at the end
 
@@ -70,8 +69,7 @@ def command(
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv
     handout print --printer epson --queue ipp://192.168.1.7/ipp/print envelope.csv --resume
     """
-    from handout.pipeline.printing import print_
-    from handout.printing.sending import PrintingStopped
+    from handout.pipeline.printing import PrintingStopped, print_
 
     try:
         with console.working():
@@ -82,8 +80,8 @@ def command(
     _name_problems(result.report, console)
     if result.calibration_note:
         console.say(result.calibration_note)
-    sentence = f"{_summary(result)}; {results.writing_time(result.tally)}seed {result.seed}."
-    console.report(result, sentence + results.lent(result.tally))
+    sentence = f"{_summary(result)}; {sentences.writing_time(result.tally)}seed {result.seed}."
+    console.report(result, sentence + sentences.lent(result.tally))
     return result.report.exit_code
 
 

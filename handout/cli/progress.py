@@ -1,4 +1,4 @@
-"""How far long work has come, and how long it still takes: one line on a terminal, and nothing anywhere else."""
+"""The progress bar of long work, with the time that is left: a terminal shows it, and nothing else does."""
 
 from __future__ import annotations
 
@@ -13,39 +13,39 @@ from handout import units
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-_EARLY = 0.02  # share of the work, and s, before which nobody can say how long it takes
-_SOON = 1.0
-_OFTEN = 4  # times a second
-_shown: list[Progress] = []  # the line on the terminal, if there is one
+# no time left is shown before this share of the work is done and so many s have passed; set by eye
+_LEAST_SHARE, _LEAST_TIME = 0.02, 1.0
+_REFRESHES = 4  # a second; set by eye
+_shown: list[Progress] = []  # the bar on the terminal, if there is one
 
 
 class Line(Protocol):
-    """A `progress.Tell` that may also be told how much time is left, s, by work that knows."""
+    """A `progress.Tell` that also takes how much time is left, s, from work that knows it."""
 
     def __call__(self, share: float, stage: str, left: float | None = None) -> None:
-        """Show it."""
+        """Show the share of the work that is done, 0 to 1, and what is being done."""
 
 
 def wanted(quiet: bool) -> bool:
-    """Whether there is anybody to show it to."""
+    """Whether a terminal is there and the user does not want quiet."""
     return not quiet and sys.stderr.isatty()
 
 
 def unseen(share: float, stage: str, left: float | None = None) -> None:
-    """Nobody looks."""
+    """Show nothing."""
 
 
 @contextlib.contextmanager
 def shown(quiet: bool) -> Iterator[Line]:
-    """A function that is told how far the work of the block has come; a terminal shows it, unless one wants quiet."""
+    """The bar of a block of work; gives the function that moves it, which shows nothing without a terminal."""
     if _shown or not wanted(quiet):
         yield unseen
         return
     bar, clock = _bar(), _Clock()
-    task = bar.add_task("", total=None, clock=clock)  # which moves to and fro until a share is known
+    task = bar.add_task("", total=None, clock=clock)  # without a total the bar moves to and fro
 
     def tell(share: float, stage: str, left: float | None = None) -> None:
-        clock.told(share, left)
+        clock.update(share, left)
         bar.update(task, completed=min(share, 1.0), total=1.0 if share > 0 else None, description=stage)
 
     _shown.append(bar)
@@ -59,7 +59,7 @@ def shown(quiet: bool) -> Iterator[Line]:
 
 @contextlib.contextmanager
 def hidden() -> Iterator[None]:
-    """The line is taken away while something is said or asked."""
+    """Take the bar away while something is printed or asked."""
     for bar in _shown:
         bar.stop()
     try:
@@ -70,17 +70,17 @@ def hidden() -> Iterator[None]:
 
 
 class _Clock:
-    """How long the work still takes, from how long the part that is done took."""
+    """The time that is left, as text: estimated from the time that the share that is done took."""
 
     def __init__(self) -> None:
         self._begun = self._at = time.monotonic()
         self._left: float | None = None
 
-    def told(self, share: float, left: float | None) -> None:
+    def update(self, share: float, left: float | None) -> None:
         self._at = time.monotonic()
         took = self._at - self._begun
-        guessed = took * (1 - share) / share if share > _EARLY and took > _SOON else None
-        self._left = guessed if left is None else left
+        estimate = took * (1 - share) / share if share > _LEAST_SHARE and took > _LEAST_TIME else None
+        self._left = estimate if left is None else left
 
     def __str__(self) -> str:
         if self._left is None:
@@ -106,5 +106,5 @@ def _bar() -> Progress:
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,
-        refresh_per_second=_OFTEN,
+        refresh_per_second=_REFRESHES,
     )

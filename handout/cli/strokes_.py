@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 from handout import units
+from handout.cli.console import Console
+
+if TYPE_CHECKING:
+    from handout.pipeline.drawings import FittedStrokes
 
 
 @click.group("strokes")
@@ -31,60 +34,21 @@ def fit(trace: Path, output: Path | None, report: Path | None, shape_only: bool,
     \b
     handout strokes fit trace.inkml -o plan.json --report fit.svg
     """
-    from handout import atomic
-    from handout.errors import InputError
-    from handout.motion.reconstruction import planned_page
-    from handout.sinks import fit_svg, plans_json
-    from handout.sources import read_drawing
+    from handout.pipeline.drawings import fit_strokes
 
-    for path, suffix in ((output, ".json"), (report, ".svg")):
-        if path is not None and path.suffix.lower() != suffix:
-            raise InputError(f"{path}: this is written as {suffix[1:].upper()}; give a name that ends in {suffix}.")
-    drawing = read_drawing(trace)
-    if not drawing.strokes:
-        raise InputError(f"{trace} has no strokes.")
-    timed = drawing.timed and not shape_only and "timing" not in drawing.about
-    page = planned_page.fit(drawing, timed=timed)
-    files = {}
-    if output is not None:
-        files[output] = plans_json.to_json(page)
-    if report is not None:
-        files[report] = fit_svg.to_svg(drawing, page)
-    for path, data in files.items():
-        atomic.write(path, data)
-    facts = _facts(page) | {"files": [str(path) for path in files]}
-    if as_json:
-        click.echo(json.dumps(facts, ensure_ascii=False))
-    else:
-        click.echo(_said(facts), err=True)
+    result = fit_strokes(trace, output, report, shape_only=shape_only)
+    Console(as_json, quiet=as_json).report(result, _sentence(result))
 
 
-def _facts(page: Any) -> dict[str, Any]:
-    """What `--json` prints: counts, and medians of how well the movements are explained."""
-    import numpy as np
-
-    moved = [one for one in page.fits if one.plan.strokes]
-    speeds = [one.speed for one in moved if one.speed is not None]
-    return {
-        "movements": len(page.fits),
-        "dots": len(page.fits) - len(moved),
-        "strokes": sum(one.plan.strokes for one in moved),
-        "timed": page.timed,
-        "path_db": round(float(np.median([one.place for one in moved])), 2) if moved else None,
-        "speed_db": round(float(np.median(speeds)), 2) if speeds else None,
-        "speed_db_least": round(min(speeds), 2) if speeds else None,
-    }
-
-
-def _said(facts: dict[str, Any]) -> str:
-    said = f"{units.count(facts['movements'], 'movement')}, {units.count(facts['strokes'], 'stroke')}"
-    if facts["path_db"] is not None:
-        said += f"; path {facts['path_db']:.1f} dB"
-    if facts["speed_db"] is not None:
-        said += f", speed {facts['speed_db']:.1f} dB (medians)"
-    if not facts["timed"]:
-        said += "; from the shape alone"
-    return said + (f"; wrote {', '.join(facts['files'])}." if facts["files"] else ".")
+def _sentence(result: FittedStrokes) -> str:
+    sentence = f"{units.count(len(result.page.fits), 'movement')}, {units.count(result.strokes, 'stroke')}"
+    if result.path_db is not None:
+        sentence += f"; path {result.path_db:.1f} dB"
+    if result.speed_db is not None:
+        sentence += f", speed {result.speed_db:.1f} dB (medians)"
+    if not result.page.timed:
+        sentence += "; from the shape alone"
+    return sentence + (f"; wrote {', '.join(map(str, result.files))}." if result.files else ".")
 
 
 @command.command("draw")
@@ -96,19 +60,7 @@ def draw(plan: Path, output: tuple[Path, ...]) -> None:
     \b
     handout strokes draw plan.json -o again.svg
     """
-    from handout.errors import InputError
-    from handout.motion.reconstruction import planned_page
-    from handout.sinks import check_outputs, write_drawings
-    from handout.sources import plans_json
+    from handout.pipeline.drawings import draw_plans
 
-    check_outputs(output)
-    try:
-        data = plan.read_bytes()
-    except OSError as error:
-        raise InputError(f"Cannot read {plan}: {error.strerror or error}.") from error
-    try:
-        page = plans_json.from_json(data)
-    except InputError as error:
-        raise InputError(f"{plan}: {error}") from error
-    files = write_drawings([planned_page.drawing(page)], output)
+    files = draw_plans(plan, output)
     click.echo(f"Wrote {', '.join(map(str, files))}.", err=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from handout import units
-from handout.cli import options, results
+from handout.cli import options, sentences
 from handout.cli.console import Console
 from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
 
@@ -45,7 +45,7 @@ def command(
         result = write(words, output, writing, sheet, picture, device=device, listener=console)
     console.report(
         result,
-        f"Wrote {results.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
-        f"{units.count(result.tally.pages, 'page')}; {results.writing_time(result.tally)}seed {result.seed}."
-        f"{results.lent(result.tally)}{results.slipped(result.tally)}",
+        f"Wrote {sentences.names(result.files)}: {units.count(result.tally.lines, 'line')} on "
+        f"{units.count(result.tally.pages, 'page')}; {sentences.writing_time(result.tally)}seed {result.seed}."
+        f"{sentences.lent(result.tally)}{sentences.slipped(result.tally)}",
     )

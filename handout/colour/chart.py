@@ -28,7 +28,7 @@ from handout.values import Array, Page, readonly, readonly_indices
 
 _T = TypeVar("_T")
 
-VERSION = 1
+VERSION = 1  # of the chart's places and colours, in the numbers of its marks
 FRAME = 0.3  # mm, width of the line about the field for the pen
 CELLS = 7  # of a mark, along a side, its black edge included
 MARKS = 16  # a page, in four rows of four

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from handout.colour.reading import Reading
 
 
-DPI = (300.0, 2400.0)
+DPI = (300.0, 2400.0)  # below, letters and marks break up; above, a page takes gigabytes
 _INCH = 25.4
 _TITLE, _WORDS, _NAMES = 3.0, 2.1, 1.7  # mm, sizes of the letters
 _ASK = ("Write some words in the frame with the", "pen of the handwriting, before you scan:")
@@ -193,11 +193,7 @@ def ti2(chart: Chart) -> tuple[cgats.Table, ...]:
     device = np.vstack([page.device for page in pages])
     several = len(pages) > 1
     names = [f"{page.number}-{name}" if several else name for page in pages for name in page.names]
-    columns = {
-        "SAMPLE_ID": _ids(len(device)),
-        "SAMPLE_LOC": names,
-        **_foretold(device),
-    }
+    columns = {"SAMPLE_ID": _ids(len(device)), "SAMPLE_LOC": names, **_foretold(device)}
     about = _expected() | {"STEPS_IN_PASS": str(pages[0].rows), "PASSES_IN_STRIPS2": str(pages[0].columns)}
     return (cgats.table("CTI2", _about("2", "iRGB", about), columns),)
 
@@ -241,12 +237,7 @@ def from_ti3(tables: tuple[cgats.Table, ...]) -> tuple[Array, Array, Array]:
 
 
 def _about(number: str, representation: str, more: Mapping[str, str]) -> dict[str, str]:
-    return {
-        "DESCRIPTOR": f"{_DESCRIPTOR} {number}",
-        "ORIGINATOR": _ORIGINATOR,
-        "COLOR_REP": representation,
-        **more,
-    }
+    return {"DESCRIPTOR": f"{_DESCRIPTOR} {number}", "ORIGINATOR": _ORIGINATOR, "COLOR_REP": representation, **more}
 
 
 def _expected() -> dict[str, str]:

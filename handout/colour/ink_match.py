@@ -43,7 +43,7 @@ _SEEN = 1.1  # of the error without an S: printers whose drivers mix all inks in
 _WEAKEST = 0.08  # of what makes a difference; sRGB's own curve looks like .06 at most
 _DARKEST = 1e-3
 _SHARES = np.linspace(0, 1, 1001)
-_FULL = 255
+_FULL = 255  # of a level of 8 bits
 
 
 def curved(share: Any, strength: float) -> NDArray[np.float64]:

@@ -47,8 +47,9 @@ def complete_hand(
             f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
             "hand with letters as --hand."
         )
+    known = _repertoire(hand)
     text = normalise(text)
-    places = lacking(text, _repertoire(hand))
+    places = lacking(text, known)
     if not places:
         return hand, []
     needed = tuple(sorted(places))

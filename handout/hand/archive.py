@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from handout import atomic
 from handout.errors import InputError
 
-_MOST_MEMBERS = 10_000
+_MOST_MEMBERS = 10_000  # what a file may hold is bounded, so that none takes all memory
 _MOST_BYTES = 1 << 30  # of one member, unpacked
 _MOST_PIXELS = 400_000_000
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # no clock in the file: the same hand, the same bytes

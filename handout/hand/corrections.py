@@ -4,7 +4,7 @@ A correction names its letter by a place on the page, in pixels of the scan as i
 holds after the page has been read again.  What was found and what was corrected are kept apart: `apply` gives the hand
 with the corrections made, and leaves the one that was found as it is.
 
-Source: handwriting specification §8 (human correction); seed 000, §5.1.3 (labels, splits, links).
+Source: seed 000, §5.1.3 (labels, splits, links); merging and placing are own method.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from handout.hand.places import PLACES
 from handout.hand.scanned import Ligature, ScannedGlyph, ScannedHand, ScannedPage, Texture
 from handout.values import Indices, LineGraph, Moments
 
-FORMAT = 2
+FORMAT = 2  # of the file; any other is refused with what to do
 SUFFIX = ".hand"
 _UV, _RADIUS, _DENSITY = 16.0, 256.0, 100.0  # steps a pixel, a pixel, 1
 _MOMENTS = {"times": 1e5, "pressure": 1e3, "tilt": 1e4, "azimuth": 1e4, "rotation": 1e4}  # steps a second, 1, rad

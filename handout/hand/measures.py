@@ -25,6 +25,7 @@ JOINED_SHARE = 0.45  # `Joins.share` from which a hand counts as joined; set by 
 _CAPITAL = 1.9  # x-heights: height of a capital where the hand has none to measure
 _TALLEST = (1.3, 4.0)  # x-heights: bounds of an ascender's height
 _HIGHEST = (1.3, 3.5)  # x-heights: bounds of a capital's height
+_SLANTLESS = 0.6  # x-heights: a body that is lower has no slant of its own
 
 
 @dataclass(frozen=True)
@@ -194,3 +195,25 @@ def _merged(colour: Array, group: Indices) -> list[Indices]:
 
 def _named(colour: NDArray[np.float64]) -> str:
     return "#" + "".join(f"{round(255 * float(part)):02x}" for part in colour)
+
+
+def body_sizes(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
+    """(n, 4): logarithms of width, height and aspect of bodies, and their slants; 0 for one too low to have any.
+
+    Parameters
+    ----------
+    xy, radius : (v, 2), (v,) of n bodies, one behind the other from the vertices `first` (n + 1,) on.
+    """
+    begin, count = first[:-1], np.diff(first)
+    low = np.minimum.reduceat(xy - radius[:, None], begin)
+    high = np.maximum.reduceat(xy + radius[:, None], begin)
+    x, y = (xy - np.repeat(np.add.reduceat(xy, begin) / count[:, None], count, axis=0)).T
+    tall = high[:, 1] - low[:, 1] > _SLANTLESS * x_height
+    square = np.add.reduceat(y * y, begin)
+    slant = np.where(tall, np.add.reduceat(x * y, begin) / np.where(tall, square, 1.0), 0.0)
+    # of a slanted letter the upright width is what varies by itself
+    upright = xy[:, 0] - np.repeat(slant, count) * xy[:, 1]
+    wide = np.maximum.reduceat(upright, begin) - np.minimum.reduceat(upright, begin)
+    wide = np.log(wide + 2 * np.add.reduceat(radius, begin) / count)
+    high = np.log(high[:, 1] - low[:, 1])
+    return np.column_stack([wide, high, wide - high, slant])

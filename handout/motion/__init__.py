@@ -5,8 +5,8 @@ interval on each point of its plan; ink of a scanned hand has only a path, whose
 has the time that the pen is in the air, for both.
 
 - `trace`: a manuscript as a drawing with times; the one way from writing to motion.
-- `optimal_control`, `sigma_lognormal`: the two motor engines (plan → t, xy).  An engine is added there and in
-  `trace.ENGINES`.
+- `optimal_control`, `sigma_lognormal`: the two motor engines (plan → t, xy).  An engine is added
+  as a module with a function `follow`, and to `ENGINES`.
 - `tracker`, `banded`, `covariance`, `guides`: the linear-quadratic tracker of Gaussian targets that optimal control is.
 - `sigma_lognormal_model`: pulses of lognormal speed along arcs, with their derivatives.
 - `timing`: speed along paths, time between them.
@@ -14,3 +14,5 @@ has the time that the pen is in the air, for both.
 - `reconstruction`: plans of lognormal strokes from recorded traces or bare shapes.
 - `styles`: drawings in other handstyles, and asemic tags.
 """
+
+ENGINES = ("optimal-control", "sigma-lognormal")  # motor engines, each the name of its module, with hyphens

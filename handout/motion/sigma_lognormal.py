@@ -20,8 +20,8 @@ from handout.motion import sigma_lognormal_model as lognormal
 from handout.motion.sigma_lognormal_model import REACH, Complex, Pulses
 from handout.values import ActionPlan, Array
 
-STEPS = 20
-ASYMMETRY = 0.08
+STEPS = 20  # samples an interval
+ASYMMETRY = 0.08  # of every pulse: one minus mode over median of its speed
 # Duration of a pulse over the interval is this times the plan's smoothness, where both give the same roundness …
 OVERLAP = 9.0
 # … between these: shorter ones would stop at every point, longer ones could no longer be led through them

@@ -237,7 +237,7 @@ def _beside(
     """Of every stroke that may be under way in a piece, its number and its speed there for a length of 1."""
     count, path = len(middle), np.cumsum(start)
     centre = np.cumsum(duration) - duration / 2
-    found = []
+    rates = []
     for by in range(-_BESIDE, _BESIDE + 1):
         other = np.clip(np.arange(count) + by, 0, count - 1)
         there = (path[other] == path) & (other == np.arange(count) + by)
@@ -247,8 +247,8 @@ def _beside(
         sigma = pulses.sigma[other][:, None]
         z = (np.log(late) - pulses.mu[other][:, None]) / sigma
         rate = np.where(going, np.exp(-0.5 * z * z) / (np.sqrt(2 * np.pi) * sigma * late), 0.0)
-        found.append((other, rate))
-    return found
+        rates.append((other, rate))
+    return rates
 
 
 def _run(virtual: Array, beside: list[tuple[Indices, Array]], cosine: Array, t: Array) -> Array:

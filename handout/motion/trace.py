@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from itertools import groupby
 
 import numpy as np
@@ -17,20 +18,30 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.hand.scanned import ScannedHand
+from handout.motion import ENGINES
 from handout.motion.timing import time_in_air
 from handout.values import ActionPlan, Array, Drawing, Hand, Manuscript, Placed, Stroke
 from handout.writing.variation import USUAL, tremor
 
 Engine = Callable[[ActionPlan], tuple[Array, Array]]
 
-ENGINES = ("optimal-control", "sigma-lognormal")
 STEPS = 12  # samples a point of the plan: about 140 a second
-_PRESSURE = 0.55  # mean; the movement and the fingers' pull on down strokes add to it
-_PULL = 0.2
-_EASE = 0.14
-# s from landing to full pressure and from full pressure to leaving the paper; shares of it at both ends
-_LANDING, _LEAVING = 0.05, 0.13
-_LANDED, _LEFT = 0.55, 0.12
+
+
+@dataclass(frozen=True)
+class PressureModel:
+    """Pressure along strokes of drawn hands, 0–1; set by hand, since engines have no model of it."""
+
+    mean: float = 0.55
+    pull: float = 0.2  # more in down strokes, which the fingers pull
+    ease: float = 0.14  # less where the pen is fast
+    landing: float = 0.05  # s from landing to full pressure
+    leaving: float = 0.13  # s from full pressure to leaving the paper
+    landed: float = 0.55  # of full pressure, on landing
+    left: float = 0.12  # of full pressure, on leaving
+
+
+_PRESS = PressureModel()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +65,9 @@ def trace(
 ) -> Drawing:
     """Timed strokes for a manuscript.
 
-    Those of a scanned hand go along its ink, in the order in which a person writes them (see `motion.recovery`), at a
-    pace that is worked out from the path, each in the colour of its page's ink; `engine` is for drawn hands, and the
-    pen of scanned ones does not tremble.
+    A drawn hand's letters are plans, which `engine` moves through.  A scanned hand's are ink: `recovery` finds the
+    pen's paths over it and `timing` their pace, whatever the engine; each stroke has the colour of its page's ink, and
+    there is no tremor.
 
     Parameters
     ----------
@@ -116,7 +127,7 @@ def _along_ink(
 
 
 def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
-    """What every sample of `trace` writes: for each of its strokes (n,) int, index of the grapheme in the text.
+    """Which letter every sample of `trace` writes: for each of its strokes (n,) int, index of the grapheme in the text.
 
     Between the last point of a letter and the first of the next, joined to it, the samples change hands half way in
     motor time.  That is where they do with optimal control; Sigma-Lognormal pulses reach a point sooner or later.
@@ -126,13 +137,8 @@ def written(manuscript: Manuscript, hand: Hand) -> tuple[NDArray[np.intp], ...]:
 
 
 def _engine(name: str, hand: Hand) -> Engine:
-    if name == "sigma-lognormal":
-        from handout.motion import sigma_lognormal
-
-        return partial(sigma_lognormal.follow, steps=STEPS, baked_at=hand.drawn_at)
-    from handout.motion import optimal_control
-
-    return partial(optimal_control.follow, steps=STEPS, baked_at=hand.drawn_at)
+    module = import_module(f"handout.motion.{name.replace('-', '_')}")
+    return partial(module.follow, steps=STEPS, baked_at=hand.drawn_at)
 
 
 def _components(manuscript: Manuscript, hand: Hand) -> Iterator[_Component]:
@@ -184,16 +190,16 @@ def _press(t: Array, xy: Array) -> Array:
     """Pressure along a stroke: heavier pulling down and where it is slow, light at both tips.  (n,) in 0–1."""
     n = len(t)
     if n < 3:
-        return np.full(n, _PRESSURE)
+        return np.full(n, _PRESS.mean)
     velocity = np.zeros((n, 2))
     # both engines sample evenly; at both ends the pen rests
     velocity[1:-1] = (xy[2:] - xy[:-2]) / (2 * (t[1] - t[0]))
     square = velocity[:, 0] ** 2 + velocity[:, 1] ** 2
     usual = math.sqrt(float(square.sum()) / n) or 1.0
     shift = np.tanh(np.stack([velocity[:, 1], np.sqrt(square)]) / usual)
-    pressure = _PRESSURE + 0.6 * _EASE + _PULL * shift[0] - _EASE * shift[1]
+    pressure = _PRESS.mean + 0.6 * _PRESS.ease + _PRESS.pull * shift[0] - _PRESS.ease * shift[1]
     # a pen lands on the paper but flies off it: strokes taper towards their ends, short ones less
-    leaving = min(_LEAVING, 0.3 * float(t[-1] - t[0]))
-    landed = _LANDED + (1 - _LANDED) * np.minimum(1.0, (t - t[0]) / _LANDING)
-    left = _LEFT + (1 - _LEFT) * np.minimum(1.0, (t[-1] - t) / leaving)
+    leaving = min(_PRESS.leaving, 0.3 * float(t[-1] - t[0]))
+    landed = _PRESS.landed + (1 - _PRESS.landed) * np.minimum(1.0, (t - t[0]) / _PRESS.landing)
+    left = _PRESS.left + (1 - _PRESS.left) * np.minimum(1.0, (t[-1] - t) / leaving)
     return np.asarray(np.minimum(np.maximum(pressure * landed * left, 0.03), 1.0))

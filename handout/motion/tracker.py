@@ -23,8 +23,8 @@ from handout.values import Array
 
 Ends = Literal["fixed", "free", "rest"]
 
-ORDER = 4
-STEPS = 20
+ORDER = 4  # the derivative that is the effort: snap
+STEPS = 20  # samples an interval
 # The error of a band solve is about 1e-16 times its condition number, (2 · smooth · steps)^(2 · order); beyond this
 # the path is solved on a coarser grid and upsampled
 STIFFEST = 1e10

@@ -6,7 +6,11 @@ here knows click or a terminal.  Files:
     options.py    what a caller may ask for, as frozen dataclasses: WritingOptions, SheetOptions, PictureOptions …
     results.py    what a call gives back: results that turn into JSON, and the notes that are told to the user
     writing.py    `write`, and its parts for the other verbs: prepare the task, set its pages, draw them
-    hands.py      `read`, a hand from scans or recorded pens
+    hands.py      `read`, a hand from scans or recorded pens; kept_hands.py what is done with hands that there are
+    prompts.py    `prompt`, sheets to write a hand on
+    printing.py   `print_`, envelopes from a table of addresses
+    drawings.py   `restyle`, `asemic`, and plans of strokes: `fit_strokes`, `draw_plans`
+    scoring.py    `score`, measures of page images
     inputs.py     what is to be written: a text, a file, standard input, or a drawing
     pictures.py   the pen, the paper and the resolution of pictures
     lined_paper.py   which lines of a paper are written on

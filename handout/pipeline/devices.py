@@ -12,6 +12,7 @@ from handout.pipeline.results import SILENT, Facts, Listener
 from handout.plotting import connections, open_port
 from handout.plotting.connections import is_simulated
 from handout.plotting.dialects import dialect
+from handout.plotting.ports import serial_devices as serial_devices
 
 
 @dataclass(frozen=True)

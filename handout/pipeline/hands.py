@@ -41,6 +41,11 @@ class ReadHand:
     notes: tuple[str, ...] = ()
 
     @property
+    def doubtful(self) -> int:
+        """How many letters are doubtful."""
+        return len(report.doubtful(self.hand))
+
+    @property
     def missing(self) -> int:
         """How many letters of the transcripts were not found."""
         return sum(len(page.missing) for page in self.pages)

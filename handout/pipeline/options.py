@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from handout import units
+from handout.colour import METHODS, exports
 from handout.errors import InputError
 from handout.inking.pen import PENS as PENS
 from handout.inking.pen import TEXTURED as TEXTURED
+from handout.motion import ENGINES as ENGINES
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand
@@ -21,8 +23,9 @@ if TYPE_CHECKING:
 Length = str | float  # a length with its unit, such as "2.5mm", or a number of mm
 
 Align = Literal["left", "right", "centre", "ragged"]
+COLOUR_METHODS = METHODS  # by which a table is made of patches
+COLOUR_FORMATS = tuple(exports.FORMATS)  # that a calibration can be written as
 ALIGNMENTS: tuple[Align, ...] = get_args(Align)
-ENGINES = ("optimal-control", "sigma-lognormal")
 
 
 @dataclass(frozen=True)
@@ -172,6 +175,32 @@ class PrintOptions:
     format: str | None = None  # of what is sent: pdf, pwg, urf, png; None: the best
     calibration: str = ""  # a printer/paper, a file, or none; "": the printer's newest
     stock: str = ""  # what paper is in the printer, as it was called when it was calibrated
+
+
+@dataclass(frozen=True)
+class StyleOptions:
+    """A handstyle, and what is changed of it."""
+
+    style: str = "fast-tag"  # a style's name, or a .toml file
+    smooth: float | None = None  # 0.05 to 1: how much the movement rounds; None: the style's
+    shear: str | None = None  # lean of the letters, such as "12deg"; None: the style's
+    jitter: float | None = None  # how much the hand varies, 1 as people do; None: the style's
+    seed: int | None = None  # same seed, same bytes; None: one by chance
+
+
+@dataclass(frozen=True)
+class PromptOptions:
+    """The sheets that an author is asked to write on."""
+
+    pages: int = 4  # how many to write
+    characters: str | None = None  # each occurs at least once; None: all printable ASCII
+    also: str = ""  # more characters than these
+    target: str | None = None  # a file with texts such as will be wanted later: its letters count, and occur
+    corpus_file: str | None = None  # a file of text to take the sentences from; None: the program's own
+    page: str = "A4"  # or letter
+    ruling: Length = "10mm"  # distance of the lines
+    letter_width: Length | None = None  # width that letters take, with gaps; None: a third of the ruling
+    ruled: bool = True  # lines and words printed pale where one writes; or nothing but the marks
 
 
 def millimetres(length: Length, what: str) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from handout import units
 from handout.errors import InputError
@@ -12,9 +11,7 @@ from handout.inking.papers import PAPERS, Paper
 from handout.inking.pen import PENS, Pen, usual
 from handout.pipeline.options import PictureOptions, millimetres
 from handout.sinks import Look
-
-if TYPE_CHECKING:
-    pass
+from handout.sinks import check_outputs as check_outputs
 
 
 def look(picture: PictureOptions) -> Look:

@@ -89,6 +89,17 @@ def list_jobs(listener: Listener = SILENT) -> list[JobState]:
     return states
 
 
+def find_job(name: str | None) -> Job:
+    """The plot of that name, or the last that was kept.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    return store.find(name)
+
+
 def show_job(name: str) -> JobState:
     """How far the job of that name has come."""
     return JobState.of(store.find(name))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from handout import atomic, profiles, units
 from handout.errors import DeviceError, InputError
 from handout.pipeline import job_pages, pictures
+from handout.pipeline.inputs import Source
 from handout.pipeline.lined_paper import page_name
 from handout.pipeline.options import Length, millimetres
 from handout.pipeline.plot_jobs import JobState, outlook
@@ -23,13 +24,16 @@ from handout.pipeline.plot_request import AttendanceOptions, Operator, PlotOptio
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.writing import STROKES, WritingTask, draw_pages, on_lined_paper, prepare, written
 from handout.plotting import fit_to_bed, open_port, plan
-from handout.plotting.connections import is_simulated, surroundings
+from handout.plotting.connections import is_simulated as is_simulated
+from handout.plotting.connections import surroundings
 from handout.plotting.driving import plot_report
-from handout.plotting.driving.driver import Progress, Report
+from handout.plotting.driving.driver import Progress as Progress
+from handout.plotting.driving.driver import Report
 from handout.plotting.driving.overlap import OVERLAP, usual_overlap
 from handout.plotting.jobs import runner, store
 from handout.plotting.jobs.job import Job, Options, load
 from handout.plotting.jobs.pages import Made, laid_out
+from handout.plotting.jobs.runner import is_about_zero as is_about_zero
 from handout.plotting.planning.plan import Plan
 from handout.plotting.ports import Port
 from handout.plotting.setup.pen_heights import replaced
@@ -140,7 +144,7 @@ class Previewed:
 
 
 def plot(
-    request: PlotRequest,
+    request: PlotRequest | str,
     port: str,
     attendance: AttendanceOptions = AttendanceOptions(),
     *,
@@ -149,11 +153,17 @@ def plot(
 ) -> Plotted:
     """Plot a text or a drawing; whatever ends it, `resume` goes on with it.
 
+    Parameters
+    ----------
+    request : what is plotted and how, or just a text.
+    port : see `plotting.open_port`.
+
     Raises
     ------
     InputError, DeviceError, KeyboardInterrupt
         The message says how to go on, if anything has been begun.
     """
+    request = PlotRequest(Source(request)) if isinstance(request, str) else request
     account = _ReportFile(attendance.report)
     profile = _machine(request.plotting, port)
     task = _task(request)

@@ -23,7 +23,8 @@ from handout.printing.batch import BatchOptions, PageMaker, print_rows
 from handout.printing.journal import Journal
 from handout.printing.printers import resolve
 from handout.printing.sending import Listener as BatchListener
-from handout.printing.sending import Report
+from handout.printing.sending import PrintingStopped as PrintingStopped
+from handout.printing.sending import Report as Report
 from handout.profiles import Length, Nudge, Printer
 from handout.sinks import Look, write_drawing
 from handout.values import Drawing, Raster

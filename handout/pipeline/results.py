@@ -6,9 +6,12 @@ user.  `Listener` is how the same sentences, and the progress, reach whoever wai
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+from handout.writing.text import LEFT_OUT
 
 if TYPE_CHECKING:
     from handout.values import Drawing, Manuscript
@@ -92,6 +95,24 @@ class Tally:
             borrowed=list(pages[0].about.get("borrowed", [])) if pages else [],
             slips=[slip for page in pages for slip in page.about.get("slips", [])],
         )
+
+    @property
+    def lent(self) -> dict[tuple[str, str], int]:
+        """How often each letter that is not the author's was written, by letter and what it was made of."""
+        counts = Counter[tuple[str, str]]()
+        for letter in self.borrowed:
+            if not letter["own"] and letter["from"] != LEFT_OUT:
+                counts[letter["letter"], letter["from"]] += letter["count"]
+        return counts
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """How often each character was left out, since the hand has no form for it."""
+        counts = Counter[str]()
+        for letter in self.borrowed:
+            if not letter["own"] and letter["from"] == LEFT_OUT:
+                counts[letter["letter"]] += letter["count"]
+        return counts
 
     def __add__(self, other: Tally) -> Tally:
         return Tally(

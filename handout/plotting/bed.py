@@ -101,7 +101,7 @@ def check(xy: Array, profile: Plotter, way_out: str = "--fit or a larger bed") -
 
 def beyond_paper(drawing: Drawing) -> str | None:
     """What hangs off the paper, in a sentence that names the stroke that is farthest out; None if nothing does."""
-    worst, said = _SLACK, None
+    worst, warning = _SLACK, None
     size = np.array([drawing.page.width, drawing.page.height])
     for number, stroke in enumerate(drawing.strokes, 1):
         out = np.concatenate([-stroke.xy.min(axis=0), stroke.xy.max(axis=0) - size])
@@ -109,11 +109,11 @@ def beyond_paper(drawing: Drawing) -> str | None:
         if out[side] > worst:
             worst, where = float(out[side]), ("left", "upper", "right", "lower")[side]
             word = f" (of word {stroke.word + 1})" if stroke.word >= 0 else ""
-            said = (
+            warning = (
                 f"Stroke {number}{word} reaches {worst:.3g} mm beyond the {where} edge of the paper "
                 f"({size[0]:g} x {size[1]:g} mm): the pen will write on what lies under it."
             )
-    return said
+    return warning
 
 
 def fit_to_bed(drawing: Drawing, profile: Plotter) -> Drawing:

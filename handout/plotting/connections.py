@@ -48,7 +48,7 @@ def open_port(url: str, profile: Plotter) -> Port:
 
 
 def surroundings(url: str) -> AbstractContextManager[None]:
-    """What goes wrong around a machine as long as it is used; only a simulated one asks for it (``sim:?disk=1s``)."""
+    """A slow disk or a busy processor that the address of a simulated plotter asks for (``sim:?disk=1s``)."""
     if not is_simulated(url):
         return contextlib.nullcontext()
     return cast(AbstractContextManager[None], _simulated().disturbed(url.partition("?")[2]))
@@ -90,7 +90,7 @@ def ask(port: Port, dialects: Sequence[str], wakes: float = _WAKES) -> Answer | 
 
 
 def _listen(port: Port) -> bytes:
-    """What is answered, up to a moment of silence."""
+    """The bytes of an answer, which ends with a moment of silence."""
     data, waited = b"", 0.0
     while waited < _ANSWERS and len(data) < 100_000:
         more = port.read(_MOMENT)
@@ -160,7 +160,7 @@ def _candidates(profile: Plotter, devices: Sequence[SerialDevice]) -> list[str]:
 
 
 def only_port(ports: Sequence[SerialDevice] | None = None) -> str:
-    """The name of the only serial port with a USB id, whoever is there.
+    """The name of the only serial port with a USB id, without asking who is there.
 
     Raises
     ------

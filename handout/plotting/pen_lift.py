@@ -35,8 +35,8 @@ def lowering_speed(pen: Pen) -> float:
 
 def wait(pen: Pen, down: bool, line_time: float) -> float:
     """How long the machine stands while the pen moves, s; a Z axis that moves is not waited for by it."""
-    told = [seconds for _, seconds in way(pen, down)]
-    return sum(told) + (0.0 if pen.lift == "z" and not any(told) else len(told) * line_time)
+    waits = [seconds for _, seconds in way(pen, down)]
+    return sum(waits) + (0.0 if pen.lift == "z" and not any(waits) else len(waits) * line_time)
 
 
 def at(pen: Pen, value: float) -> Pen:

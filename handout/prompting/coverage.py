@@ -25,19 +25,19 @@ Instances = Counter[tuple[str, Place]]
 
 def letters(texts: Iterable[str]) -> Instances:
     """How often each letter (a grapheme) stands in each place."""
-    found: Instances = Counter()
+    instances: Instances = Counter()
     for run in _runs(texts):
-        found.update(zip(run, _places(len(run), 1), strict=True))
-    return found
+        instances.update(zip(run, _places(len(run), 1), strict=True))
+    return instances
 
 
 def pairs(texts: Iterable[str]) -> Instances:
     """How often each pair of letters or digits within a word stands in each place."""
-    found: Instances = Counter()
+    instances: Instances = Counter()
     for run in _runs(texts):
-        both = [a + b for a, b in pairwise(run)]
-        found.update(zip(both, _places(len(run), 2), strict=True))
-    return found
+        pairs_of_run = [a + b for a, b in pairwise(run)]
+        instances.update(zip(pairs_of_run, _places(len(run), 2), strict=True))
+    return instances
 
 
 def _runs(texts: Iterable[str]) -> Iterable[list[str]]:
@@ -146,27 +146,27 @@ def coverage(written: Iterable[str], target: Iterable[str], characters: str = ""
         Below it a letter or pair counts as short.
     """
     written, target = list(written), list(target)
-    wanted = {char: 0 for char in characters if not char.isspace()}
+    asked_for = {char: 0 for char in characters if not char.isspace()}
     single, double = _shares(letters(target)), _shares(pairs(target))
     commonest = dict(sorted(double.items(), key=lambda item: (-item[1], item[0]))[:COMMONEST])
-    return Coverage(_rows({**wanted, **single}, letters(written)), _rows(commonest, pairs(written)), least)
+    return Coverage(_rows({**asked_for, **single}, letters(written)), _rows(commonest, pairs(written)), least)
 
 
-def _shares(found: Instances) -> dict[str, float]:
+def _shares(instances: Instances) -> dict[str, float]:
     summed: Counter[str] = Counter()
-    for (unit, _), count in found.items():
+    for (unit, _), count in instances.items():
         summed[unit] += count
     return {unit: count / summed.total() for unit, count in summed.items()}
 
 
-def _rows(shares: Mapping[str, float], found: Instances) -> tuple[Row, ...]:
+def _rows(shares: Mapping[str, float], instances: Instances) -> tuple[Row, ...]:
     ordered = sorted(shares.items(), key=lambda item: (-item[1], item[0]))
-    return tuple(Row(unit, share, *(found[unit, place] for place in PLACES)) for unit, share in ordered)
+    return tuple(Row(unit, share, *(instances[unit, place] for place in PLACES)) for unit, share in ordered)
 
 
 @dataclass(frozen=True)
 class Lack:
-    """A letter in a place of which a text needs more than there is: needed so often, had so often there and in all."""
+    """A letter of which a text needs more in some place than there are: needed, there in that place, and in all."""
 
     letter: str
     place: Place

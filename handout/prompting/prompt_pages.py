@@ -40,11 +40,11 @@ class _Page:
     lines: list[str] = field(default_factory=list)
 
     def add(self, text: str) -> None:
-        """Let the text follow what is there."""
+        """Append a text."""
         self.lines = self._with(text)
 
     def fits(self, text: str) -> bool:
-        """Whether it could still follow."""
+        """Whether a text could still be appended."""
         return len(self._with(text)) <= self.room
 
     def _with(self, text: str) -> list[str]:
@@ -95,17 +95,17 @@ def prompt(
     """
     if min(pages, lines) < 1 or width < 10:
         raise InputError(f"{pages} pages of {lines} lines of {width} characters leave no room: give at least 1, 1, 10.")
-    wanted = dict.fromkeys(char for char in characters if not char.isspace())
-    allowed = frozenset(corpus.PRINTABLE) | frozenset(wanted) | {" "}
+    required = dict.fromkeys(char for char in characters if not char.isspace())
+    allowed = frozenset(corpus.PRINTABLE) | frozenset(required) | {" "}
     pool = corpus.usable(sentences, allowed)
     if not pool:
         raise InputError("No sentence of the corpus can be used: it needs sentences of two words or more.")
     first: set[int] = set()
-    if wanted.keys() >= set(string.ascii_lowercase):
+    if required.keys() >= set(string.ascii_lowercase):
         pool, first = _with_pangram(pool, allowed)
     closing = Closing(corpus.usable(corpus.shipped(), allowed))
     return _filled(
-        Chooser(pool, target, score), first, set(wanted), closing, [_Page(lines, width) for _ in range(pages)]
+        Chooser(pool, target, score), first, set(required), closing, [_Page(lines, width) for _ in range(pages)]
     )
 
 
@@ -146,7 +146,7 @@ def _tail(closing: Closing, missing: set[str], taken: list[str], page: _Page) ->
 
 
 def _shorter(tail: list[str], fresh: list[str], missing: set[str], page: _Page) -> list[str]:
-    """The tail without what is no longer needed, or a fresh one where that is shorter."""
+    """The sentences of the tail that are still needed, or newly chosen ones where those are shorter."""
     # with some of its words left out the tail never takes more lines, but a fresh one may
     needed = [sentence for sentence in tail if not missing.isdisjoint(sentence)]
     better = len(" ".join(fresh)) < len(" ".join(needed)) and page.fits(" ".join(fresh))

@@ -25,6 +25,10 @@ from typing import Literal
 
 from numpy.typing import NDArray
 
+Score = Literal["gain", "haines-2016"]
+_LETTERS = 32.0  # what a letter counts against a pair
+_DAMPED = 10  # words below which a sentence is held back
+
 
 def letter_counts(text: str) -> Counter[str]:
     """Characters of the text, spaces left out."""
@@ -84,12 +88,6 @@ def count_table(counted: Sequence[Counter[str]], frequency: Mapping[str, float])
     place = (rows.astype(np.intp), columns.astype(np.intp))
     matrix = csr_array((values, place), shape=(len(counted), len(units)))
     return CountTable(units, matrix, np.array([frequency[unit] for unit in units], dtype=np.float64))
-
-
-Score = Literal["gain", "haines-2016"]
-
-_LETTERS = 32.0  # what a letter counts against a pair
-_DAMPED = 10  # words below which a sentence is held back
 
 
 @dataclass(eq=False)

@@ -37,6 +37,14 @@ _BASE45 = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ $%*+-./:"
 _VALUE = {char: i for i, char in enumerate(_BASE45)}
 # letters that a QR code of versions 1 to 15 holds at error correction level M (ISO/IEC 18004, table 7)
 _HOLDS = (20, 38, 61, 90, 122, 154, 178, 221, 262, 311, 366, 419, 483, 528, 600)
+VERSIONS = tuple(range(1, len(_HOLDS) + 1))
+_FINDER = 7  # modules of the squares at three corners of a code
+_REACH = 1.6  # modules by which a code may lie off
+_STEP = 0.2
+_SCALE = 4  # pixels a module, of the square for the decoder
+_QUIET = 4  # modules
+_SHARPEN = (0.8, 0.0, 1.6)  # tried in turn
+_AROUND = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, 0.5], [0.25, 0.5, 0.25]]) / 3
 
 
 @dataclass(frozen=True)
@@ -190,18 +198,6 @@ def _symbol(text: str, version: int) -> NDArray[np.bool_]:
 def side_modules(version: int) -> int:
     """Modules along a side of a QR code of that version."""
     return 17 + 4 * version
-
-
-VERSIONS = tuple(range(1, len(_HOLDS) + 1))
-
-
-_FINDER = 7  # modules of the squares at three corners of a code
-_REACH = 1.6  # modules by which a code may lie off
-_STEP = 0.2
-_SCALE = 4  # pixels a module, of the square for the decoder
-_QUIET = 4  # modules
-_SHARPEN = (0.8, 0.0, 1.6)  # tried in turn
-_AROUND = np.array([[0.25, 0.5, 0.25], [0.5, 0.0, 0.5], [0.25, 0.5, 0.25]]) / 3
 
 
 def read_codes(grey: NDArray[np.uint8], registration: Registration, boxes: Array) -> list[bytes]:

@@ -25,6 +25,16 @@ MARK_FOOT = 14.0  # mm from the lower edge: many printers reach less far there
 MARK_CELLS = 8
 MARK_CORNERS = ("top left", "top right", "bottom right", "bottom left")
 PAPERS: tuple[Page, ...] = (page_sizes.page("A4"), page_sizes.page("letter"))
+PITCH = (6.0, 20.0)  # mm
+LETTER = 0.33  # width that a letter takes with its gaps, a pitch: an x-height of a quarter of it, and large writing
+CODES = 6
+CODE = 22.0  # mm a side
+_MARGIN = 20.0  # left and right of the lines
+_FIRST = 22.0  # top of the first line's space
+_ABOVE_CODES = 7.0  # room for descenders, and white around the codes
+# the printed words stand in the upper part of a line's space, where few ascenders reach: parts of the pitch
+_WORDS_TOP, _WORDS_FOOT = 0.80, 0.53
+_LABEL = (12.0, 17.0)  # mm, between the upper marks
 
 
 def paper_of_name(name: str) -> Page:
@@ -56,13 +66,13 @@ def mark_number(page: Page, corner: int) -> int:
 
 
 def corner_of_mark(number: int) -> tuple[Page, int] | None:
-    """The paper and corner of the mark of that number; None if it is none of ours."""
+    """The paper and corner of the mark of that number; None for a number that sheets do not use."""
     return (PAPERS[number // 4], number % 4) if 0 <= number < 4 * len(PAPERS) else None
 
 
 @cache
 def mark_dictionary() -> Any:
-    """The tags of which the marks are some."""
+    """All tags of the family."""
     import cv2
 
     return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
@@ -73,18 +83,6 @@ def mark_cells(number: int) -> NDArray[np.bool_]:
     import cv2
 
     return np.asarray(cv2.aruco.generateImageMarker(mark_dictionary(), number, MARK_CELLS) < 128)
-
-
-PITCH = (6.0, 20.0)  # mm
-LETTER = 0.33  # width that a letter takes with its gaps, a pitch: an x-height of a quarter of it, and large writing
-CODES = 6
-CODE = 22.0  # mm a side
-_MARGIN = 20.0  # left and right of the lines
-_FIRST = 22.0  # top of the first line's space
-_ABOVE_CODES = 7.0  # room for descenders, and white around the codes
-# the printed words stand in the upper part of a line's space, where few ascenders reach: parts of the pitch
-_WORDS_TOP, _WORDS_FOOT = 0.80, 0.53
-_LABEL = (12.0, 17.0)  # mm, between the upper marks
 
 
 @dataclass(frozen=True)

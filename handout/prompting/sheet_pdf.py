@@ -34,6 +34,15 @@ _ACCENTS = {
     "\u0308": "¨", "\u030a": "˚", "\u030b": "˝", "\u030c": "ˇ", "\u0326": "¸", "\u0327": "¸", "\u0328": "˛",
 }  # fmt: skip
 _RAISED = 0.17  # of the size, for marks on capitals and tall letters
+# device RGB; both with a red of 1
+RULE = (1.0, 0.80, 0.62)
+WORDS = (1.0, 0.60, 0.36)
+_BLACK = (0.0, 0.0, 0.0)
+_UNDER = (0.25, 0.25, 0.25)  # lines that have to be seen through a sheet
+_MM = 72 / 25.4
+_RULE_WIDTH, _UNDER_WIDTH = 0.25, 0.6  # mm
+_SIZE = 0.24  # of printed words, a pitch
+_LABEL_SIZE = 7.0  # points
 
 
 @cache
@@ -107,17 +116,6 @@ def text_width(text: str, font: str, size: float) -> float:
     register_faces()
     shown = "".join((_parts(char) or ("?", ""))[0] for char in text)
     return float(pdfmetrics.stringWidth(shown, font, size))
-
-
-# device RGB; both with a red of 1
-RULE = (1.0, 0.80, 0.62)
-WORDS = (1.0, 0.60, 0.36)
-_BLACK = (0.0, 0.0, 0.0)
-_UNDER = (0.25, 0.25, 0.25)  # lines that have to be seen through a sheet
-_MM = 72 / 25.4
-_RULE_WIDTH, _UNDER_WIDTH = 0.25, 0.6  # mm
-_SIZE = 0.24  # of printed words, a pitch
-_LABEL_SIZE = 7.0  # points
 
 
 def to_pdf(prompt: Prompt, layout: SheetLayout) -> bytes:

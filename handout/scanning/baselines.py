@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 from handout.values import Array
 
 LEAST_EDGES = 25  # left edges of a line
+_SLANTS = np.arange(-0.5, 1.5001, 0.05)
+_USUAL, _UNUSUAL = 0.2, 1.2  # slants of people
+_ROWS = 0.1  # mm between rows of left edges: at 600 dpi every row would only cost time
+_UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +110,6 @@ def mode(values: Array, sigma: float) -> float:
     grid = np.linspace(values.min(), values.max(), 200)
     density = np.exp(-0.5 * ((grid[:, None] - values) / sigma) ** 2).sum(axis=1)
     return float(grid[int(np.argmax(density))])
-
-
-_SLANTS = np.arange(-0.5, 1.5001, 0.05)
-_USUAL, _UNUSUAL = 0.2, 1.2  # slants of people
-_ROWS = 0.1  # mm between rows of left edges: at 600 dpi every row would only cost time
-_UNDERLINE = 12.0  # mm: longer runs of ink are underlines
 
 
 @dataclass(frozen=True, eq=False)

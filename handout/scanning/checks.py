@@ -5,7 +5,7 @@ step of the pipeline can call its own:
 
 - of a file, before it is decoded: `refuse_large`, `page_index`, `square_resolution`
 - of the resolution: `check_dpi`, `plausible_dpi`, `refuse_oversize`
-- of the inks and the mask: `refuse_blank`, `refuse_bad_strokes`, `refuse_false_resolution`
+- of the inks and the mask: `blank_page`, `refuse_bad_strokes`, `refuse_false_resolution`
 - of the text lines: `check_writing_size`
 
 Two checks look at the whole picture and stand by themselves, in `page_layout`: a sheet photographed at an angle and two
@@ -130,8 +130,8 @@ def refuse_oversize(picture: Picture, dpi: float) -> None:
         )
 
 
-def blank(scan: Scan) -> InputError:
-    """What is said of a scan without ink."""
+def blank_page(scan: Scan) -> InputError:
+    """The error of a scan without ink."""
     return InputError(
         f"{scan.source} holds nothing but paper: no strokes stand out from it. "
         "Was the right side scanned? A faint pencil needs a darker scan."

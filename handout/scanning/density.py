@@ -25,6 +25,7 @@ _KERNEL = 0.1  # of the density of levels
 _CELLS = 32  # of the table from colour to density, a side
 _CENTRES = 7  # lattice of the spline's points, a side
 _OWN = 300  # points of the spline at the page's own colours
+_SURE, _PERHAPS = 0.357, 0.071  # levels: s = .55 and .35 where zero ink lies at s = .30
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +67,6 @@ class Density:
     scale: Scale
     sure: float
     perhaps: float
-
-
-_SURE, _PERHAPS = 0.357, 0.071  # levels: s = .55 and .35 where zero ink lies at s = .30
 
 
 def find_scale(scan: Scan, inks: Inks) -> Scale:

@@ -14,21 +14,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.hues import kinds
-from handout.scanning.checks import blank
+from handout.scanning.checks import blank_page
 from handout.scanning.scan import Scan
 from handout.values import Array
 
-_BINS = 32  # cells a channel of the histogram of colours, narrower than the kernel of the mean shift
-_KERNEL = 0.05  # of the mean shift, in colour
-_CONTRAST = 0.12  # least distance of ink from paper
-_ZERO = 0.30  # the share of ink that counts as none, on plain paper
-_ABOVE = 0.03  # how far over the ruling zero ink lies
-_HIGHEST = 0.65  # a higher zero would cost letters
-_SHARE = 0.004  # of the strokes, for an ink to count
-_AS_DARK = 0.6  # of the commonest ink's contrast, for another to count: a paler one is what shines through
-_STIFF = 2e-3  # variance of colour that every axis has to bear
-_STRETCH = 0.05  # level of ruling that a unit of the axis' length costs
-_ENOUGH = 200  # pixels of strokes
+
+@dataclass(frozen=True)
+class InkSettings:
+    """How ink is told from paper; chosen on six real pages (docs/bibliography.md)."""
+
+    bins: int = 32  # cells a channel of the histogram of colours, narrower than the kernel of the mean shift
+    kernel: float = 0.05  # of the mean shift, in colour
+    contrast: float = 0.12  # least distance of ink from paper
+    zero: float = 0.30  # the share of ink that counts as none, on plain paper
+    above_ruling: float = 0.03  # how far over the ruling zero ink lies
+    highest_zero: float = 0.65  # a higher zero would cost letters
+    share: float = 0.004  # of the strokes, for an ink to count
+    as_dark: float = 0.6  # of the commonest ink's contrast, for another to count: a paler one is what shines through
+    stiff: float = 2e-3  # variance of colour that every axis has to bear
+    stretch: float = 0.05  # level of ruling that a unit of the axis' length costs
+    enough: int = 200  # pixels of strokes
+
+
+_INK = InkSettings()
+
+
+@dataclass(frozen=True)
+class RulingSettings:
+    """What counts as printed ruling; chosen on the same pages."""
+
+    run: float = 6.0  # mm of straight line: no stroke of a letter is so long and so level
+    least_contrast: float = 0.10  # of the contrast of ink: fainter lines need no care
+    lines: float = 4.0  # ruled lines as long as the page is wide, together
+
+
+_RULING = RulingSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +103,8 @@ def find_inks(scan: Scan) -> Inks:
     paper = paper_mode(scan)
     away = _away(scan, paper)
     core, threshold = _cores(away)
-    if int(core.sum()) < _ENOUGH or threshold < 0.4 * _CONTRAST:
-        raise blank(scan)
+    if int(core.sum()) < _INK.enough or threshold < 0.4 * _INK.contrast:
+        raise blank_page(scan)
     contrast = float(np.median(away[core]))
     ruling = find_ruling(scan, paper.astype(np.float32), contrast)
     if ruling is not None:
@@ -93,8 +113,8 @@ def find_inks(scan: Scan) -> Inks:
     else:
         ruled = np.zeros((0, 3))
     colours = scan.rgb[core] / 255.0
-    if len(colours) < _ENOUGH or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _CONTRAST:
-        raise blank(scan)
+    if len(colours) < _INK.enough or float(np.median(np.linalg.norm(colours - paper, axis=1))) < _INK.contrast:
+        raise blank_page(scan)
     noise = _noise(scan, away, paper)
     inks, grain = _told_apart(colours, paper, noise, ruled)
     return Inks(paper, inks, grain, ruling)
@@ -108,7 +128,7 @@ def paper_mode(scan: Scan) -> Array:
     colours, counts = _histogram(scan.rgb[::2, ::2])
     mode = colours[np.argmax(counts)]
     for _ in range(100):
-        weight = counts * np.exp(-((colours - mode) ** 2).sum(axis=1) / (2 * _KERNEL**2))
+        weight = counts * np.exp(-((colours - mode) ** 2).sum(axis=1) / (2 * _INK.kernel**2))
         step = weight @ colours / weight.sum() - mode
         mode = mode + step
         if np.abs(step).max() < 1e-4:
@@ -119,9 +139,9 @@ def paper_mode(scan: Scan) -> Array:
 def _histogram(rgb: NDArray[np.uint8]) -> tuple[Array, Array]:
     """Mean colour and count of the occupied cells of 32³."""
     flat = rgb.reshape(-1, 3)
-    cell = (flat >> 3).astype(np.int32) @ np.array([_BINS * _BINS, _BINS, 1], dtype=np.int32)
-    counts = np.bincount(cell, minlength=_BINS**3).astype(np.float64)
-    sums = [np.bincount(cell, flat[:, k], minlength=_BINS**3) for k in range(3)]
+    cell = (flat >> 3).astype(np.int32) @ np.array([_INK.bins * _INK.bins, _INK.bins, 1], dtype=np.int32)
+    counts = np.bincount(cell, minlength=_INK.bins**3).astype(np.float64)
+    sums = [np.bincount(cell, flat[:, k], minlength=_INK.bins**3) for k in range(3)]
     occupied = counts > 0
     colours = np.stack(sums, axis=1)[occupied] / counts[occupied, None] / 255
     return np.asarray(colours), counts[occupied]
@@ -144,7 +164,7 @@ def _cores(away: NDArray[np.float32]) -> tuple[NDArray[np.bool_], float]:
     from skimage.filters import threshold_otsu
 
     dark = away[away > 0.08]
-    if len(dark) < _ENOUGH:
+    if len(dark) < _INK.enough:
         return np.zeros(away.shape, dtype=bool), 0.0
     threshold = float(threshold_otsu(dark, nbins=128))  # type: ignore[no-untyped-call]
     core = away > threshold
@@ -185,21 +205,21 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
     colours = colours[:: max(1, len(colours) // 40_000)]
     away = colours - paper
     size = np.linalg.norm(away, axis=1)
-    kind = kinds(away / np.maximum(size, 1e-9)[:, None], _SHARE)
+    kind = kinds(away / np.maximum(size, 1e-9)[:, None], _INK.share)
     share = np.bincount(kind) / len(kind)
     inks: list[Ink] = []
     grain: list[float] = []
     for k in np.argsort(-share):
         own = colours[kind == k]
-        if share[k] < _SHARE or len(own) < _ENOUGH / 2:
+        if share[k] < _INK.share or len(own) < _INK.enough / 2:
             continue
         colour = np.median(own, axis=0)
-        if inks and np.linalg.norm(colour - paper) < _AS_DARK * np.linalg.norm(inks[0].colour - paper):
+        if inks and np.linalg.norm(colour - paper) < _INK.as_dark * np.linalg.norm(inks[0].colour - paper):
             continue
         axis, level = _axis(colour, paper, noise, ruled)
-        if inks and level > _HIGHEST:
+        if inks and level > _INK.highest_zero:
             continue  # it cannot be told from the ruling
-        zero = float(np.clip(level + _ABOVE, _ZERO, _HIGHEST))
+        zero = float(np.clip(level + _INK.above_ruling, _INK.zero, _INK.highest_zero))
         inks.append(Ink(colour, axis, zero, float(share[k]), level))
         grain.append(float(np.std((own - paper) @ axis)))
     return tuple(inks), grain[0]
@@ -217,18 +237,13 @@ def _axis(colour: Array, paper: Array, noise: Array, ruled: Array) -> tuple[Arra
     if not len(ruled):
         return straight, 0.0
     rules = ruled - paper
-    calm = np.linalg.solve(noise + rules.T @ rules / len(rules) + _STIFF * np.eye(3), away)
+    calm = np.linalg.solve(noise + rules.T @ rules / len(rules) + _INK.stiff * np.eye(3), away)
     candidates = [straight, calm / (away @ calm)]
     candidates += [np.eye(3)[k] / away[k] for k in range(3) if abs(away[k]) > 0.5 * np.abs(away).max()]
     levels = [float(np.percentile(rules @ axis, 99)) for axis in candidates]
-    costs = [level + _STRETCH * float(np.linalg.norm(axis)) for level, axis in zip(levels, candidates, strict=True)]
+    costs = [level + _INK.stretch * float(np.linalg.norm(axis)) for level, axis in zip(levels, candidates, strict=True)]
     best = int(np.argmin(costs))
     return candidates[best], levels[best]
-
-
-_RUN = 6.0  # mm of straight line: no stroke of a letter is so long and so level
-_LEAST = 0.10  # of the contrast of ink: fainter lines need no care
-_LINES = 4.0  # ruled lines as long as the page is wide, together
 
 
 def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDArray[np.bool_] | None:
@@ -246,8 +261,8 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
     marked = np.zeros(scan.shape, dtype=np.uint8)
     for start in range(0, scan.shape[0], 512):
         part = scan.rgb[start : start + 512].astype(np.float32) / 255 - colour
-        marked[start : start + 512] = np.linalg.norm(part, axis=2) > _LEAST * contrast
-    run = max(15, round(scan.pixels(_RUN)))
+        marked[start : start + 512] = np.linalg.norm(part, axis=2) > _RULING.least_contrast * contrast
+    run = max(15, round(scan.pixels(_RULING.run)))
     found = np.zeros_like(marked)
     for shape in ((run, 1), (1, run)):
         kernel = np.ones(shape[::-1], dtype=np.uint8)
@@ -262,4 +277,4 @@ def _spread(lines: NDArray[np.uint8], axis: int) -> bool:
     covered = (lines > 0).mean(axis=axis)
     # thickness does not count: the strongest row of every 2 % of the page stands for it
     blocks = np.array([block.max() for block in np.array_split(covered, 50)])
-    return bool(blocks[blocks > 0.25].sum() > _LINES)
+    return bool(blocks[blocks > 0.25].sum() > _RULING.lines)

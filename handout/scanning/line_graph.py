@@ -10,6 +10,8 @@ Source: seed 000, §5.1.2; the fit: own method.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,6 +29,28 @@ _RINGS = np.array(
     + [(0.5 * np.cos(a), 0.5 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
     + [(0.85 * np.cos(a), 0.85 * np.sin(a)) for a in np.arange(12) * np.pi / 6]
 )
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """How the middle of a line is fitted to its ink; compared on simulated pages by benchmarks/reading.py."""
+
+    alone: float = 1.3  # times the usual width: wider ink is not one line's
+    edge: float = 2.2  # half widths: an edge farther off is not this line's
+    level: float = 0.5  # half widths: where both edges are about as far, the line lies between them
+    rounds: int = 4  # of the fit
+    sample: float = 0.5  # pixels between samples across the line
+    step: float = 2.0  # pixels that a vertex moves in a round, at most
+    stiff: float = 0.45  # half widths: shorter waves of the line are smoothed away
+    hold: float = 0.05  # weight of the place before; the middle of two edges has 1
+    one_edge: float = 0.7  # weight of a middle that is known from one edge
+    straight: float = -0.7  # greatest cosine between two paths that go on as one line through a junction
+    pull: float = 0.1  # of the smoothing before the fit, which only the normals need
+    even_rounds: int = 5  # of that
+    end: float = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
+
+
+_FIT = FitSettings()
 
 
 def find_line_graph(scan: Scan, mask: Mask, density: Density) -> LineGraph:
@@ -62,19 +86,6 @@ def mean_within(values: NDArray[np.float32], xy: Array, radius: Array) -> Array:
     return np.asarray(sampled(values, xy[:, None] + _RINGS * radius[:, None, None]).mean(axis=1))
 
 
-_ALONE = 1.3  # times the usual width: wider ink is not one line's
-_OWN = 2.2  # half widths: an edge farther off is not this line's
-_LEVEL = 0.5  # half widths: where both edges are about as far, the line lies between them
-_ROUNDS = 4  # of the fit
-_FINE = 0.5  # pixels between samples across the line
-_STEP = 2.0  # pixels that a vertex moves in a round, at most
-_STIFF = 0.45  # half widths: shorter waves of the line are smoothed away
-_HOLD, _BOUND = 0.05, 0.7  # weights of the place before, and of a single edge; the middle of two edges has 1
-_ON = -0.7  # greatest cosine between two paths that go on as one line through a junction
-_PULL, _EVEN = 0.1, 5  # share and rounds of the smoothing before the fit, which only its normals need
-_END = 0.5  # half widths by which ink reaches beyond the pen's way at a free end
-
-
 def half_widths(measured: Array, edges: Indices, count: int, usual: float) -> Array:
     """(n,): half the width of the line of each vertex, measured on the parts of its branch where it runs alone."""
     half = np.full(count, usual)
@@ -106,7 +117,7 @@ def fitted_to_ink(
     before, after = _along(edges, count)
     inner = np.flatnonzero(before >= 0)
     half = np.full(count, usual)
-    for round_ in range(_ROUNDS):
+    for round_ in range(_FIT.rounds):
         normal = _normals(xy, before[inner], after[inner])
         right, left, centre = _across(xy[inner], normal, usual, weight, ink)
         if not round_:
@@ -114,7 +125,7 @@ def fitted_to_ink(
             measured[inner] = (right + left) / 2
             half = half_widths(measured, edges, count, usual)
         offset, weight_of_offset = _middle(right, left, centre, half[inner])
-        xy = _solved(xy, inner, normal, offset, weight_of_offset, bends, _STIFF * usual)
+        xy = _solved(xy, inner, normal, offset, weight_of_offset, bends, _FIT.stiff * usual)
     return xy, half
 
 
@@ -123,8 +134,8 @@ def evened(xy: Array, edges: Indices) -> Array:
     xy = xy.copy()
     before, after = _along(edges, len(xy))
     inner = before >= 0
-    for _ in range(_EVEN):
-        xy[inner] += _PULL * (xy[before[inner]] + xy[after[inner]] - 2 * xy[inner])
+    for _ in range(_FIT.even_rounds):
+        xy[inner] += _FIT.pull * (xy[before[inner]] + xy[after[inner]] - 2 * xy[inner])
     return xy
 
 
@@ -187,7 +198,7 @@ def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, in
     pairs_through: list[tuple[int, int, int]] = []
     taken: set[int] = set()
     for value, i, j in pairs:
-        if value < _ON and not taken & {i, j}:
+        if value < _FIT.straight and not taken & {i, j}:
             taken |= {i, j}
             pairs_through.append((int(ways[i][1]), int(ways[i][0]), int(ways[j][1])))
     return pairs_through
@@ -197,8 +208,8 @@ def _across(
     xy: Array, normal: Array, usual: float, weight: NDArray[np.float32], ink: NDArray[np.float32]
 ) -> tuple[Array, Array, Array]:
     """(n,) how far ink reaches on either side, and (n,) where its middle lies; pixels."""
-    reach = int(np.ceil((3.5 * usual + 1) / _FINE))
-    steps = np.arange(-reach, reach + 1) * _FINE
+    reach = int(np.ceil((3.5 * usual + 1) / _FIT.sample))
+    steps = np.arange(-reach, reach + 1) * _FIT.sample
     right, left, centre = np.zeros((3, len(xy)))
     for part in np.array_split(np.arange(len(xy)), max(1, len(xy) * len(steps) // 2_000_000)):
         places = xy[part, None] + normal[part, None] * steps[:, None]
@@ -206,8 +217,8 @@ def _across(
         inky *= _unbroken(inky > 0, reach)
         weights = sampled(weight, places) * (inky > 0)
         middle = inky[:, reach] / 2
-        right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FINE
-        left[part] = (inky[:, :reach].sum(axis=1) + middle) * _FINE
+        right[part] = (inky[:, reach + 1 :].sum(axis=1) + middle) * _FIT.sample
+        left[part] = (inky[:, :reach].sum(axis=1) + middle) * _FIT.sample
         centre[part] = weights @ steps / np.maximum(weights.sum(axis=1), 1e-9)
     return right, left, centre
 
@@ -215,15 +226,15 @@ def _across(
 def _middle(right: Array, left: Array, centre: Array, half: Array) -> tuple[Array, Array]:
     """(n,) how far across the line its middle lies, pixels, and (n,) the weight of that."""
     width = right + left
-    alone = (width < 2 * _ALONE * half) & (width > 0)
+    alone = (width < 2 * _FIT.alone * half) & (width > 0)
     nearer = np.minimum(right, left)
-    bound = ~alone & (nearer < _OWN * half) & (width > 0)
-    level = np.abs(right - left) < _LEVEL * half
+    bound = ~alone & (nearer < _FIT.edge * half) & (width > 0)
+    level = np.abs(right - left) < _FIT.level * half
     edge = np.where(level, (right - left) / 2, np.where(right < left, right - half, half - left))
     # the ink's weight and its edges are both uncertain, by grain within the line and along it
     between = (centre + (right - left) / 2) / 2
     offset = np.where(alone, between, np.where(bound, edge, 0.0))
-    return np.clip(offset, -_STEP, _STEP), np.where(alone, 1.0, np.where(bound, _BOUND, 0.0))
+    return np.clip(offset, -_FIT.step, _FIT.step), np.where(alone, 1.0, np.where(bound, _FIT.one_edge, 0.0))
 
 
 def _unbroken(inky: NDArray[np.bool_], middle: int) -> NDArray[np.bool_]:
@@ -245,7 +256,7 @@ def _solved(
     second = coo_matrix((np.tile([1.0, -2.0, 1.0], len(bends)), (rows, bends.ravel())), shape=(len(bends), n))
     bend = (stiff**4 * (second.T @ second)).tocoo()
     x, y = normal.T
-    anchors = np.full(n, _HOLD)
+    anchors = np.full(n, _FIT.hold)
     parts = [
         (np.concatenate([anchors, anchors]), np.arange(2 * n), np.arange(2 * n)),
         (bend.data, bend.row, bend.col),
@@ -257,7 +268,7 @@ def _solved(
     ]
     data, row, col = (np.concatenate(column) for column in zip(*parts, strict=True))
     matrix = coo_matrix((data, (row, col)), shape=(2 * n, 2 * n)).tocsc()
-    goal = _HOLD * xy.T.ravel()
+    goal = _FIT.hold * xy.T.ravel()
     targets = (xy[inner] * normal).sum(axis=1) + offset
     np.add.at(goal, inner, sure * x * targets)
     np.add.at(goal, inner + n, sure * y * targets)
@@ -289,7 +300,7 @@ def lengthened(xy: Array, edges: Indices, inside: NDArray[np.float32], half: Arr
             ahead = xy[way[0]] + steps[:, None] * to
             off = (ahead != within(ahead, inside.shape)).any(axis=1)  # the picture, where there still is ink
             out = off | (sampled(inside, ahead) < 0.5)
-            far = float(steps[out.argmax()]) - (0.0 if off[out.argmax()] else _END * r) if out.any() else 0.0
+            far = float(steps[out.argmax()]) - (0.0 if off[out.argmax()] else _FIT.end * r) if out.any() else 0.0
             if far < 0.25:
                 continue
             parts = max(1, round(far))

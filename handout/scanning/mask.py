@@ -33,6 +33,16 @@ _GRAINY, _PALE = 0.12, 0.45
 _DUST = 0.05  # mm², the least that is taken for a full stop
 _STREAK, _THIN = 0.5, 2.0  # of the page's side; mm
 _RIM = 4.0  # mm: where the sheet's own edge may show
+LEAST_WIDTH = 6.0  # pixels: thinner lines are broken, not smoothed
+_DX = np.array([-1, 0, 1, 1, 1, 0, -1, -1], dtype=np.int32)  # around the pixel, each adjacent to the next
+_DY = np.array([-1, -1, -1, 0, 1, 1, 1, 0], dtype=np.int32)
+_UNIT = (np.stack([_DX, _DY], axis=1) / np.hypot(_DX, _DY)[:, None]).astype(np.float32)
+# Batcher's odd-even merge sort of eight
+_NETWORK = (
+    (0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (1, 2), (5, 6),
+    (0, 4), (1, 5), (2, 6), (3, 7), (2, 4), (3, 5), (1, 2), (3, 4), (5, 6),
+)  # fmt: skip
+_BAND = 2.5  # pixels from the edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,18 +183,6 @@ def _domain(values: NDArray[np.float32], paint: NDArray[np.int8] | None) -> NDAr
         inky |= paint > 0
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _AROUND + 1, 2 * _AROUND + 1))
     return np.asarray(cv2.dilate(inky.astype(np.uint8), kernel).astype(bool))
-
-
-LEAST_WIDTH = 6.0  # pixels: thinner lines are broken, not smoothed
-_DX = np.array([-1, 0, 1, 1, 1, 0, -1, -1], dtype=np.int32)  # around the pixel, each adjacent to the next
-_DY = np.array([-1, -1, -1, 0, 1, 1, 1, 0], dtype=np.int32)
-_UNIT = (np.stack([_DX, _DY], axis=1) / np.hypot(_DX, _DY)[:, None]).astype(np.float32)
-# Batcher's odd-even merge sort of eight
-_NETWORK = (
-    (0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (1, 2), (5, 6),
-    (0, 4), (1, 5), (2, 6), (3, 7), (2, 4), (3, 5), (1, 2), (3, 4), (5, 6),
-)  # fmt: skip
-_BAND = 2.5  # pixels from the edge
 
 
 def smooth(mask: NDArray[np.bool_], passes: int = 2) -> NDArray[np.bool_]:

@@ -18,14 +18,37 @@ from handout.scanning.scan import Scan
 from handout.scanning.text_lines import find_text_lines
 from handout.values import Array
 
-_LONG = 800  # pixels of the picture in which the outline is looked for
-_CONTRAST = 40  # levels between sheet and ground
-_SHARE = (0.2, 0.97)  # of the picture that a sheet covers
-_FULL = 0.96  # of the area between its four sides that a sheet fills
-_EDGE = 4  # pixels from the edge of the picture: what lies there is no side of the sheet
-_BESIDE = 6  # pixels to either side of an edge
-_STRAIGHT = 2.5  # pixels: how far a side may bend
-_MOST = 2.0  # degrees between opposite sides
+
+@dataclass(frozen=True)
+class OutlineSettings:
+    """What counts as the outline of a sheet; set by eye on photographs."""
+
+    long: int = 800  # pixels of the picture in which the outline is looked for
+    contrast: int = 40  # levels between sheet and ground
+    share: tuple[float, float] = (0.2, 0.97)  # of the picture that a sheet covers
+    full: float = 0.96  # of the area between its four sides that a sheet fills
+    edge: int = 4  # pixels from the edge of the picture: what lies there is no side of the sheet
+    beside: int = 6  # pixels to either side of an edge
+    straight: float = 2.5  # pixels: how far a side may bend
+    angle: float = 2.0  # degrees between opposite sides
+
+
+_OUTLINE = OutlineSettings()
+
+
+@dataclass(frozen=True)
+class GutterSettings:
+    """What counts as the gap between two columns; set by eye."""
+
+    cell: float = 1.0  # mm
+    width: float = 8.0  # mm: wider than any space between words
+    middle: tuple[float, float] = (0.2, 0.8)  # of the ink's width: where the band may lie
+    strays: float = 0.02  # of the rows with ink: so few may cross the band
+    lines: int = 3  # on either side
+
+
+_GUTTER = GutterSettings()
+_LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
 
 
 def refuse_oblique(scan: Scan) -> None:
@@ -35,11 +58,11 @@ def refuse_oblique(scan: Scan) -> None:
         if any(side is None for side in pair):
             continue
         angle = _between(*(side for side in pair if side is not None))
-        if angle > _MOST:
+        if angle > _OUTLINE.angle:
             raise InputError(
                 f"{scan.source} was photographed at an angle: opposite edges of the sheet are {angle:.1f}° apart "
-                f"(at most {_MOST:g}°). Lay it on a scanner, make it flat with a scanning app, or write on a sheet of "
-                "`handout hand prompt`, whose marks make photographs flat."
+                f"(at most {_OUTLINE.angle:g}°). Lay it on a scanner, make it flat with a scanning app, or write on a "
+                "sheet of `handout hand prompt`, whose marks make photographs flat."
             )
 
 
@@ -47,7 +70,7 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     """Directions (2,) of the sheet's upper, right, lower and left side; None for one that is not to be seen."""
     import cv2
 
-    factor = min(1.0, _LONG / max(rgb.shape[:2]))
+    factor = min(1.0, _OUTLINE.long / max(rgb.shape[:2]))
     small = np.asarray(cv2.resize(rgb, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA))
     grey = np.asarray(cv2.morphologyEx(small.max(axis=2), cv2.MORPH_CLOSE, np.ones((15, 15), np.uint8)))
     piece = _sheet(np.asarray(grey, dtype=np.uint8))
@@ -56,7 +79,7 @@ def outline(rgb: NDArray[np.uint8]) -> list[Array | None]:
     contour = max(cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)
     points = contour.reshape(-1, 2).astype(np.float64)
     corners = _corners(points)
-    if piece.sum() < _FULL * cv2.contourArea(corners.astype(np.float32)):
+    if piece.sum() < _OUTLINE.full * cv2.contourArea(corners.astype(np.float32)):
         return [None] * 4
     return _sides(points, corners, np.asarray(grey, dtype=np.float64))
 
@@ -68,14 +91,14 @@ def _sheet(grey: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     bright = np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1])
     if not bright.any() or bright.all():
         return None
-    if float(np.median(grey[bright > 0])) - float(np.median(grey[bright == 0])) < _CONTRAST:
+    if float(np.median(grey[bright > 0])) - float(np.median(grey[bright == 0])) < _OUTLINE.contrast:
         return None
     bright = np.asarray(cv2.morphologyEx(bright, cv2.MORPH_OPEN, np.ones((9, 9), np.uint8)))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(bright, connectivity=4)
     if count < 2:
         return None
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    if not _SHARE[0] < stats[largest, cv2.CC_STAT_AREA] / grey.size < _SHARE[1]:
+    if not _OUTLINE.share[0] < stats[largest, cv2.CC_STAT_AREA] / grey.size < _OUTLINE.share[1]:
         return None
     return np.asarray(labels == largest, dtype=np.uint8)
 
@@ -88,8 +111,8 @@ def _corners(points: Array) -> Array:
 
 def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
     """The direction of each side, where it lies inside the picture, runs straight, and is no shadow's."""
-    high, wide = (side - 1 - _EDGE for side in grey.shape)
-    inside = (points > _EDGE).all(axis=1) & (points[:, 0] < wide) & (points[:, 1] < high)
+    high, wide = (side - 1 - _OUTLINE.edge for side in grey.shape)
+    inside = (points > _OUTLINE.edge).all(axis=1) & (points[:, 0] < wide) & (points[:, 1] < high)
     sides: list[Array | None] = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         length = float(np.linalg.norm(b - a))
@@ -97,7 +120,8 @@ def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
         along = (points - a) @ direction
         across = (points - a) @ np.array([-direction[1], direction[0]])
         on_side = inside & (along > 0.1 * length) & (along < 0.9 * length) & (np.abs(across) < 0.04 * length)
-        visible = on_side.sum() > 0.6 * 0.8 * length > 40 and _step(grey, points[on_side], direction) > _CONTRAST / 2
+        long_enough = on_side.sum() > 0.6 * 0.8 * length > 40
+        visible = long_enough and _step(grey, points[on_side], direction) > _OUTLINE.contrast / 2
         sides.append(_straight(points[on_side]) if visible else None)
     return sides
 
@@ -105,7 +129,7 @@ def _sides(points: Array, corners: Array, grey: Array) -> list[Array | None]:
 def _step(grey: Array, points: Array, direction: Array) -> float:
     """How much darker it is just outside a side than just inside, levels; little at the edge of a shadow."""
     inwards = np.array([-direction[1], direction[0]])
-    inner, outer = (np.rint(points + by * inwards).astype(np.intp) for by in (_BESIDE, -_BESIDE))
+    inner, outer = (np.rint(points + by * inwards).astype(np.intp) for by in (_OUTLINE.beside, -_OUTLINE.beside))
     levels = [
         grey[np.clip(at[:, 1], 0, len(grey) - 1), np.clip(at[:, 0], 0, grey.shape[1] - 1)] for at in (inner, outer)
     ]
@@ -118,23 +142,15 @@ def _straight(points: Array) -> Array | None:
     for _ in range(3):
         _, _, axes = np.linalg.svd(centred - centred.mean(axis=0), full_matrices=False)
         distance = np.abs((centred - centred.mean(axis=0)) @ axes[1])
-        if distance.max() < _STRAIGHT:
+        if distance.max() < _OUTLINE.straight:
             return np.asarray(axes[0])
-        centred = centred[distance < max(_STRAIGHT, float(np.percentile(distance, 90)))]
+        centred = centred[distance < max(_OUTLINE.straight, float(np.percentile(distance, 90)))]
     return np.asarray(axes[0]) if len(centred) > 0.6 * len(points) else None
 
 
 def _between(a: Array, b: Array) -> float:
     """Degrees between two directions."""
     return float(np.degrees(np.arccos(np.clip(abs(float(a @ b)), 0, 1))))
-
-
-_CELL = 1.0  # mm
-_LEAST = 8.0  # mm: wider than any space between words
-_MIDDLE = (0.2, 0.8)  # of the ink's width: where the band may lie
-_STRAYS = 0.02  # of the rows with ink: so few may cross the band
-_LEANS = np.tan(np.radians(np.arange(-3.0, 3.01, 0.5)))  # of the page on the scanner
-_LINES = 3  # on either side
 
 
 @dataclass(frozen=True)
@@ -165,18 +181,18 @@ def find_gutter(ink: NDArray[np.bool_], dpi: float) -> Gutter | None:
         return None
     part = cells[rows[0] : rows[-1] + 1]
     width, at = max(_band(_leaning(part, lean)) for lean in _LEANS.tolist())
-    if width * _CELL < _LEAST:
+    if width * _GUTTER.cell < _GUTTER.width:
         return None
-    cut = round(at * _CELL / 25.4 * dpi)
+    cut = round(at * _GUTTER.cell / 25.4 * dpi)
     sides = tuple(len(find_text_lines(np.ascontiguousarray(side), dpi).lines) for side in (ink[:, :cut], ink[:, cut:]))
-    if min(sides) < _LINES:
+    if min(sides) < _GUTTER.lines:
         return None
-    return Gutter(at * _CELL, width * _CELL, (sides[0], sides[1]))
+    return Gutter(at * _GUTTER.cell, width * _GUTTER.cell, (sides[0], sides[1]))
 
 
 def _cells(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
     """Whether there is ink in each square millimetre."""
-    side = _CELL / 25.4 * dpi
+    side = _GUTTER.cell / 25.4 * dpi
     y, x = np.nonzero(ink)
     cells = np.zeros((int(ink.shape[0] / side) + 1, int(ink.shape[1] / side) + 1), dtype=bool)
     cells[(y / side).astype(np.intp), (x / side).astype(np.intp)] = True
@@ -192,10 +208,10 @@ def _leaning(cells: NDArray[np.bool_], lean: float) -> NDArray[np.bool_]:
 def _band(cells: NDArray[np.bool_]) -> tuple[int, float]:
     """Width of the widest empty band inside the ink, and its middle, in cells."""
     ink_cells = cells.sum(axis=0)
-    inky = np.flatnonzero(ink_cells > _STRAYS * len(cells))
+    inky = np.flatnonzero(ink_cells > _GUTTER.strays * len(cells))
     if len(inky) < 2:
         return 0, 0.0
-    low, high = (inky[0] + share * (inky[-1] - inky[0]) for share in _MIDDLE)
+    low, high = (inky[0] + share * (inky[-1] - inky[0]) for share in _GUTTER.middle)
     gaps, left = np.diff(inky) - 1, inky[:-1] + 1
     middle = left + gaps / 2
     inside = np.flatnonzero((middle > low) & (middle < high))

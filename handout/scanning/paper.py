@@ -14,14 +14,23 @@ from numpy.typing import NDArray
 
 from handout.scanning.scan import Scan
 
-_COARSE = 50.0  # dpi of the estimate
-_STROKE = 2.4  # mm: nothing written is wider in both directions
-_WIDE = 25.0  # mm: what stays dark over that is no stain but a picture or a filled area
-_DEEPEST = 0.6  # a stain is at least this part of the paper around it
-_EVEN = 0.02  # paper that varies less is left as it is
-_BORDER = 0.12  # of the page's side: how far in its edge may lie
-_OTHER = 0.13  # how far a border's colour is from the paper's
-_STEP, _NEAR = 0.1, 4  # how far it is over so many pixels of the coarse picture to either side: a shadow's is less
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """How the paper is told from what lies on it; set by eye on real pages."""
+
+    dpi: float = 50.0  # dpi of the estimate
+    stroke: float = 2.4  # mm: nothing written is wider in both directions
+    wide: float = 25.0  # mm: what stays dark over that is no stain but a picture or a filled area
+    deepest: float = 0.6  # a stain is at least this part of the paper around it
+    even: float = 0.02  # paper that varies less is left as it is
+    border: float = 0.12  # of the page's side: how far in its edge may lie
+    other_colour: float = 0.13  # how far a border's colour is from the paper's
+    step: float = 0.1  # how far it is over so many pixels of the coarse picture to either side: a shadow's is less
+    step_reach: int = 4  # pixels
+
+
+_PAPER = PaperSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +65,15 @@ def find_paper(scan: Scan) -> Paper:
     import cv2
 
     small, dpi = _small(scan)
-    size = _odd(_STROKE * dpi / 25.4)
+    size = _odd(_PAPER.stroke * dpi / 25.4)
     closed = np.asarray(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)), dtype=np.uint8)
     wide = _wide_median(closed, dpi)
-    calm = cv2.medianBlur(closed, min(_odd(3.5 * _STROKE * dpi / 25.4), 255))
-    calm = np.maximum(calm, (wide * _DEEPEST).astype(np.uint8))
+    calm = cv2.medianBlur(closed, min(_odd(3.5 * _PAPER.stroke * dpi / 25.4), 255))
+    calm = np.maximum(calm, (wide * _PAPER.deepest).astype(np.uint8))
     smooth = np.asarray(cv2.GaussianBlur(calm.astype(np.float32) / 255, (0, 0), 0.5 * size), dtype=np.float32)
     colour = np.median(smooth.reshape(-1, 3), axis=0).astype(np.float32)
     spread = np.percentile(smooth.reshape(-1, 3), [1, 99], axis=0)
-    return Paper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _EVEN))
+    return Paper(smooth, scan.shape, colour, bool(np.ptp(spread, axis=0).max() < _PAPER.even))
 
 
 def flatten(scan: Scan, paper: Paper) -> Scan:
@@ -96,7 +105,7 @@ def crop(scan: Scan) -> Scan:
     kernel = np.ones((size, size), dtype=np.uint8)
     plain = cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel).astype(np.float32) / 255
     colour = np.median(plain[plain.shape[0] // 4 : -(plain.shape[0] // 4) or None].reshape(-1, 3), axis=0)
-    other = np.abs(plain - colour).max(axis=2) > _OTHER
+    other = np.abs(plain - colour).max(axis=2) > _PAPER.other_colour
     top, bottom = _edges(other.mean(axis=1) > 0.5, np.median(plain, axis=1))
     left, right = _edges(other[top:bottom].mean(axis=0) > 0.5, np.median(plain[top:bottom], axis=0))
     scale = scan.shape[0] / small.shape[0], scan.shape[1] / small.shape[1]
@@ -111,7 +120,7 @@ def crop(scan: Scan) -> Scan:
 def _edges(other: NDArray[np.bool_], usual: NDArray[np.float32]) -> tuple[int, int]:
     """First and last (exclusive) of the rows or columns that are paper; `usual` (n, 3) are their colours."""
     count = len(other)
-    reach = int(_BORDER * count)
+    reach = int(_PAPER.border * count)
     low, high = np.flatnonzero(other[:reach]), np.flatnonzero(other[count - reach :])
     first = int(low[-1]) + 1 if len(low) else 0
     last = count - reach + int(high[0]) if len(high) else count
@@ -121,10 +130,11 @@ def _edges(other: NDArray[np.bool_], usual: NDArray[np.float32]) -> tuple[int, i
 def _sharp(first: int, usual: NDArray[np.float32]) -> int:
     """The innermost place up to `first` at which colours (n, 3) change within a few mm; 0 if they nowhere do."""
     for at in range(first, 0, -1):
-        inner, outer = usual[min(at + _NEAR, len(usual) - 1)], usual[max(at - 1 - _NEAR, 0)]
-        if float(np.abs(inner - outer).max()) > _STEP:
+        inner, outer = usual[min(at + _PAPER.step_reach, len(usual) - 1)], usual[max(at - 1 - _PAPER.step_reach, 0)]
+        if float(np.abs(inner - outer).max()) > _PAPER.step:
             # the fold of a book darkens over some mm: all of that goes
-            return first if first - at <= 2 * _NEAR else _steepest(max(1, at - _NEAR), at, usual)
+            near = first - at <= 2 * _PAPER.step_reach
+            return first if near else _steepest(max(1, at - _PAPER.step_reach), at, usual)
     return 0
 
 
@@ -138,18 +148,18 @@ def _small(scan: Scan) -> tuple[NDArray[np.uint8], float]:
     """The scan at about 50 dpi, and its resolution there."""
     import cv2
 
-    factor = max(1.0, scan.dpi / _COARSE)
+    factor = max(1.0, scan.dpi / _PAPER.dpi)
     size = (max(1, round(scan.shape[1] / factor)), max(1, round(scan.shape[0] / factor)))
     return np.asarray(cv2.resize(scan.rgb, size, interpolation=cv2.INTER_AREA)), scan.dpi / factor
 
 
 def _wide_median(image: NDArray[np.uint8], dpi: float) -> NDArray[np.float32]:
-    """Median over `_WIDE` mm, taken at a fifth of the size."""
+    """Median over `_PAPER.wide` mm, taken at a fifth of the size."""
     import cv2
 
     height, width = image.shape[:2]
     tiny = cv2.resize(image, (max(1, width // 5), max(1, height // 5)), interpolation=cv2.INTER_AREA)
-    tiny = cv2.medianBlur(tiny, min(_odd(_WIDE * dpi / 25.4 / 5), 255))
+    tiny = cv2.medianBlur(tiny, min(_odd(_PAPER.wide * dpi / 25.4 / 5), 255))
     return np.asarray(cv2.resize(tiny, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 

@@ -17,27 +17,36 @@ from numpy.typing import NDArray
 from handout.peaks import peaks
 from handout.values import Array, Indices
 
-_SCALE = 6.0  # pixels a mm at which lines are looked for
-_AROUND = 3.5  # mm whose median is the paper around a place: wider than any printed line
-_ALONG = 5.0  # mm that are averaged along a line
-_BESIDE = 0.7  # mm from the middle of a line to where there is paper again
-_STRIPS = 40
-_NOISE = 4.0  # standard deviations of a strip's profile above which a peak may be a line
-_FAINTEST = 0.006  # of the paper's light that a line takes at least, averaged over `_ALONG`
-_STEEPEST = 0.12  # slope
-_CROOKED = 1.0  # mm from a straight line: a chain that leaves it further has jumped to another line
-_TURNED = 0.008  # greatest difference in slope from the lines beside it
-_SKIPPED = 6  # strips in a row in which a line may be hidden
-_SHARE = 0.5  # of the strips, in which a line must be seen
-_NEAR = 0.6  # mm from where a line is expected in the next strip
-_FAINT = 0.4  # of the contrast of the strongest lines: paler lines are noise
-_OFF = 0.22  # of the distance of lines: a line further from an even row does not belong to it
-_FEWEST = 3  # lines in a row: two do not tell that distances are even
-_SEEN = 0.75  # share of the strips, median of the rules: lines of writing are seen in 0.5 to 0.7 of them
-_HEAVIER = 1.35  # times the contrast of the fine lines between them
-_PITCHES = (4.5, 20.0)  # mm: what people write on
-_OTHER, _SPREAD = 0.12, 4.0  # least angle between the colours of a margin line and of the rest: rad; times their spread
-_STRONGER = 1.7  # times the contrast of the other lines: a margin line's
+
+@dataclass(frozen=True)
+class LineSearch:
+    """What counts as a printed line; set by eye on pictures of lined, squared and plain paper."""
+
+    scale: float = 6.0  # pixels a mm at which lines are looked for
+    paper: float = 3.5  # mm whose median is the paper around a place: wider than any printed line
+    along: float = 5.0  # mm that are averaged along a line
+    beside: float = 0.7  # mm from the middle of a line to where there is paper again
+    strips: int = 40  # that a page is cut into
+    noise: float = 4.0  # standard deviations of a strip's profile above which a peak may be a line
+    faintest: float = 0.006  # of the paper's light that a line takes at least, averaged over `_SEARCH.along`
+    steepest: float = 0.12  # slope
+    crooked: float = 1.0  # mm from a straight line: a chain that leaves it further has jumped to another line
+    turn: float = 0.008  # greatest difference in slope from the lines beside it
+    skipped: int = 6  # strips in a row in which a line may be hidden
+    share: float = 0.5  # of the strips, in which a line must be seen
+    near: float = 0.6  # mm from where a line is expected in the next strip
+    pale: float = 0.4  # of the contrast of the strongest lines: paler lines are noise
+    uneven: float = 0.22  # of the distance of lines: a line further from an even row does not belong to it
+    fewest: int = 3  # lines in a row: two do not tell that distances are even
+    seen: float = 0.75  # share of the strips, median of the rules: lines of writing are seen in 0.5 to 0.7 of them
+    heavier: float = 1.35  # times the contrast of the fine lines between them
+    pitches: tuple[float, float] = (4.5, 20.0)  # mm: what people write on
+    other_colour: float = 0.12  # rad: least angle between the colours of a margin line and of the rest
+    colour_spread: float = 4.0  # the same, times how much the colours of the rest differ
+    stronger: float = 1.7  # times the contrast of the other lines: a margin line's
+
+
+_SEARCH = LineSearch()
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +96,13 @@ class PrintedSheet:
 def find_printed_lines(rgb: NDArray[np.uint8], width: float, height: float) -> PrintedSheet | None:
     """The lines of a sheet of `width` × `height` mm that fills a picture; None if it has no rules that can be told."""
     across = _lines(_light_taken(rgb, width, height), width)
-    row = _evenly(_strong(across), _FEWEST)
+    row = _evenly(_strong(across), _SEARCH.fewest)
     if row is None:
         return None
     rules, fine = _heavy(*row)
     pitch = _pitch(rules)
-    if not _PITCHES[0] <= pitch <= _PITCHES[1] or float(np.median([rule.seen for rule in rules])) < _SEEN:
+    least, most = _SEARCH.pitches
+    if not least <= pitch <= most or float(np.median([rule.seen for rule in rules])) < _SEARCH.seen:
         return None
     down = _lines(_light_taken(np.ascontiguousarray(rgb.transpose(1, 0, 2)), height, width), height)
     columns, margins = _columns(down, rules)
@@ -104,29 +114,30 @@ def _light_taken(rgb: NDArray[np.uint8], width: float, height: float) -> NDArray
     """(h, w, 3): the share of light that is missing in what runs across, against the paper above and below."""
     import cv2
 
-    size = (max(8, round(width * _SCALE)), max(8, round(height * _SCALE)))
+    size = (max(8, round(width * _SEARCH.scale)), max(8, round(height * _SEARCH.scale)))
     kind = cv2.INTER_AREA if size[0] < rgb.shape[1] else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(rgb, size, interpolation=kind), dtype=np.uint8)
-    paper = np.asarray(cv2.medianBlur(small, 2 * round(_AROUND * _SCALE / 2) + 1), dtype=np.float32)
+    paper = np.asarray(cv2.medianBlur(small, 2 * round(_SEARCH.paper * _SEARCH.scale / 2) + 1), dtype=np.float32)
     taken = np.clip(1 - small.astype(np.float32) / np.maximum(paper, 16), -0.3, 0.3)
-    along = 2 * round(_ALONG * _SCALE / 2) + 1
+    along = 2 * round(_SEARCH.along * _SEARCH.scale / 2) + 1
     taken = np.asarray(cv2.blur(taken, (along, 1)), dtype=np.float32)
-    off = round(_BESIDE * _SCALE)
+    off = round(_SEARCH.beside * _SEARCH.scale)
     beside = (np.roll(taken, off, axis=0) + np.roll(taken, -off, axis=0)) / 2
     return np.asarray(taken - beside, dtype=np.float32)
 
 
 def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
     """All lines that run across a page `length` mm wide."""
-    strips = np.array_split(np.arange(taken.shape[1]), _STRIPS)
-    middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SCALE
+    strips = np.array_split(np.arange(taken.shape[1]), _SEARCH.strips)
+    middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SEARCH.scale
     profiles = np.stack([taken[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
     heights = [_peaks(profile) for profile in profiles]
     slope = _usual_slope(heights, middles)
     free = [np.ones(len(peaks), dtype=bool) for peaks in heights]
     # what is seen in half of the strips is seen in one of these
-    seed_strips = range(_STRIPS // 4, 3 * _STRIPS // 4, 2)
-    seeds = [(s, k) for s in sorted(seed_strips, key=lambda s: abs(s - _STRIPS // 2)) for k in range(len(heights[s]))]
+    seed_strips = range(_SEARCH.strips // 4, 3 * _SEARCH.strips // 4, 2)
+    from_middle = sorted(seed_strips, key=lambda s: abs(s - _SEARCH.strips // 2))
+    seeds = [(s, k) for s in from_middle for k in range(len(heights[s]))]
     lines = []
     for s, k in seeds:
         if free[s][k]:
@@ -142,10 +153,10 @@ def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
 def _parallel(lines: list[PrintedLine]) -> list[PrintedLine]:
     """The lines whose slope is that of the lines beside them: one that runs out of the picture is measured badly."""
     slope = np.array([line.slope for line in lines])
-    if len(lines) < _FEWEST:
+    if len(lines) < _SEARCH.fewest:
         return lines
     near = [np.median(np.delete(slope, k)[max(0, k - 3) : k + 3]) for k in range(len(slope))]
-    return [line for line, usual in zip(lines, near, strict=True) if abs(line.slope - usual) < _TURNED]
+    return [line for line, usual in zip(lines, near, strict=True) if abs(line.slope - usual) < _SEARCH.turn]
 
 
 def _peaks(profile: NDArray[np.float32]) -> Array:
@@ -153,23 +164,22 @@ def _peaks(profile: NDArray[np.float32]) -> Array:
     total = np.linalg.norm(np.maximum(profile, 0), axis=1)
     # most of a profile is paper, whose noise the middle of its values tells
     spread = 1.4826 * float(np.median(np.abs(total - np.median(total))))
-    floor = max(float(np.median(total)) + _NOISE * spread, _FAINTEST)
+    floor = max(float(np.median(total)) + _SEARCH.noise * spread, _SEARCH.faintest)
     at = peaks(total.astype(np.float64), prominence=0.5 * floor, apart=3)
     at = at[(total[at] > floor) & (at > 1) & (at < len(total) - 2)]
     before, middle, after = total[at - 1], total[at], total[at + 1]
     curve = np.maximum(2 * middle - before - after, 1e-9)
-    return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SCALE)
+    return np.asarray((at + 0.5 + 0.5 * (after - before) / curve) / _SEARCH.scale)
 
 
 def _usual_slope(heights: list[Array], middles: Array) -> float:
     """The slope at which most peaks of neighbouring strips follow each other."""
-    slopes = np.linspace(-_STEEPEST, _STEEPEST, 97)
+    slopes = np.linspace(-_SEARCH.steepest, _SEARCH.steepest, 97)
     votes = np.zeros(len(slopes))
     for apart in (3, 6):
-        for a, b, step in (
-            (heights[i], heights[i + apart], middles[i + apart] - middles[i]) for i in range(_STRIPS - apart)
-        ):
-            slopes_between = (b[None, :] - a[:, None]).ravel() / step
+        for a, b in ((i, i + apart) for i in range(_SEARCH.strips - apart)):
+            step = middles[b] - middles[a]
+            slopes_between = (heights[b][None, :] - heights[a][:, None]).ravel() / step
             votes += (np.abs(slopes_between[:, None] - slopes) < 0.15 / step).sum(axis=0)
     best = np.flatnonzero(votes >= 0.98 * votes.max())
     return float(slopes[best].mean()) if votes.max() > 0 else 0.0
@@ -182,19 +192,19 @@ def _followed(
     chain = [(s, k)]
     for direction in (1, -1):
         links, tilt, skipped = [(s, k)], slope, 0
-        for strip in range(s + direction, _STRIPS if direction > 0 else -1, direction):
+        for strip in range(s + direction, _SEARCH.strips if direction > 0 else -1, direction):
             last, number = links[-1]
             if len(links) > 4:
                 x0, n0 = links[max(0, len(links) - 9)]
                 tilt = float((heights[last][number] - heights[x0][n0]) / (middles[last] - middles[x0]))
             expected = heights[last][number] + tilt * (middles[strip] - middles[last])
             off = np.where(free[strip], np.abs(heights[strip] - expected), np.inf)
-            if len(off) and off.min() < _NEAR:
+            if len(off) and off.min() < _SEARCH.near:
                 links.append((strip, int(off.argmin())))
                 skipped = 0
             else:
                 skipped += 1
-                if skipped > _SKIPPED:
+                if skipped > _SEARCH.skipped:
                     break
         chain += links[1:]
     return chain
@@ -204,7 +214,7 @@ def _fitted(
     chain: list[tuple[int, int]], heights: list[Array], middles: Array, profiles: NDArray[np.float32], length: float
 ) -> PrintedLine | None:
     """The straight line through the peaks that belong together, if there are enough of them."""
-    if len(chain) < _SHARE * _STRIPS:
+    if len(chain) < _SEARCH.share * _SEARCH.strips:
         return None
     strips = np.array([strip for strip, _ in chain], dtype=np.intp)
     x, y = middles[strips], np.array([heights[strip][peak] for strip, peak in chain])
@@ -213,14 +223,14 @@ def _fitted(
         slope, start = np.polyfit(x[inliers], y[inliers], 1)
         residuals = np.abs(y - start - slope * x)
         inliers = residuals <= max(3 * float(np.median(residuals)), 0.1)
-    rows = np.clip((y * _SCALE - 0.5).round().astype(np.intp), 0, profiles.shape[1] - 1)
+    rows = np.clip((y * _SEARCH.scale - 0.5).round().astype(np.intp), 0, profiles.shape[1] - 1)
     colour = np.median(profiles[strips, rows], axis=0).astype(np.float64)
     half = 0.5 * (middles[1] - middles[0])
     at = float(start + slope * 0.5 * length)
     bend = float(np.percentile(residuals, 90))
-    if bend > _CROOKED:
+    if bend > _SEARCH.crooked:
         return None
-    return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, bend, len(x) / _STRIPS)
+    return PrintedLine(at, float(slope), x.min() - half, x.max() + half, colour, bend, len(x) / _SEARCH.strips)
 
 
 def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
@@ -228,7 +238,7 @@ def _strong(lines: list[PrintedLine]) -> list[PrintedLine]:
     if not lines:
         return []
     most = float(np.percentile([line.contrast for line in lines], 90))
-    return [line for line in lines if line.contrast > _FAINT * most]
+    return [line for line in lines if line.contrast > _SEARCH.pale * most]
 
 
 def _evenly(lines: list[PrintedLine], fewest: int) -> tuple[list[PrintedLine], Indices] | None:
@@ -246,11 +256,8 @@ def _evenly(lines: list[PrintedLine], fewest: int) -> tuple[list[PrintedLine], I
         span = int(np.ptp(place[standing])) + 1
         worth = standing.sum() * min(1.0, standing.sum() / (0.75 * span))
         if best is None or worth > best[0] + 0.5:
-            best = (
-                float(worth),
-                [line for line, in_row in zip(lines, standing, strict=True) if in_row],
-                place[standing],
-            )
+            row = [line for line, in_row in zip(lines, standing, strict=True) if in_row]
+            best = (float(worth), row, place[standing])
     return None if best is None or best[0] < fewest else best[1:]
 
 
@@ -263,7 +270,7 @@ def _places(at: Array, pitch: float) -> tuple[Indices, NDArray[np.bool_]]:
         standing[first], number = True, 0
         for k in range(first + 1, len(at)):
             parts = (at[k] - last) / step
-            if parts >= 0.7 and abs(parts - round(parts)) < _OFF:
+            if parts >= 0.7 and abs(parts - round(parts)) < _SEARCH.uneven:
                 number += round(parts)
                 place[k], standing[k] = number, True
                 step = 0.7 * step + 0.3 * (at[k] - last) / round(parts)
@@ -280,7 +287,7 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     ratios = {(every, first): _ratio(contrast, place % every == first) for every, first in _classes(fine, place)}
     best = max(ratios.values(), default=0.0)
     # every second one of the heavy lines is as heavy as all of them
-    every, first = next((c for c, ratio in ratios.items() if ratio > max(_HEAVIER, 0.8 * best)), (1, 0))
+    every, first = next((c for c, ratio in ratios.items() if ratio > max(_SEARCH.heavier, 0.8 * best)), (1, 0))
     own = place % every == first
     if every > 1:  # without what has the place of a heavy line but is none
         own &= contrast > np.sqrt(np.median(contrast[own]) * np.median(contrast[~own]))
@@ -290,13 +297,13 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
 
 def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
     """Which lines may be those to write on: every so many, from one on, the closest first."""
-    apart = [every for every in range(2, 11) if _PITCHES[0] <= every * fine <= _PITCHES[1]]
+    apart = [every for every in range(2, 11) if _SEARCH.pitches[0] <= every * fine <= _SEARCH.pitches[1]]
     return [(every, first) for every in apart if np.ptp(place) >= 2 * every for first in range(every)]
 
 
 def _ratio(contrast: Array, among: NDArray[np.bool_]) -> float:
     """How many times the contrast of the rest some lines have; 0 where many of the rest have as much."""
-    if among.sum() < _FEWEST - 1 or among.all():
+    if among.sum() < _SEARCH.fewest - 1 or among.all():
         return 0.0
     heavy, others = float(np.median(contrast[among])), contrast[~among]
     return heavy / max(float(np.median(others)), 1e-9) if heavy > 1.1 * np.percentile(others, 80) else 0.0
@@ -306,18 +313,14 @@ def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine
     """The lines of a row, with those between two that were not seen."""
     places = np.array(sorted(seen_lines))
     interpolated = partial(np.interp, xp=places)
-    values = {
-        name: [getattr(seen_lines[int(p)], name) for p in places]
-        for name in ("at", "slope", "start", "end", "bend", "seen")
-    }
+    names = ("at", "slope", "start", "end", "bend", "seen")
+    values = [[getattr(seen_lines[int(p)], name) for p in places] for name in names]
     lines = []
     for place in range(int(places[0]), int(places[-1]) + 1, every):
         if place in seen_lines:
             lines.append(seen_lines[place])
             continue
-        at, slope, start, end, bend, seen = (
-            float(interpolated(place, fp=values_seen)) for values_seen in values.values()
-        )
+        at, slope, start, end, bend, seen = (float(interpolated(place, fp=row)) for row in values)
         lines.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
     return tuple(lines)
 
@@ -335,11 +338,11 @@ def _columns(down: list[PrintedLine], rules: tuple[PrintedLine, ...]) -> tuple[f
     direction = direction / max(float(np.linalg.norm(direction)), 1e-9)
     strength = float(np.median([np.linalg.norm(colour) for colour in usual]))
     turned = [float(np.arccos(np.clip(line.colour @ direction / max(line.contrast, 1e-9), -1, 1))) for line in down]
-    least = max(_OTHER, _SPREAD * float(np.median(turned))) if row else 0.0
+    least = max(_SEARCH.other_colour, _SEARCH.colour_spread * float(np.median(turned))) if row else 0.0
     margins = [
         line
         for line, angle in zip(down, turned, strict=True)
-        if (angle > least or line.contrast > _STRONGER * strength) and line.seen >= _SEEN
+        if (angle > least or line.contrast > _SEARCH.stronger * strength) and line.seen >= _SEARCH.seen
     ]
     return (_pitch(tuple(row[0])) if row else None), margins
 

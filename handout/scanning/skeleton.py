@@ -19,6 +19,10 @@ from handout.values import Array, Indices
 
 _ROUNDS = 3  # taking off a spur can expose another
 _HOLE = 4.0  # pixels at 300 dpi: smaller holes are noise, not loops of letters
+_WIDE = 1.2  # times the usual half width: more is two strokes
+_ACUTE = 0.17  # cosine; strokes that part at a wider angle do not run along each other
+_FARTHEST = 10.0  # half widths that two strokes are followed
+_BRIDGE = 1.5  # half widths: a shorter one is a crossing
 
 
 def fill_holes(ink: NDArray[np.bool_], dpi: float) -> NDArray[np.bool_]:
@@ -86,7 +90,7 @@ def _neighbours(y: Indices, x: Indices, shape: tuple[int, int]) -> Indices:
 
 
 def _merge_junctions(xy: Array, edges: Indices) -> tuple[Array, Indices]:
-    """Every cluster of touching pixels with three or more neighbours made one vertex, at its centre."""
+    """The graph with each cluster of touching pixels that have three or more neighbours merged to one vertex."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -125,7 +129,7 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
         x, y = np.rint(xy[root]).astype(int)
         if length < inside[y, x] + 1:
             candidates.append((length, root, body))
-    for _, root, body in sorted(candidates, key=lambda one: one[0]):
+    for _, root, body in sorted(candidates, key=lambda candidate: candidate[0]):
         if open_at[root] > 1:
             open_at[root] -= 1
             spur[body] = True
@@ -135,12 +139,6 @@ def _spurs(xy: Array, edges: Indices, inside: NDArray[np.float32]) -> NDArray[np
 def _kept(xy: Array, edges: Indices, keep: NDArray[np.bool_]) -> tuple[Array, Indices]:
     number = np.cumsum(keep) - 1
     return xy[keep], number[edges[keep[edges].all(axis=1)]]
-
-
-_WIDE = 1.2  # times the usual half width: more is two strokes
-_ACUTE = 0.17  # cosine; strokes that part at a wider angle do not run along each other
-_FARTHEST = 10.0  # half widths that two strokes are followed
-_BRIDGE = 1.5  # half widths: a shorter one is a crossing
 
 
 @dataclass
@@ -158,13 +156,13 @@ class _PathGraph:
     at: dict[int, list[tuple[int, int]]]
 
     def outward(self, path: int, end: int) -> list[int]:
-        """Vertices of a path, from the end that is given."""
-        found = self.paths[path]
-        assert found is not None
-        return found if end == 0 else found[::-1]
+        """Vertices of a path, beginning at one of its ends."""
+        vertices = self.paths[path]
+        assert vertices is not None
+        return vertices if end == 0 else vertices[::-1]
 
     def put(self, path: int, end: int, vertices: list[int]) -> None:
-        """The path made anew from that end on."""
+        """Replace the vertices of a path, given from one of its ends on."""
         self.paths[path] = vertices if end == 0 else vertices[::-1]
 
     def add(self, place: Array, inside: float) -> int:
@@ -286,7 +284,7 @@ def _straightened(web: _PathGraph, strand: list[int], way: list[int], reach: int
 def _move_junction(
     web: _PathGraph, junction: int, to: int, stem: tuple[int, int], rest: list[int], others: list[tuple[int, int]]
 ) -> None:
-    """The junction is now at the vertex `to`, `rest` what is left of its stem."""
+    """Move a junction to the vertex `to` of its stem, of which `rest` is left."""
     del web.at[junction]
     if len(rest) > 1:
         web.put(*stem, rest)

@@ -25,6 +25,9 @@ _PITCH = (3.0, 28.0)  # mm from line to line, least and greatest: as in `checks`
 _UNEVEN = 1.0  # cost, in peaks, of a gap that is e times the pitch
 _FREE = 0.06  # how far a line's slope may lie from the page's
 _OPEN = 6.5  # times the spread of left edges in a line: the widest pitch that writing of this size is usually given
+_MIDDLE, _BAND = 0.5, 0.55  # x-heights: where the body of a line lies, and half its height
+_UPPER = 0.9  # a speck above a line is nearer to it than one as far below: ascenders, dots and accents
+_SHARED = 0.25  # a component with so much of its ink in a second body belongs to both lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,7 @@ class TextLines:
     pitch: float
 
     def nearest(self, xy: Array) -> NDArray[np.intp]:
-        """(n,) int: for places (n, 2), mm, the line in the middle of whose small letters they are nearest to."""
+        """(n,) int: the line whose x-height band has its middle nearest to each of the places (n, 2), mm."""
         if not self.lines:
             return np.full(len(xy), -1, dtype=np.intp)
         off = [np.abs(line.baseline(xy[:, 0]) - 0.5 * self.x_height - xy[:, 1]) for line in self.lines]
@@ -268,11 +271,6 @@ def _x_height(lines: list[Baseline], tops: Array, pitch: float) -> float:
     for _ in range(2):
         height = float(np.median(heights_above[(heights_above > 0.6 * height) & (heights_above < 1.6 * height)]))
     return height
-
-
-_MIDDLE, _BAND = 0.5, 0.55  # x-heights: where the body of a line lies, and half its height
-_UPPER = 0.9  # a speck above a line is nearer to it than one as far below: ascenders, dots and accents
-_SHARED = 0.25  # a component with so much of its ink in a second body belongs to both lines
 
 
 class PixelBaseline(Protocol):

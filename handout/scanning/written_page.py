@@ -63,7 +63,7 @@ class WrittenPage:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A scan whose light and inks are known: all that the scale of densities of a hand's pages is made of.
+    """A scan whose light and inks are known, which is all that the common scale of a hand's pages needs.
 
     scan : as scanned, borders cut off.
     paper : light and stains.
@@ -79,7 +79,7 @@ class Prepared:
     seconds: Mapping[str, float]
 
     def turned(self, quarters: int) -> Prepared:
-        """The page turned anticlockwise by so many quarters of a circle."""
+        """The page turned anticlockwise by a number of quarter turns."""
         return prepare(self.scan.turned(quarters))
 
 

@@ -33,7 +33,7 @@ from handout.score.features import (
 from handout.score.two_sample import TwoSample, two_sample
 from handout.score.written_lines import ink, read_page
 
-DRAWS = 24
+DRAWS = 24  # of halves
 LEAST = 4  # lines: with fewer a half is one line
 
 
@@ -79,12 +79,12 @@ def half_to_half(
     """
     if len(lines) < LEAST:
         raise InputError(f"There are {len(lines)} lines, and comparing halves needs at least {LEAST}.")
-    found = []
+    distances = []
     for _ in range(draws):
         order = rng.permutation(len(lines))
         one, other = ([lines[i] for i in part] for part in (order[::2], order[1::2]))
-        found.append(distance(pool_lines(_as_much(one, amount)), pool_lines(_as_much(other, amount))))
-    return found
+        distances.append(distance(pool_lines(_as_much(one, amount)), pool_lines(_as_much(other, amount))))
+    return distances
 
 
 def closeness(
@@ -216,9 +216,9 @@ def rank_writers(page: PageFeatures, crowd: Mapping[str, PageFeatures]) -> Write
     """Where a page stands among others; it should not be one of them itself."""
     if not crowd:
         raise InputError("The crowd is empty: nothing can be compared.")
-    found = sorted(((distance(page, other), name) for name, other in crowd.items()), key=lambda d: (d[0].hinge, d[1]))
+    ranked = sorted(((distance(page, other), name) for name, other in crowd.items()), key=lambda d: (d[0].hinge, d[1]))
     own = tuple(own_nearest(list(crowd.values())))
-    return WriterRanking(tuple(name for _, name in found), tuple(d for d, _ in found), own)
+    return WriterRanking(tuple(name for _, name in ranked), tuple(d for d, _ in ranked), own)
 
 
 def own_nearest(pages: list[PageFeatures]) -> list[Distance]:

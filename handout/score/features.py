@@ -109,14 +109,14 @@ def measure_lines(grey: NDArray[np.uint8]) -> list[LineFeatures]:
         No written line can be told on the page.
     """
     mask = ink(grey)
-    found = find_lines(mask)
-    lines = find_words(mask, found.lines, found.x_height, found.slant) if found.lines else []
+    page = find_lines(mask)
+    lines = find_words(mask, page.lines, page.x_height, page.slant) if page.lines else []
     if not lines:
         raise InputError(
             "No written line can be told on the page: it needs at least a line of dark ink on light paper."
         )
     owner = line_owners(mask, lines)
-    measured = [_measured(grey, owner == i, line, found.x_height, found.slant) for i, line in enumerate(lines)]
+    measured = [_measured(grey, owner == i, line, page.x_height, page.slant) for i, line in enumerate(lines)]
     return [line for line in measured if line is not None]
 
 

@@ -51,8 +51,8 @@ def legs(mask: NDArray[np.bool_], leg: int) -> tuple[NDArray[np.int64], NDArray[
     """
     import cv2
 
-    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    contours = [contour[:, 0] for contour in found if len(contour) > 2 * leg]
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    contours = [contour[:, 0] for contour in outlines if len(contour) > 2 * leg]
     if not contours:
         none = np.zeros((0, 2), dtype=np.int64)
         return none, none, none

@@ -88,9 +88,9 @@ def page_statistics(grey: NDArray[np.uint8], dpi: float = DPI) -> PageStatistics
         No written line can be told on the page.
     """
     mask = ink(grey)
-    found = find_lines(mask)
-    x, slant = found.x_height, found.slant
-    lines = find_words(mask, found.lines, x, slant) if x > 0 else []
+    page = find_lines(mask)
+    x, slant = page.x_height, page.slant
+    lines = find_words(mask, page.lines, x, slant) if x > 0 else []
     if not lines:
         raise InputError(
             "No written line can be told on the page: it needs at least a line of dark ink on light paper."
@@ -238,8 +238,8 @@ def _line(grey: NDArray[np.uint8], mask: NDArray[np.bool_], mm: float) -> dict[s
     """Width and darkness of the line itself."""
     import cv2
 
-    found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    edge = sum(cv2.arcLength(contour, True) for contour in found)
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    edge = sum(cv2.arcLength(contour, True) for contour in outlines)
     away = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
     ridge = mask & (away >= cv2.dilate(away, np.ones((3, 3), np.uint8))) & (away >= 1)
     width, dark = away[ridge].astype(np.float64), 255.0 - grey[ridge]

@@ -21,7 +21,7 @@ from handout.scanning.picture_files import read_picture
 from handout.scanning.text_lines import find_text_lines
 from handout.values import Array
 
-DPI = 300.0
+DPI = 300.0  # for which all lengths in pixels of the measures are given
 _DUST = 12  # pixels
 _THIN = 25  # pixels: no line of writing is that long and that low
 _EDGE = 12  # pixels, the outermost millimetre
@@ -193,7 +193,7 @@ def find_words(
     filled = [_filled(mask, line, x_height, slant) for line in lines]
     gaps = np.concatenate([b[1:] - e[:-1] for b, e in filled] or [np.zeros(0)])
     limit = gap_limit(gaps / x_height) * x_height
-    found = []
+    with_words = []
     for line, (begin, end) in zip(lines, filled, strict=True):
         if not len(begin):
             continue
@@ -201,8 +201,8 @@ def find_words(
         first, last = begin[np.concatenate([[0], cut])], end[np.concatenate([cut, [len(end)]]) - 1]
         words = tuple((float(a), float(b)) for a, b in zip(first, last, strict=True) if b - a > _LEAST_INK * x_height)
         if words:
-            found.append(replace(line, words=words))
-    return found
+            with_words.append(replace(line, words=words))
+    return with_words
 
 
 def gap_limit(gaps: Array) -> float:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.profiles import Printer
-from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, Sheet, rip, stock, writer
+from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Press, Sheet, inkjet, job_reader, pen
 
 WHITE = "white"  # paper that is plain
-_DPI = 200
+_DPI = 200  # enough for the marks of a chart and for lines of a pen, and sooner scanned than 300
 _SHARPENED = 1.5  # the hand's pages were blurred by one scan already: a page seen twice is to look as if seen once
 _INKED = 0.3  # of the usual amount of ink
 
@@ -50,7 +50,7 @@ class Loop:
             No document as this printer gets them.
         """
         paths = []
-        for number, (_, pixels) in enumerate(rip.pages(document, self.profile.dpi), 1):
+        for number, (_, pixels) in enumerate(job_reader.pages(document, self.profile.dpi), 1):
             sheet = self.press.printed(pixels, self.profile.dpi, self.profile.margins, self.rng)
             if frame is not None and self.hand:
                 sheet = self._written(sheet, frame)
@@ -78,8 +78,8 @@ class Loop:
         height = round((frame[3] - frame[1]) * dpi / 25.4)
         ink = np.convolve((amount > _INKED).sum(axis=1), np.ones(height), "valid")
         row = int(ink.argmax()) if len(ink) > 1 else 0
-        spectrum = writer.ink_of(paper * np.exp(-core), paper, Flatbed())
-        return writer.written(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
+        spectrum = pen.ink_of(paper * np.exp(-core), paper, Flatbed())
+        return pen.written(sheet, frame, amount[row : row + height], dpi, spectrum, _SHARPENED)
 
 
 def write(picture: NDArray[np.unsignedinteger[Any]], dpi: float, path: Path) -> None:
@@ -100,7 +100,7 @@ def simulated(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), 
     if not profile.simulated:
         raise InputError(f"{profile.title} is not simulated: print the chart on it and scan that.")
     known = WHITE if paper == "plain" else paper
-    stock.paper(known)
+    inkjet.find_paper(known)
     settings = {name: value for fault in faults for name, value in SETTINGS.get(fault, {}).items()}
     press = Inkjet(known, faults=[fault for fault in faults if fault not in SETTINGS])
     return Loop(profile, press, Flatbed(**settings), hand=hand)

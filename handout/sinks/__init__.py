@@ -3,9 +3,9 @@
 An output format is added here, as an entry of `FORMATS` and a function beside the others; help texts and errors list
 what is there.  Formats are imported only when they are written.
 
-- `svg` (with `replay`), `pdf`: strokes as smooth paths; `paths`: numbers, widths and moves that both write.
+- `svg`, `pdf`: strokes as smooth paths; `paths`: numbers, widths and moves that both write.
 - `png`, `picture_pdf`: pixels, for the screen and for printers.
-- `inkml`, `drawing_json`: every sample with its channels; `plans_json`, `fit_svg`: lognormal plans and how they fit.
+- `inkml`, `drawing_json`: every sample with its channels; `plans`: lognormal plans and how they fit.
 - `about`: what every output says of where it came from.
 """
 

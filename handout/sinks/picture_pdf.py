@@ -21,8 +21,8 @@ from handout import atomic
 from handout.inking.device_pixels import DevicePixels
 from handout.values import Page
 
-_POINT = 25.4 / 72
-_CATALOG, _PAGES, _INFO = 1, 2, 3
+_POINT = 25.4 / 72  # mm
+_CATALOG, _PAGES, _INFO = 1, 2, 3  # numbers of these objects
 # pixels by which a picture keeps inside its edges: an edge that lies on a pixel's boundary counts as the next pixel
 # for Poppler, which would then stretch the picture by one
 _INSET = 0.0001

@@ -1,4 +1,10 @@
-"""A drawing as SVG: strokes as smooth paths in mm, pen-up travel to be switched on, the writing to be replayed."""
+"""A drawing as SVG: strokes as smooth paths in mm, pen-up travel to be switched on, the writing to be replayed.
+
+Nothing plays unless asked (a click, the key P, or the address ending in ``#play``), so that the file is the finished
+page in print, in an image viewer, and wherever scripts do not run.  Strokes still to be written are hidden by a class
+that counts on screens only; the stroke being written is drawn as a path of its own, cut from its Béziers at the
+present moment, which is exact since these keep time.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +15,93 @@ import numpy as np
 
 from handout.inking import curves, outline, pen
 from handout.inking.curves import Curve
-from handout.sinks import about, paths, replay
+from handout.sinks import about, paths
 from handout.values import Array, Drawing, Stroke
+
+_STYLE = """
+.travel{display:none}
+.show-travel .travel,#travel:target{display:inline}
+@media screen{.playing .later{visibility:hidden}}
+@media print{.nib,.travel,#travel:target{display:none!important}}
+"""
+
+_SCRIPT = r"""
+(function () {
+  'use strict';
+  var svg = (document.currentScript && document.currentScript.ownerSVGElement) || document.documentElement;
+  var strokes = svg.querySelectorAll('.stroke'), nib = null, began = null, next = 0;
+
+  function time(path, name) { return parseFloat(path.getAttribute(name)); }
+  function mix(a, b, u) { return a + (b - a) * u; }
+
+  /* the path as far as it is written `ms` milliseconds after its beginning */
+  function cut(path, ms) {
+    var n = path.getAttribute('d').match(/-?\d*\.?\d+/g).map(Number);
+    var spans = (path.getAttribute('data-k') || '').split(' ').map(Number);
+    var d = 'M' + n[0] + ' ' + n[1];
+    for (var i = 2, k = 0; i + 5 < n.length; i += 6, k += 1) {
+      var c = n.slice(i, i + 6);
+      if (ms < spans[k]) {
+        var u = ms / spans[k], half = [], j;
+        for (j = 0; j < 2; j += 1) {
+          var a = c[j] * u, m = mix(c[j], c[j + 2], u), z = mix(c[j + 2], c[j + 4], u);
+          var b = mix(a, m, u), e = mix(m, z, u);
+          half[j] = a; half[j + 2] = b; half[j + 4] = mix(b, e, u);
+        }
+        return d + 'c' + half.join(' ');
+      }
+      d += 'c' + c.join(' ');
+      ms -= spans[k];
+    }
+    return d + 'h.001';
+  }
+
+  function frame(now) {
+    if (began === null) { return; }
+    if (began < 0) { began = now; }
+    var t = (now - began) / 1000;
+    while (next < strokes.length && time(strokes[next], 'data-t1') <= t) {
+      strokes[next].classList.remove('later');
+      next += 1;
+    }
+    if (next === strokes.length) { stop(); return; }
+    var path = strokes[next], t0 = time(path, 'data-t0');
+    nib.setAttribute('d', t < t0 ? '' : cut(path, (t - t0) * 1000));
+    nib.setAttribute('clip-path', path.getAttribute('clip-path') || 'none');
+    nib.setAttribute('stroke-width', path.getAttribute('stroke-width') || path.parentNode.getAttribute('stroke-width'));
+    window.requestAnimationFrame(frame);
+  }
+
+  function play() {
+    stop();
+    for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.add('later'); }
+    svg.classList.add('playing');
+    nib = document.createElementNS(svg.namespaceURI, 'path');
+    nib.setAttribute('class', 'nib');
+    svg.querySelector('#ink').appendChild(nib);
+    began = -1; next = 0;
+    window.requestAnimationFrame(frame);
+  }
+
+  function stop() {
+    for (var i = 0; i < strokes.length; i += 1) { strokes[i].classList.remove('later'); }
+    svg.classList.remove('playing');
+    if (nib) { nib.parentNode.removeChild(nib); }
+    nib = began = null;
+  }
+
+  function asked() { if (/\bplay\b/.test(window.location.hash)) { play(); } }
+
+  svg.addEventListener('click', function () { if (began === null) { play(); } else { stop(); } });
+  window.addEventListener('keydown', function (event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) { return; }
+    if (event.key === 'p') { if (began === null) { play(); } else { stop(); } }
+    if (event.key === 't') { svg.classList.toggle('show-travel'); }
+  });
+  window.addEventListener('hashchange', asked);
+  asked();
+}());
+"""
 
 
 def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e", show_travel: bool = False) -> bytes:
@@ -41,7 +132,7 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
     """
     pen.rgb(colour)
     pen.check_width(pen_width)
-    script = f"<script>//<![CDATA[{replay.SCRIPT}//]]></script>"
+    script = f"<script>//<![CDATA[{_SCRIPT}//]]></script>"
     ink, moves = _ink(drawing, pen_width, colour), _travel(drawing, show_travel)
     parts = [*_head(drawing, show_travel), *ink, *moves, script, "</svg>\n"]
     return "\n".join(parts).encode("utf-8")
@@ -70,7 +161,7 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
         f"<title>{about.escaped(about.title(drawing))}</title>",
         f"<desc>{about.escaped(about.describe(drawing))} Click, or press P, to see it being written.</desc>",
         f'<metadata id="about">{about.escaped(about.as_json(about.record(drawing)))}</metadata>',
-        f"<style>{replay.STYLE}</style>",
+        f"<style>{_STYLE}</style>",
     ]
 
 

@@ -44,25 +44,25 @@ def from_gml(data: bytes) -> Drawing:
     scale, rotated = _scale(root)
     numbers = count(1)
     drawings = [e for e in root.iter() if e.tag.lower() == "drawing"] or [root]
-    found = [_strokes(one, scale, rotated, numbers) for one in drawings]
-    found = [strokes for strokes in found if strokes]
-    points = sum(len(one.xy) for strokes in found for one in strokes)
+    strokes_of = [_strokes(one, scale, rotated, numbers) for one in drawings]
+    strokes_of = [strokes for strokes in strokes_of if strokes]
+    points = sum(len(one.xy) for strokes in strokes_of for one in strokes)
     if points < _LEAST:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
-    several = {"drawings": len(found)} if len(found) > 1 else {}
-    return recorded.drawing(_apart(found), "GML", _about(root) | several)
+    several = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
+    return recorded.as_drawing(_apart(strokes_of), "GML", _about(root) | several)
 
 
 def _strokes(drawing: Element, scale: Array, rotated: bool, numbers: Iterator[int]) -> list[Raw]:
     """The strokes of one drawing; `numbers` counts all of the file."""
-    found = []
+    strokes = []
     for stroke in (e for e in drawing.iter() if e.tag.lower() == "stroke"):
         number = next(numbers)
         if (stroke.get("isdrawing") or stroke.get("isDrawing") or "true").lower() == "false":
             continue
         if points := [p for e in stroke if e.tag.lower() == "pt" and (p := _point(e, number))]:
-            found.append(_raw(np.array(points), scale, rotated))
-    return found
+            strokes.append(_raw(np.array(points), scale, rotated))
+    return strokes
 
 
 def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:

@@ -167,11 +167,11 @@ def _traces(root: Element, formats: _Formats) -> Iterator[_Trace]:
 
 
 def _notes(group: Element, outer: _Notes) -> _Notes:
-    said = {n.get("type", ""): n.text or "" for n in group.findall("annotation")}
-    word, colour = said.get("word", "").strip(), said.get("colour", "").strip().lower()
+    notes = {n.get("type", ""): n.text or "" for n in group.findall("annotation")}
+    word, colour = notes.get("word", "").strip(), notes.get("colour", "").strip().lower()
     return _Notes(
         int(word) if word.isdecimal() else outer.word,
-        said.get("layer", outer.layer),
+        notes.get("layer", outer.layer),
         colour if _COLOUR.fullmatch(colour) else outer.colour,
     )
 
@@ -255,7 +255,7 @@ def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
     raw = [Raw(_xy(one), one.channels.get("T"), _pen(one), *one.notes, start=one.start) for one in traces]
-    return recorded.drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
+    return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 
 def _xy(trace: _Trace) -> Array:
@@ -266,8 +266,8 @@ def _pen(trace: _Trace) -> dict[str, Any]:
     """What a trace knows of the pen besides its place, by the names of `Stroke`."""
     c = trace.channels
     tilt, azimuth = _pose(c)
-    found = {"pressure": c.get("F"), "tilt": tilt, "azimuth": azimuth, "rotation": c.get("OR"), "width": c.get("W")}
-    return {name: values for name, values in found.items() if values is not None}
+    channels = {"pressure": c.get("F"), "tilt": tilt, "azimuth": azimuth, "rotation": c.get("OR"), "width": c.get("W")}
+    return {name: values for name, values in channels.items() if values is not None}
 
 
 def _stroke(trace: _Trace, number: int) -> Stroke:

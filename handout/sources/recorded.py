@@ -37,13 +37,18 @@ class Raw:
     colour: str = ""
     start: float | None = None
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether all values are finite numbers."""
+        return all(np.isfinite(v).all() for v in (self.xy, 0.0 if self.t is None else self.t, *self.channels.values()))
 
-def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
+
+def as_drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: bool = True) -> Drawing:
     """A drawing of raw strokes.
 
-    Samples at which the clock stands still are left out (devices report a resting pen again and again); where no clock
-    runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began the
-    drawing is not `timed`.
+    Samples at which the clock stands still are left out, since devices report a resting pen again and again; where no
+    clock runs, there are 100 samples a second, `about["timing"]` says so, and unless the file knows when strokes began
+    the drawing is not `timed`.
 
     Parameters
     ----------
@@ -58,34 +63,36 @@ def drawing(raw: Sequence[Raw], what: str, about: Mapping[str, Any], *, fit: boo
     """
     if not raw:
         raise InputError(f"This {what} has no movement of a pen on paper.")
-    refuse_many(sum(len(one.xy) for one in raw), what)
-    for number, one in enumerate(raw, 1):
-        if not all(np.isfinite(v).all() for v in (one.xy, one.t if one.t is not None else 0.0, *one.channels.values())):
+    refuse_many(sum(len(stroke.xy) for stroke in raw), what)
+    for number, stroke in enumerate(raw, 1):
+        if not stroke.is_finite:
             raise InputError(f"Stroke {number} of this {what} has a value that is not a finite number.")
-    about = dict(about)
     clocked = _clocked(raw)
-    if not clocked:
-        about["timing"] = f"assumed: {RATE:g} samples a second"
-    shift, page = _sheet(np.concatenate([one.xy for one in raw]), fit)
+    timing = {} if clocked else {"timing": f"assumed: {RATE:g} samples a second"}
+    shift, page = _sheet(np.concatenate([stroke.xy for stroke in raw]), fit)
+    first = raw[0]
+    origin = float(first.t[0]) if first.t is not None and clocked else first.start or 0.0
     strokes: list[Stroke] = []
-    origin = float(raw[0].t[0]) if raw[0].t is not None and clocked else raw[0].start or 0.0
-    for one in raw:
-        end = float(strokes[-1].t[-1]) if strokes else None
-        t = one.t - origin if clocked and one.t is not None else _assumed(one, origin, end)
-        if end is not None and t[0] <= end:  # each stroke has a clock of its own
-            t = t - t[0] + end + _LIFT
+    for stroke in raw:
+        t = _times(stroke, clocked, origin, float(strokes[-1].t[-1]) if strokes else None)
         going = _going(t)
-        channels: dict[str, Any] = {name: values[going] for name, values in one.channels.items()}
-        strokes.append(
-            Stroke(t[going], one.xy[going] + shift, **channels, word=one.word, layer=one.layer, colour=one.colour)
-        )
-    return Drawing(tuple(strokes), page, about, timed=clocked or raw[0].start is not None)
+        channels: dict[str, Any] = {name: values[going] for name, values in stroke.channels.items()}
+        notes: dict[str, Any] = {"word": stroke.word, "layer": stroke.layer, "colour": stroke.colour}
+        strokes.append(Stroke(t[going], stroke.xy[going] + shift, **channels, **notes))
+    return Drawing(tuple(strokes), page, {**about, **timing}, timed=clocked or first.start is not None)
 
 
-def _assumed(one: Raw, origin: float, end: float | None) -> Array:
-    """Times of a stroke that has none, after the end of the one before."""
-    begin = one.start - origin if one.start is not None else 0.0 if end is None else end + _LIFT
-    return begin + np.arange(len(one.xy)) / RATE
+def _times(stroke: Raw, clocked: bool, origin: float, end: float | None) -> Array:
+    """(n,) s: times of a stroke after the end of the one before, if any; assumed where no clock runs."""
+    if clocked and stroke.t is not None:
+        t = stroke.t - origin
+    else:
+        begin = 0.0 if end is None else end + _LIFT
+        begin = begin if stroke.start is None else stroke.start - origin
+        t = begin + np.arange(len(stroke.xy)) / RATE
+    if end is not None and t[0] <= end:  # each stroke has a clock of its own
+        t = t - t[0] + end + _LIFT
+    return np.asarray(t)
 
 
 def refuse_many(samples: int, what: str) -> None:
@@ -96,7 +103,7 @@ def refuse_many(samples: int, what: str) -> None:
 
 def _clocked(raw: Sequence[Raw]) -> bool:
     """Whether the samples have times that mean something."""
-    steps = [np.diff(one.t) > 0 for one in raw if one.t is not None]
+    steps = [np.diff(stroke.t) > 0 for stroke in raw if stroke.t is not None]
     if len(steps) != len(raw):
         return False
     return 2 * sum(int(step.sum()) for step in steps) >= sum(len(step) for step in steps)

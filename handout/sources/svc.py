@@ -41,12 +41,12 @@ def from_svc(data: bytes) -> Drawing:
         raise InputError(f"This is not SVC: its samples have {table.shape[1]} columns, not {_COLUMNS}.")
     if not np.isfinite(table).all():
         raise InputError("This SVC has a value that is not a finite number.")
-    said = int(lines[0])
-    if len(rows) < said:
-        raise InputError(f"This SVC is cut off: it has {len(rows)} of {said} samples.")
+    announced = int(lines[0])
+    if len(rows) < announced:
+        raise InputError(f"This SVC is cut off: it has {len(rows)} of {announced} samples.")
     full = recorded.full_pressure(float(table[:, 6].max())) if len(rows) else 1.0
     raw = [_raw(piece, full) for piece in _on_paper(table)] if len(rows) else []
-    return recorded.drawing(raw, "SVC file", {})
+    return recorded.as_drawing(raw, "SVC file", {})
 
 
 def _on_paper(table: Array) -> list[Array]:

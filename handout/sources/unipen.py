@@ -71,24 +71,32 @@ def from_unipen(data: bytes, include: Include | None = None) -> Drawing:
     _read(data, state, include or (lambda name: None), 0)
     if not state.components and not state.segments:
         raise InputError("This is not UNIPEN: it has neither .PEN_DOWN nor .SEGMENT.")
-    down = [index for index, (is_down, values) in enumerate(state.components) if is_down]
-    named = {component for segment in state.segments for component in segment.components}
-    if named:  # a file of labels uses part of the files it includes
-        down = [index for index in down if index in named]
-    parts = [(index, rows) for index in down for rows in _on_paper(state, state.components[index][1])]
-    place: dict[int, list[int]] = {}
-    for stroke, (index, _) in enumerate(parts):
-        place.setdefault(index, []).append(stroke)
-    words = {index: word for word, s in enumerate(_of_words(state.segments)) for index in s.components}
-    raw = [_raw(state, state.components[index][1], rows, words.get(index, -1)) for index, rows in parts]
-    segments = [
-        {"level": s.level, "label": s.label, "strokes": [stroke for i in s.components for stroke in place.get(i, [])]}
-        for s in state.segments
+    parts = [(index, rows) for index in _drawn(state) for rows in _on_paper(state, state.components[index][1])]
+    word_of = {index: word for word, segment in enumerate(_words(state.segments)) for index in segment.components}
+    raw = [_raw(state, state.components[index][1], rows, word_of.get(index, -1)) for index, rows in parts]
+    labels = _labels(state.segments, [index for index, _ in parts])
+    return recorded.as_drawing(raw, "UNIPEN file", {"segments": labels} if labels else {})
+
+
+def _drawn(state: _State) -> list[int]:
+    """Components of the pen down; of a file of labels, which uses part of the files it includes, those it labels."""
+    down = [index for index, (is_down, _) in enumerate(state.components) if is_down]
+    labelled = {component for segment in state.segments for component in segment.components}
+    return [index for index in down if index in labelled] if labelled else down
+
+
+def _labels(segments: list[_Segment], component_of: list[int]) -> list[dict[str, object]]:
+    """The segments with the indices of their strokes, given the component that each stroke is of."""
+    strokes: dict[int, list[int]] = {}
+    for stroke, index in enumerate(component_of):
+        strokes.setdefault(index, []).append(stroke)
+    return [
+        {"level": s.level, "label": s.label, "strokes": [n for index in s.components for n in strokes.get(index, [])]}
+        for s in segments
     ]
-    return recorded.drawing(raw, "UNIPEN file", {"segments": segments} if segments else {})
 
 
-def _of_words(segments: list[_Segment]) -> list[_Segment]:
+def _words(segments: list[_Segment]) -> list[_Segment]:
     """The segments that are words; where no words are marked, the texts."""
     for level in ("WORD", "TEXT"):
         if chosen := [segment for segment in segments if segment.level == level]:

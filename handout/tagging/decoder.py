@@ -26,6 +26,7 @@ _BARRED = -1e6  # score of a letter across the end of a line
 _BODY_UP, _BODY_DOWN = int(1.6 * X_HEIGHT), 4  # rows over and under the baseline where cutting ink counts
 _LOW = 11  # rows under the baseline where ink in a space still counts in full
 _TIGHTEST = 5  # columns: narrower spaces between words cost
+Step = tuple[Array, NDArray[np.int32]]
 
 
 @dataclass(frozen=True)
@@ -173,9 +174,6 @@ def _steps(letters: Sequence[str]) -> list[tuple[str, str]]:
     return [*steps, ("edge", "")]
 
 
-Step = tuple[Array, NDArray[np.int32]]
-
-
 def _letter(reading: Reading, before: Array, letter: str, widths: Mapping[str, float]) -> Step:
     """Best score with the letter ending at every border, and where it begins then."""
     terms, usual = reading.terms, widths[letter] / STEP
@@ -204,7 +202,7 @@ def _delayed(values: Array, by: NDArray[np.intp]) -> Array:
 
 
 def _blank(score: Array, before: Array, least: int) -> Step:
-    """A segment of `least` columns or more whose columns count one by one."""
+    """A segment of `least` columns or more, whose score is the sum of its columns."""
     gained = before - score
     ends = np.arange(len(before))
     highest = np.maximum.accumulate(gained)

@@ -29,13 +29,24 @@ NOBODY = -1  # the letter of a vertex that belongs to none
 _LOW_MARKS, _HIGH_MARKS = frozenset(",.…"), frozenset("'\"’‘“”`^~*°")
 _MARKS = _LOW_MARKS | _HIGH_MARKS | frozenset(":;")
 _DOTTED = frozenset('ij!?:;%=÷"”“…¡¿') | _HIGH_MARKS
-_LOWEST, _HIGHEST = -0.45, 1.35  # x-heights: of letters without tails and stems
-_NEAR = 0.7  # x-heights from a mark's column to its ink
-_HIGH, _LOW = 0.75, 0.55  # x-heights over the baseline: marks above and below it
-_CUT = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
-_OWN = 1.0  # x-heights of line that belong to a letter in whose column they lie, connected to the rest of it or not
+
+
+@dataclass(frozen=True)
+class AssignmentSettings:
+    """Lengths in x-heights; set by eye on real pages, `cut` so that ascenders keep their loops."""
+
+    lowest: float = -0.45  # of letters without tails
+    highest: float = 1.35  # of letters without stems
+    near: float = 0.7  # x-heights from a mark's column to its ink
+    high: float = 0.75  # over the baseline: marks above it
+    low: float = 0.55  # over the baseline: marks below it
+    cut: float = 0.015  # a stroke is cut where that spares it more of running outside its letter's column, x-heights³
+    length: float = 1.0  # of a piece of line that belongs to the letter of its column, joined to the rest of it or not
+    anchor: float = 0.35  # x-heights: anchors are sought as near to this height as there is ink
+
+
+_SETTINGS = AssignmentSettings()
 _NEVER = 1e6
-_ANCHOR = 0.35  # x-heights: anchors are sought as near to this height as there is ink
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +77,8 @@ def assign_letters(graph: LineGraph, alignment: Alignment, owner: NDArray[np.int
     first = 0
     for line in alignment.lines:
         vertices = np.flatnonzero(np.asarray(owner) == line.number)
-        found = _Line(graph, line, vertices).assigned()
-        letter[vertices] = np.where(found >= 0, found + first, NOBODY)
+        of_line = _Line(graph, line, vertices).assigned()
+        letter[vertices] = np.where(of_line >= 0, of_line + first, NOBODY)
         first += len(line.letters)
     a, b = graph.edges.T
     joints = np.flatnonzero((letter[a] != letter[b]) & (letter[a] >= 0) & (letter[b] >= 0))
@@ -93,7 +104,7 @@ class _Line:
         self.whole = _pieces(self.edges, len(vertices))
 
     def _columns(self) -> Indices:
-        """(n,) the letter in whose column each vertex lies, or the nearest one; strokes are cut no more than needed."""
+        """(n,) the letter in whose column each vertex lies, or the nearest; few strokes are cut."""
         if not self.present.any() or not len(self.u):
             return np.full(len(self.u), NOBODY)
         before = self.left[None] - self.u[:, None]
@@ -103,34 +114,34 @@ class _Line:
         nearest = np.asarray(away.argmin(axis=1))
         paths = branches(self.edges, len(self.u))
         # where strokes meet, they settle together which letter that is; then each is cut knowing its ends
-        ends: dict[int, list[int]] = {}
-        for path, found in zip(paths, self._cut(paths, nearest, away), strict=True):
+        votes_at: dict[int, list[int]] = {}
+        for path, letters in zip(paths, self._cut(paths, nearest, away), strict=True):
             for end in (0, -1):
-                ends.setdefault(int(path[end]), []).append(int(found[end]))
+                votes_at.setdefault(int(path[end]), []).append(int(letters[end]))
         settled = nearest.copy()
-        for vertex, votes in ends.items():
-            settled[vertex] = max(sorted(set(votes)), key=lambda one: (votes.count(one), one == nearest[vertex]))
+        for vertex, votes in votes_at.items():
+            settled[vertex] = max(sorted(set(votes)), key=lambda vote: (votes.count(vote), vote == nearest[vertex]))
         pinned = np.where(np.arange(away.shape[1]) == settled[:, None], away, _NEVER)
-        met = np.array(sorted(ends), dtype=np.intp)
-        away[met] = pinned[met]
-        for path, found in zip(paths, self._cut(paths, settled, away), strict=True):
-            settled[path] = found
+        meetings = np.array(sorted(votes_at), dtype=np.intp)
+        away[meetings] = pinned[meetings]
+        for path, letters in zip(paths, self._cut(paths, settled, away), strict=True):
+            settled[path] = letters
         return settled
 
     def _beyond(self) -> Array:
-        """(n, letters) how far above or below what its letter reaches each vertex lies."""
+        """(n, letters) how far each vertex lies above or below what a letter reaches."""
         low, high = np.array([_reach(name) for name in self.names]).T
         return np.asarray(np.maximum(np.maximum(self.up[:, None] - high, low - self.up[:, None]), 0))
 
     def _cut(self, paths: Sequence[Indices], nearest: Indices, away: Array) -> Iterator[Indices]:
-        """The letter of every vertex of each path, so that it runs little outside their columns and is little cut."""
+        """The letter of every vertex of each path: cut seldom, and little outside the letters' columns."""
         for path in paths:
-            among = np.unique(nearest[path])
-            if len(among) == 1:
+            letters = np.unique(nearest[path])
+            if len(letters) == 1:
                 yield nearest[path]
                 continue
             run = np.hypot(np.diff(self.u[path]), np.diff(self.up[path])).mean()
-            yield among[_fewest_cuts(away[np.ix_(path, among)] ** 2 * run)]
+            yield letters[_fewest_cuts(away[np.ix_(path, letters)] ** 2 * run)]
 
     def assigned(self) -> Indices:
         """(n,) the letter of each vertex, −1 for none."""
@@ -139,48 +150,48 @@ class _Line:
         anchors = self._anchors()
         letter = self._branches(anchors)
         for component in set(self.whole.tolist()) - {int(self.whole[v]) for v in anchors.values()}:
-            own = self.whole == component
-            letter[own] = self._free(own)
+            vertices = self.whole == component
+            letter[vertices] = self._free(vertices)
         return letter
 
     def _anchors(self) -> dict[int, int]:
         """Letter → the vertex that is surely its own.  Marks come last and take what no letter has."""
         anchors: dict[int, int] = {}
-        taken: set[int] = set()
+        used: set[int] = set()
         marks = [i for i, name in enumerate(self.names) if name in _MARKS and self.present[i]]
         for i in range(len(self.names)):
             vertex = self._middle(i) if self.present[i] and i not in marks else None
             if vertex is not None:
                 anchors[i] = vertex
-                taken.add(int(self.whole[vertex]))
+                used.add(int(self.whole[vertex]))
         for i in marks:
-            vertex = self._mark(i, taken)
+            vertex = self._mark(i, used)
             if vertex is None:
                 vertex = self._middle(i)
             if vertex is not None:
                 anchors[i] = vertex
-                taken.add(int(self.whole[vertex]))
+                used.add(int(self.whole[vertex]))
         return anchors
 
     def _middle(self, i: int) -> int | None:
         """The vertex in the middle of a letter's column that is nearest to the usual height."""
         third = (self.right[i] - self.left[i]) / 3
-        own = self.column == i
-        inner = own & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
-        among = np.flatnonzero(inner if inner.any() else own)
-        return int(among[np.abs(self.up[among] - _ANCHOR).argmin()]) if len(among) else None
+        in_column = self.column == i
+        inner = in_column & (self.u >= self.left[i] + third) & (self.u <= self.right[i] - third)
+        candidates = np.flatnonzero(inner if inner.any() else in_column)
+        return int(candidates[np.abs(self.up[candidates] - _SETTINGS.anchor).argmin()]) if len(candidates) else None
 
     def _mark(self, i: int, taken: set[int]) -> int | None:
         """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
         free = ~np.isin(self.whole, list(taken))
-        away = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
-        fits = free & (away <= _NEAR)
+        distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
+        fitting = free & (distance <= _SETTINGS.near)
         if self.names[i] in _LOW_MARKS:
-            fits &= self.up < _LOW
+            fitting &= self.up < _SETTINGS.low
         elif self.names[i] in _HIGH_MARKS:
-            fits &= self.up > _HIGH
-        among = np.flatnonzero(fits)
-        return int(among[away[among].argmin()]) if len(among) else None
+            fitting &= self.up > _SETTINGS.high
+        candidates = np.flatnonzero(fitting)
+        return int(candidates[distance[candidates].argmin()]) if len(candidates) else None
 
     def _branches(self, anchors: dict[int, int]) -> Indices:
         """(n,) letters within components that have anchors: pieces follow what they are joined to."""
@@ -189,12 +200,12 @@ class _Line:
         for vertex, letter in ((v, i) for i, v in anchors.items()):
             # a mark's component may lie in another letter's column: it is the mark's all the same
             if self.column[vertex] != letter:
-                own = self.whole == self.whole[vertex]
-                self.column = np.where(own, letter, self.column)
+                component = self.whole == self.whole[vertex]
+                self.column = np.where(component, letter, self.column)
                 inside = self.column[a] == self.column[b]
         piece = _pieces(self.edges[inside], len(self.u))
         holder = np.full(int(piece.max()) + 1, NOBODY)
-        for number in np.flatnonzero(self._lengths(piece, inside) >= _OWN):
+        for number in np.flatnonzero(self._lengths(piece, inside) >= _SETTINGS.length):
             holder[number] = self.column[np.argmax(piece == number)]
         for letter, vertex in anchors.items():
             holder[piece[vertex]] = letter
@@ -214,26 +225,27 @@ class _Line:
         away = np.maximum(np.maximum(self.left - middle, middle - self.right), 0)
         away = np.where(self.present, away, np.inf)
         dotted = np.array([name in _DOTTED or not name.isascii() for name in self.names])
-        if height > _HIGH and (dotted & (away <= _NEAR)).any():
+        if height > _SETTINGS.high and (dotted & (away <= _SETTINGS.near)).any():
             away = np.where(dotted, away, np.inf)
-        elif height <= _HIGH and middle < self.left[self.present].min():
+        elif height <= _SETTINGS.high and middle < self.left[self.present].min():
             return int(np.flatnonzero(self.present)[0])
         return int(away.argmin())
 
 
 def _reach(name: str) -> tuple[float, float]:
     """How far down and up a letter reaches; loops and stems beyond that are another's."""
-    return -np.inf if name not in NEVER_DESCENDING else _LOWEST, np.inf if name not in NOT_ASCENDING else _HIGHEST
+    lowest = _SETTINGS.lowest if name in NEVER_DESCENDING else -np.inf
+    return lowest, _SETTINGS.highest if name in NOT_ASCENDING else np.inf
 
 
 def _fewest_cuts(cost: Array) -> Indices:
-    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `_CUT`."""
+    """(n,) which of the columns of `cost` (n, k) each row takes, a change from one to another costing `cut`."""
     total, came = cost[0], np.zeros(cost.shape, dtype=np.intp)
     for row in range(1, len(cost)):
         best = int(total.argmin())
-        changes = total[best] + _CUT < total
+        changes = total[best] + _SETTINGS.cut < total
         came[row] = np.where(changes, best, np.arange(cost.shape[1]))
-        total = np.where(changes, total[best] + _CUT, total) + cost[row]
+        total = np.where(changes, total[best] + _SETTINGS.cut, total) + cost[row]
     chosen = np.empty(len(cost), dtype=np.intp)
     chosen[-1] = int(total.argmin())
     for row in range(len(cost) - 1, 0, -1):

@@ -43,6 +43,8 @@ _FINE, _TENSOR, _BLUR = 1.2, 0.6, 2.2  # standard deviations of the three blurs,
 _SCALE = 100.0  # stored numbers a unit
 _GAIN = 12.0
 SPREAD_FLOOR = 10.0  # added to the spread of each feature, so that rare ones do not shout
+_MARGIN = 40  # columns of paper on both sides
+_SLANTS = np.arange(-0.3, 1.21, 0.05)
 
 
 def thinned(image: Image) -> NDArray[np.float32]:
@@ -83,10 +85,6 @@ def describe(image: Image) -> Image:
     quantised = np.minimum(roots + 0.5, 255).astype(np.uint8)
     columns = np.arange(0, image.shape[1], STEP)[:, None] + _OFFSETS
     return np.ascontiguousarray(quantised[:, :, columns].transpose(2, 0, 1, 3)).reshape(len(columns), COUNT)
-
-
-_MARGIN = 40  # columns of paper on both sides
-_SLANTS = np.arange(-0.3, 1.21, 0.05)
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,25 @@ from handout.tagging.line_space import COUNT, SPREAD_FLOOR
 
 Floats = NDArray[np.float32]
 _LAYERS = 3  # of weights, in the shipped files: two hidden layers
-# The recipe of training: the values with which five real pages were read best
-_BATCH = 256
-_INPUT_DROPOUT, _DROPOUT, _LABEL_SMOOTHING = 0.1, 0.2, 0.05
-_FINAL_RATE = 0.1  # of the learning rate, at the end of the last epoch
-_BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8  # of Adam: Kingma and Ba 2015, Algorithm 1
-_SAMPLE = 40_000  # columns that suffice for the mean and spread of each feature
-_PSEUDOCOUNT = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How networks are trained: the values with which five real pages were read best."""
+
+    batch: int = 256  # columns
+    input_dropout: float = 0.1  # share of the features
+    dropout: float = 0.2  # share of the second hidden layer
+    label_smoothing: float = 0.05  # share spread over all states
+    final_rate: float = 0.1  # of the learning rate, at the end of the last epoch
+    beta_1: float = 0.9  # of Adam: Kingma and Ba 2015, Algorithm 1
+    beta_2: float = 0.999  # the same
+    epsilon: float = 1e-8  # the same
+    sample: int = 40_000  # columns that suffice for the mean and spread of each feature
+    pseudocount: float = 20.0  # added to the columns of each state, so that a state never seen has a finite prior
+
+
+_RECIPE = Recipe()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +105,8 @@ def untrained(columns: LabelledColumns, widths: Floats, hidden: int, rng: np.ran
         (rng.standard_normal((a, b), dtype=np.float32) * np.float32(np.sqrt((2 if b != count else 1) / a)))
         for a, b in pairwise(sizes)
     )
-    sample = columns.features[:: max(1, len(columns) // _SAMPLE)].astype(np.float32)
-    frequency = np.bincount(columns.states, minlength=count) + _PSEUDOCOUNT
+    sample = columns.features[:: max(1, len(columns) // _RECIPE.sample)].astype(np.float32)
+    frequency = np.bincount(columns.states, minlength=count) + _RECIPE.pseudocount
     return Network(
         mean=sample.mean(axis=0),
         spread=sample.std(axis=0) + np.float32(SPREAD_FLOOR),
@@ -128,13 +140,13 @@ def trained(
     n = len(columns)
     for epoch in range(epochs):
         order, loss = rng.permutation(n), 0.0
-        for start in range(0, n, _BATCH):
-            rows = order[start : start + _BATCH]
+        for start in range(0, n, _RECIPE.batch):
+            rows = order[start : start + _RECIPE.batch]
             x = (columns.features[rows].astype(np.float32) - network.mean) / network.spread
             share = importance[rows] if importance is not None else None
             gradients, cost = _gradients(parameters, x, columns.states[rows], share, rng)
             loss += cost
-            adam.step(gradients, rate * (1 - (1 - _FINAL_RATE) * (epoch + start / n) / epochs))
+            adam.step(gradients, rate * (1 - (1 - _RECIPE.final_rate) * (epoch + start / n) / epochs))
         on_epoch(epoch, loss / n)
     return replace(network, weights=tuple(parameters[:_LAYERS]), biases=tuple(parameters[_LAYERS:]))
 
@@ -144,16 +156,16 @@ def _gradients(
 ) -> tuple[list[Floats], float]:
     """Gradients of the mean loss of a batch, in the order of the parameters, and the loss summed."""
     w, b = parameters[:_LAYERS], parameters[_LAYERS:]
-    x = x * (rng.random(x.shape, dtype=np.float32) > _INPUT_DROPOUT)
+    x = x * (rng.random(x.shape, dtype=np.float32) > _RECIPE.input_dropout)
     first = np.maximum(x @ w[0] + b[0], 0)
     second = np.maximum(first @ w[1] + b[1], 0)
-    mask = (rng.random(second.shape, dtype=np.float32) > _DROPOUT) / np.float32(1 - _DROPOUT)
+    mask = (rng.random(second.shape, dtype=np.float32) > _RECIPE.dropout) / np.float32(1 - _RECIPE.dropout)
     dropped = second * mask
     log = _log_softmax(dropped @ w[2] + b[2])
     rows = np.arange(len(states))
     off = np.exp(log)
-    off[rows, states] -= 1 - _LABEL_SMOOTHING
-    off -= np.float32(_LABEL_SMOOTHING / log.shape[1])
+    off[rows, states] -= 1 - _RECIPE.label_smoothing
+    off -= np.float32(_RECIPE.label_smoothing / log.shape[1])
     off *= (share[:, None] if share is not None else np.float32(1)) / np.float32(len(states))
     back = (off @ w[2].T) * mask * (second > 0)
     front = (back @ w[1].T) * (first > 0)
@@ -172,17 +184,17 @@ class _Adam:
 
     def step(self, gradients: Sequence[Floats], rate: float) -> None:
         self._steps += 1
-        first = np.float32(rate / (1 - _BETA_1**self._steps))
-        second = np.float32(1 / np.sqrt(1 - _BETA_2**self._steps))
+        first = np.float32(rate / (1 - _RECIPE.beta_1**self._steps))
+        second = np.float32(1 / np.sqrt(1 - _RECIPE.beta_2**self._steps))
         for parameter, mean, square, gradient in zip(
             self._parameters, self._mean, self._square, gradients, strict=True
         ):
-            mean *= np.float32(_BETA_1)
-            mean += np.float32(1 - _BETA_1) * gradient
-            square *= np.float32(_BETA_2)
+            mean *= np.float32(_RECIPE.beta_1)
+            mean += np.float32(1 - _RECIPE.beta_1) * gradient
+            square *= np.float32(_RECIPE.beta_2)
             gradient *= gradient
-            square += np.float32(1 - _BETA_2) * gradient
-            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_EPSILON))
+            square += np.float32(1 - _RECIPE.beta_2) * gradient
+            parameter -= first * mean / (second * np.sqrt(square) + np.float32(_RECIPE.epsilon))
 
 
 def save(network: Network, path: Path) -> None:

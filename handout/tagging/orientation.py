@@ -64,7 +64,7 @@ def find_turn(inked: Inked, transcript: str, rng: np.random.Generator) -> int:
 
 
 def orientation_name(quarters: int) -> str:
-    """How a page lies that must be turned by so many quarters."""
+    """How a page lies that must be turned by that number of quarters."""
     return _QUARTERS[quarters]
 
 
@@ -118,7 +118,7 @@ def _reason(
 
 
 def _amount(inked: Inked, lines: Sequence[TranscriptLine], breadth: float) -> InputError:
-    """What is said of a text that is far too long or too short for the page."""
+    """The error of a text that is far too long or too short for the page."""
     letters, count = sum(len(line.letters) for line in lines), len(lines)
     advice = "the text of this page alone" if breadth < _MUCH else "all that is written on the page"
     return InputError(

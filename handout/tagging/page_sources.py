@@ -43,6 +43,11 @@ _DIFFERENT = 1.02  # how far --dpi may lie from the file's own resolution before
 Say = Callable[[str], None]
 # shares of the time that a page takes until it lies upright, and until its lines are known; measured
 _TURNED, _WRITTEN = 0.11, 0.17
+_ONE_EACH = "give one --text for each page, in the same order"
+# printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
+_LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
+_MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
+_LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +145,6 @@ def gather_sources(
             f"--text {remaining[-1][0]}: every scan without a text of its own has one already; leave it out."
         )
     return sources
-
-
-_ONE_EACH = "give one --text for each page, in the same order"
 
 
 def _counted(count: int, name: str) -> str:
@@ -261,13 +263,6 @@ def _refuse_lost(tagged: TaggedPage, lines: int) -> None:
             f"{tagged.page.source}: {missing} of the {missing + len(tagged.glyphs)} characters of its text are not on "
             f"the page, which has {_counted(lines, 'line')} of writing: give the text of this page alone, line by line."
         )
-
-
-# printed words and lines take blue light and leave the red; pens take the red (red ones need a plain sheet)
-_LESS_BLUE = 0.06  # of the paper's light: how much less blue than red there is where something is printed
-_MOST_RED = 0.72  # of the paper's: darker than that is ink, on print or beside it
-
-_LEAST_PAPER = 0.9  # of the paper's light: what has less is not taken as paper to fill with
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,12 @@ _SIZES, _SIZE = (1.2, 5.5), 2.6  # mm: small letters as people write them, and a
 _MARGIN = 12.0  # mm of paper around the writing
 _ROW, _COLUMN, _PITCH = 170.0, 250.0, 26.0  # mm, at most: pieces laid out on a page, from a line to the next
 _LARGEST = 600.0  # mm, of a page
+_TEXT = """\
+the quick brown fox jumps over the lazy dog sphinx of black quartz judge my vow
+pack my box with five dozen liquor jugs how vexingly quick daft zebras jump
+amazingly few discotheques provide jukeboxes we promptly judged antique ivory buckles"""
+_EACH = 3  # times that every other character is written
+_SEED = 0
 
 
 def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]:
@@ -140,14 +146,6 @@ def _sheet(recording: Recording, factor: float, timed: bool) -> Recording:
     return replace(
         recording, drawing=Drawing(moved, Page(width, height), timed=timed), x_height=recording.x_height * factor
     )
-
-
-_TEXT = """\
-the quick brown fox jumps over the lazy dog sphinx of black quartz judge my vow
-pack my box with five dozen liquor jugs how vexingly quick daft zebras jump
-amazingly few discotheques provide jukeboxes we promptly judged antique ivory buckles"""
-_EACH = 3  # times that every other character is written
-_SEED = 0
 
 
 def font_specimen(name: str, font: Hand) -> list[Recording]:

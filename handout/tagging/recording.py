@@ -23,6 +23,12 @@ from handout.values import Array, Drawing, Indices, Page, Stroke
 
 _TURN = 0.08  # of a stroke's usual height: a turn back that is smaller is none
 _LEAST = 8  # turns of the pen, of writing whose size can be told
+_NOTHING = 0.02  # of the greatest piece: what is smaller is a placeholder for something that was taken out
+_PITCH = (3.4, 5.5)  # x-heights, least and greatest distance of lines: a hand keeps it as its own
+_GAP = 1.6  # x-heights between pieces of a row
+_HAND = "house-print"  # whose letters are as high as letters are
+_TELLING = 0.5  # x-heights: what is lower, such as a comma, does not tell the size
+_LEAST_PIECES = 8  # single letters from which the size of the writing can be told
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +76,6 @@ def _turning(y: Array, least: float) -> Array:
             extremes.append(extreme)
             direction, extreme = -direction, value
     return np.array([*extremes, extreme] if direction else extremes)
-
-
-_NOTHING = 0.02  # of the greatest piece: what is smaller is a placeholder for something that was taken out
-_PITCH = (3.4, 5.5)  # x-heights, least and greatest distance of lines: a hand keeps it as its own
-_GAP = 1.6  # x-heights between pieces of a row
-_HAND = "house-print"  # whose letters are as high as letters are
-_TELLING = 0.5  # x-heights: what is lower, such as a comma, does not tell the size
-_LEAST_PIECES = 8  # single letters from which the size of the writing can be told
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +172,7 @@ def _extent(letter: str) -> tuple[float, float]:
 def laid_out(
     name: str, pieces: Sequence[Piece], x_height: float, column: float, row: float, most: float
 ) -> Iterator[Recording]:
-    """Pages of pieces in rows, on whose baselines they stand.
+    """Pages with the pieces in rows, each piece on the baseline of its row.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,27 @@ from handout.values import Array
 _WORD_GAP = 0.45  # x-heights: wider gaps are not counted as the width of letters
 _FOUND = 0.2  # of the work, when the networks have read the page that have not learned from it; measured
 _DOUBT = 0.35  # of a letter's tolerance: a difference that halves confidence
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """The round of self-training; measured on five real pages (docs/bibliography.md)."""
+
+    folds: int = 2  # with one, 93.5 and 93.0 % of two hard pages; with two, 98.4 and 95.6; a second round gains nothing
+    copies: int = 4  # of each line of the page, differently distorted; five did no better
+    rehearsed: int = 45  # synthetic lines
+    epochs: int = 2  # the networks start from what they know
+    rate: float = 4e-4  # of learning
+    page_weight: float = 2.0  # of a column of the page; a synthetic one has 1
+    # standard deviations of the distortions of a line
+    breadth: float = 0.06  # relative
+    height: float = 0.04  # relative
+    shear: float = 0.06  # tangent
+    shift: float = 0.8 / X_HEIGHT  # x-heights
+
+
+_ADAPTATION = Adaptation()
+Spans = Sequence[tuple[str, float, float]]
 
 
 def page_scale(images: Sequence[Image], lines: Sequence[TranscriptLine], widths: Array) -> float:
@@ -97,12 +119,12 @@ def by_segments(
     best = [decode(page.reading(i), line.letters, widths) for i, line in enumerate(lines)]
     # networks that have not learned from the page agree less than those that have learned from the same letters
     single = [_by_each_network(page, i, line, widths, page.networks) for i, line in enumerate(lines)]
-    if not adapting or len(lines) < FOLDS:
+    if not adapting or len(lines) < _ADAPTATION.folds:
         return [[*others, one] if len(page.networks) > 1 else [one] for others, one in zip(single, best, strict=True)]
     fold = folds(len(lines))
     rehearsed = rehearsal([line.text for line in lines], rng)
-    for half in range(FOLDS):
-        learning = within(within(tell, _FOUND, 1.0), half / FOLDS, (half + 1) / FOLDS)
+    for half in range(_ADAPTATION.folds):
+        learning = within(within(tell, _FOUND, 1.0), half / _ADAPTATION.folds, (half + 1) / _ADAPTATION.folds)
         others = np.flatnonzero(fold != half).tolist()
         letters = [spans(lines[i], best[i]) for i in others]
         learned = page_columns([page.images[i] for i in others], letters, rng)
@@ -133,29 +155,16 @@ def confidence(decodings: Sequence[Decoded]) -> Array:
     return np.asarray(0.5 ** (off / tolerance / _DOUBT))
 
 
-# Measured on five real pages: two folds read 98.4 % and 95.6 % of the letters of two hard ones, one fold 93.5 and 93.0;
-# a second round gains nothing
-FOLDS = 2
-_COPIES = 4  # of each line of the page, differently distorted; five did no better
-_REHEARSED = 45  # synthetic lines
-_EPOCHS, _RATE = 2, 4e-4  # a third of the rate of training: the networks start from what they know
-_PAGE_WEIGHT = 2.0  # of a column of the page; a synthetic one has 1
-# standard deviations of the distortions of a line: breadth and height (relative), shear (tangent), shift (x-heights)
-_BREADTH, _HEIGHT, _SHEAR, _SHIFT = 0.06, 0.04, 0.06, 0.8 / X_HEIGHT
-
-Spans = Sequence[tuple[str, float, float]]
-
-
 def folds(count: int) -> NDArray[np.intp]:
     """(count,) the fold that each line is dealt to: neighbouring lines are in different ones."""
-    return np.arange(count) % FOLDS
+    return np.arange(count) % _ADAPTATION.folds
 
 
 def rehearsal(text: Sequence[str], rng: np.random.Generator) -> LabelledColumns:
     """Columns of synthetic lines by many writers, whose words are those of a transcript and random groups."""
     plain = ["".join(fold(unit) for unit in graphemes(line)).replace(JUNK, "").strip() for line in text]
     sentences = [line for line in plain if line] or ["a"]
-    lines = synthetic_lines(built_in_hands(), sentences, _REHEARSED, rng)
+    lines = synthetic_lines(built_in_hands(), sentences, _ADAPTATION.rehearsed, rng)
     return joined([sampled_columns(line, rng) for line in lines])
 
 
@@ -163,7 +172,7 @@ def page_columns(images: Sequence[Image], spans: Sequence[Spans], rng: np.random
     """Columns of the lines of a page, labelled by the letters found on them; every line is distorted several times."""
     parts = []
     for image, letters in zip(images, spans, strict=True):
-        for _ in range(_COPIES):
+        for _ in range(_ADAPTATION.copies):
             distorted, breadth = _distorted(image, rng)
             features = describe(distorted)
             scaled = [(letter, left * breadth, right * breadth) for letter, left, right in letters]
@@ -175,8 +184,8 @@ def _distorted(image: Image, rng: np.random.Generator) -> tuple[Image, float]:
     """The line with a random breadth, height, slant and shift, and that breadth."""
     import cv2
 
-    breadth, height = np.exp(rng.normal(0.0, [_BREADTH, _HEIGHT]))
-    shear, shift = rng.normal(0.0, [_SHEAR, _SHIFT * X_HEIGHT])
+    breadth, height = np.exp(rng.normal(0.0, [_ADAPTATION.breadth, _ADAPTATION.height]))
+    shear, shift = rng.normal(0.0, [_ADAPTATION.shear, _ADAPTATION.shift * X_HEIGHT])
     matrix = np.array([[breadth, shear, -shear * ABOVE], [0, height, ABOVE - height * ABOVE + shift]])
     width = int(image.shape[1] * breadth) + 1
     return np.asarray(cv2.warpAffine(image, matrix, (width, HEIGHT))), float(breadth)
@@ -192,10 +201,11 @@ def adapted(
     """Copies of the networks, trained further on columns of the page and of synthetic lines."""
     columns = joined([page, rehearsed])
     weights = np.ones(len(columns), dtype=np.float32)
-    weights[: len(page)] = _PAGE_WEIGHT
+    weights[: len(page)] = _ADAPTATION.page_weight
     weights /= weights.mean()
     copies = []
     for number, shipped in enumerate(networks):
         tell(number / len(networks), "learning from the page")
-        copies.append(network.trained(shipped, columns, epochs=_EPOCHS, rate=_RATE, rng=rng, importance=weights))
+        epochs, rate = _ADAPTATION.epochs, _ADAPTATION.rate
+        copies.append(network.trained(shipped, columns, epochs=epochs, rate=rate, rng=rng, importance=weights))
     return tuple(copies)

@@ -24,17 +24,18 @@ from handout.writing.drawn_line_writer import slurred
 from handout.writing.layout import Layout
 from handout.writing.variation import warp
 
-_MM = 3.0  # x-height of the composed page
-_PAGE = Page(170.0, 5000.0)
+_MM = 3.0  # mm: x-height of the composed page
+_PAGE = Page(170.0, 5000.0)  # mm: lines of usual length, any number of them
 _BEFORE = 0.1  # x-heights from where a letter's box begins in its drawing to where the letter begins
 _OVER = 0.35  # x-heights by which the last letter of a word may reach beyond its box
-_MARGIN = 40  # pixels of paper on both sides
-_FIRM = 0.5  # points' worth of belief that a placed letter is as broad and as upright as it was drawn
-_LED_INTO = frozenset("tiuwpjrsnmvylhbfkT")
+_MARGIN = 40  # pixels of paper on both sides: the window of features is 24 wide
+_FIRM = 0.5  # weight, in points, of the prior that a placed letter is as broad and upright as it was drawn
+_LED_INTO = frozenset("tiuwpjrsnmvylhbfkT")  # letters that people begin with a stroke from the left
 _STRIKES_OUT = 0.25  # share of writers who strike words out …
 _STRUCK = 0.06  # … and of the words that they strike out
 # of a line's columns that are learned from: neighbours are nearly alike, and space is frequent and easy
 _SHARE, _SHARE_OF_SPACE = 0.75, 0.3
+Box = tuple[str, int, float, float]  # letter, word, left, right
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,18 +68,18 @@ def write_lines(
     """
     layout = Layout(_PAGE, x_height=_MM, jitter=float(rng.uniform(0.8, 1.7)))
     manuscript, *_ = compose(text, hand, layout, rng, fallback=True)
-    lines = [_Loose(line, hand, habits, rng) for line in manuscript.lines]
+    lines = [_HabitualLine(line, hand, habits, rng) for line in manuscript.lines]
     changed = Manuscript(tuple(line.line for line in lines), manuscript.page, manuscript.x_height)
-    hasty = replace(hand, smooth=min(hand.smooth * habits.haste, 0.5))
-    drawing = trace(changed, hasty, rng)
+    hurried = replace(hand, smooth=min(hand.smooth * habits.haste, 0.5))
+    drawing = trace(changed, hurried, rng)
     owner = {placed.word: number for number, line in enumerate(changed.lines) for placed in line.placed}
     strokes: list[list[Stroke]] = [[] for _ in lines]
     for stroke in drawing.strokes:
         strokes[owner[stroke.word]].append(stroke)
-    return [_draw(line, own, habits, rng, struck) for line, own in zip(lines, strokes, strict=True) if own]
+    return [_draw(line, of_line, habits, rng, struck) for line, of_line in zip(lines, strokes, strict=True) if of_line]
 
 
-class _Loose:
+class _HabitualLine:
     """A composed line with a writer's habits: upright space, x-heights, y up from the baseline."""
 
     def __init__(self, line: Line, hand: Hand, habits: WriterHabits, rng: np.random.Generator) -> None:
@@ -154,7 +155,7 @@ def _led_out(stroke: Array, length: float, rng: np.random.Generator) -> Array:
 
 
 def _draw(
-    line: _Loose, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
+    line: _HabitualLine, strokes: Sequence[Stroke], habits: WriterHabits, rng: np.random.Generator, struck: bool
 ) -> SyntheticLine:
     paths = [line.upright(stroke.xy) for stroke in strokes]
     words = [stroke.word for stroke in strokes]
@@ -188,37 +189,34 @@ def _bent(xy: Array, habits: WriterHabits, rng: np.random.Generator) -> Array:
     return habits.size * xy + (0.0, habits.rise)
 
 
-Box = tuple[str, int, float, float]  # letter, word, left, right
-
-
 def _clipped(boxes: Sequence[Box], paths: Sequence[Array], words: Sequence[int]) -> list[Box]:
     """The boxes of each word end where its ink does, unless that is far beyond them."""
-    done: list[Box] = []
+    clipped: list[Box] = []
     for word, group in groupby(boxes, key=lambda box: box[1]):
-        own = sorted(group, key=lambda box: box[2] + box[3])
+        boxes_of_word = sorted(group, key=lambda box: box[2] + box[3])
         ink = np.concatenate([p[:, 0] for p, w in zip(paths, words, strict=True) if w == word])
-        lefts = [max(own[0][2] - _OVER, float(ink.min())), *(box[2] for box in own[1:])]
-        rights = [*lefts[1:], min(own[-1][3] + _OVER, float(ink.max()) + 0.05)]
-        done += [(box[0], word, a, b) for box, a, b in zip(own, lefts, rights, strict=True)]
-    return done
+        lefts = [max(boxes_of_word[0][2] - _OVER, float(ink.min())), *(box[2] for box in boxes_of_word[1:])]
+        rights = [*lefts[1:], min(boxes_of_word[-1][3] + _OVER, float(ink.max()) + 0.05)]
+        clipped += [(box[0], word, a, b) for box, a, b in zip(boxes_of_word, lefts, rights, strict=True)]
+    return clipped
 
 
 def _strike(boxes: list[Box], paths: list[Array], words: list[int], rng: np.random.Generator) -> list[Box]:
     """Some words crossed out by one or more strokes, which are added to `paths`; their letters become one of junk."""
-    done: list[Box] = []
+    struck: list[Box] = []
     for word, group in groupby(boxes, key=lambda box: box[1]):
-        own = list(group)
+        boxes_of_word = list(group)
         if rng.random() > _STRUCK:
-            done += own
+            struck += boxes_of_word
             continue
-        left, right = own[0][2], own[-1][3]
+        left, right = boxes_of_word[0][2], boxes_of_word[-1][3]
         for _ in range(int(rng.integers(1, 5))):
             n = int(rng.integers(2, 6))
-            knots = np.column_stack([np.linspace(left, right, n), 0.5 + rng.normal(0.0, 0.35, n)])
-            paths.append(knots + rng.normal(0.0, 0.05, (n, 2)))
+            waypoints = np.column_stack([np.linspace(left, right, n), 0.5 + rng.normal(0.0, 0.35, n)])
+            paths.append(waypoints + rng.normal(0.0, 0.05, (n, 2)))
             words.append(word)
-        done.append((JUNK, word, left, right))
-    return done
+        struck.append((JUNK, word, left, right))
+    return struck
 
 
 def _drawn(paths: Sequence[Array], pen: float) -> Image:

@@ -102,7 +102,7 @@ def random_writer(hands: Sequence[Hand], rng: np.random.Generator) -> Hand:
 
 
 def _turned(glyphs: Mapping[str, tuple[Glyph, ...]]) -> dict[str, tuple[Glyph, ...]]:
-    """n drawn as u, m as w: what is left of arches that are written from below."""
+    """Forms of n like u and of m like w: arches that are written from below look so."""
     pairs = [(letter, like) for letter, like in (("n", "u"), ("m", "w")) if letter in glyphs and like in glyphs]
     return {
         letter: glyphs[letter] + tuple(replace(form, letter=letter, form=form.form + _FORM) for form in glyphs[like])

@@ -19,7 +19,7 @@ _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must n
 _MARK_ROOM = 0.08  # between a letter and punctuation, which stands near
 _MARKS = frozenset(".,;:!?'\"‘’“”‚„…()[]{}«»‹›-–—_/\\|^`´°¡¿*·•ª™")
 _HEIGHTS, _SEEN = np.arange(-0.9, 2.4, 0.15), 0.2  # where distances are taken, and over what reach
-_WIDEST_DOT = 0.45
+_WIDEST_DOT = 0.45  # a stroke that is wider, and lies, is a bar; set by eye
 _DOT_ROOM = 0.29  # from a dot or an accent to another letter's line: two half lines, and paper that is seen between
 _SIDEWAYS, _UPWARDS = np.arange(-0.45, 0.28, 0.03), np.arange(-0.12, 0.4, 0.03)  # where it still is its letter's
 _MOVES = np.array([(x, y) for x in _SIDEWAYS for y in _UPWARDS])
@@ -30,7 +30,7 @@ _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
 
 
-def too_near(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:
+def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:
     """How much further apart two letters that are not joined must stand than `width`, so that each reads as itself.
 
     breadth : of the left one as it is written, 1 as it was drawn; told apart only where one of them is a sign.
@@ -42,10 +42,10 @@ def too_near(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> f
         return 0.0
     grown = 1.0 if left.letter.isalnum() and right.letter.isalnum() else max(breadth, 1.0)
     room = width + _edges(right)[0] - grown * _edges(left)[1]
-    return max(0.0, _needed(left.letter, right.letter) - float(room.min()))
+    return max(0.0, _least_room(left.letter, right.letter) - float(room.min()))
 
 
-def _needed(left: str, right: str) -> float:
+def _least_room(left: str, right: str) -> float:
     if left.isalnum() and right.isalnum():
         return LEAST_ROOM
     return _MARK_ROOM if left in _MARKS or right in _MARKS else _SIGN_ROOM
@@ -80,7 +80,7 @@ def _evenly(stroke: Array) -> Array:
     return np.column_stack([np.interp(at, np.arange(len(stroke)), axis) for axis in stroke.T])
 
 
-def bounded(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     """Shorten the bars of t and f that would strike through other letters of their word, or fly far beyond its ends.
 
     Parameters
@@ -151,7 +151,7 @@ def _stem(own: Array, y: float) -> float:
     return float(np.median(near[:, 0]))
 
 
-def dotted(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
+def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     """Move the dots and accents that would touch other letters of their word to the nearest place that is clear.
 
     Parameters

@@ -17,8 +17,8 @@ from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.baseline_model import USUAL_BASELINES
 from handout.writing.choice import Chooser, joined
-from handout.writing.clearance import bounded, dotted, too_near
-from handout.writing.line_writer import Piece, ToPage, Unit
+from handout.writing.clearance import bound_bars, clear_dots, missing_room
+from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit
 from handout.writing.slips import Struck
 from handout.writing.text import Letter, Repertoire, spelt
 from handout.writing.variation import USUAL, Drift, Variation, walk, warp
@@ -111,7 +111,7 @@ class WordWriter:
         shapes = self._shapes(n)
         widths = _advances(glyphs) * shapes[:, 0, 0] + rng.normal(0.0, vary.gap, n)
         pairs = zip(pairwise(glyphs), widths, shapes[:, 0, 0], strict=False)
-        widths[:-1] += [too_near(a, b, width, breadth) for (a, b), width, breadth in pairs]
+        widths[:-1] += [missing_room(a, b, width, breadth) for (a, b), width, breadth in pairs]
         starts = np.column_stack([np.concatenate([[0.0], np.cumsum(widths)[:-1]]), walk(rng, n, vary.rise)])
         points = list[list[Array]]()
         for glyph, shape, start, share in zip(glyphs, shapes, starts, self._slurs(n), strict=True):
@@ -121,8 +121,8 @@ class WordWriter:
                 if delayed:
                     placed = placed + self._flight()
                 points[-1].append(placed + start)
-        bounded(glyphs, points)
-        dotted(glyphs, points)
+        bound_bars(glyphs, points)
+        clear_dots(glyphs, points)
         return np.vstack([stroke for strokes in points for stroke in strokes]), float(widths.sum())
 
     def _flight(self) -> Array:
@@ -185,9 +185,6 @@ def _unflatten(flat: Array, glyphs: Sequence[Glyph]) -> tuple[tuple[Array, ...],
     return tuple(tuple(next(pieces) for _ in glyph.strokes) for glyph in glyphs)
 
 
-_MOST_SPACES = 12
-
-
 def repertoire(hand: Hand) -> Repertoire:
     """What a drawn hand can write."""
     return Repertoire(hand.name, frozenset(hand.glyphs), frozenset(hand.marks) | {DOTLESS})
@@ -239,7 +236,7 @@ class DrawnLineWriter:
         if not spaces:
             return 0.0
         usual = self._hand.word_space
-        wide = usual * (1 + 0.75 * (min(spaces, _MOST_SPACES) - 1))
+        wide = usual * (1 + MORE_SPACE * (min(spaces, MOST_SPACES) - 1))
         # a writer has one habit of spacing: neither a closed gap nor one that reads as two
         slack = rng.normal(0.0, USUAL.word_gap * self._jitter)
         return wide + min(max(slack, -0.28 * usual), 0.5 * usual)

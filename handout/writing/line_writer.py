@@ -15,6 +15,8 @@ from handout.writing.baseline_model import BaselineModel
 from handout.writing.text import Letter, Repertoire
 
 _BREAK_AFTER = "-–—/"
+MORE_SPACE = 0.75  # of a gap between words, for every further space; set by eye
+MOST_SPACES = 12  # in a row that widen a gap
 
 # a number of spaces, or the letters between two of them
 Piece = int | Sequence[Letter]

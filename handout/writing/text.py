@@ -11,7 +11,7 @@ from handout.hand.diacritics import decomposed, recomposed
 from handout.hand.places import graphemes
 from handout.writing.lookalikes import ALIKE, NEWLINES, PICTURE, SAME, SIMILAR, SPACES
 
-_MOST_NAMED = 20
+_MOST_NAMED = 20  # characters that a complaint lists
 _FEW = 40  # letters of a hand that can be told one by one
 _OVERLAY = 1  # the combining class of strokes through a character
 LEFT_OUT = "left out"

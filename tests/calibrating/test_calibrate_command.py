@@ -7,8 +7,9 @@ import pytest
 from PIL import Image
 
 from handout.cli import main
+from handout.colour import exports
 from handout.simulated import print_and_scan as loop
-from handout.simulated.printer import Flatbed, rip
+from handout.simulated.printer import Flatbed, job_reader
 
 TABLE = "name,street,city\nAda Lovelace,12 St James's Square,London\n"
 
@@ -53,6 +54,11 @@ def test_read_build_show_export(call, scan, tmp_path):
         assert (tmp_path / f"{kind}.icc").read_bytes()[12:24] == signature
 
 
+def test_the_help_of_export_explains_every_format(call):
+    explained = call("calibrate", "export", "--help")[0].partition("icc       ")
+    assert all(name in explained[1] + explained[2] for name in exports.FORMATS)
+
+
 @pytest.mark.parametrize("dpi", [50, 55, 60])
 def test_too_few_dpi_are_the_cause_that_is_named(call, sheet, tmp_path, dpi):
     loop.write(Flatbed().scan(sheet, dpi, np.random.default_rng(2)), dpi, tmp_path / "coarse.tif")
@@ -71,7 +77,7 @@ def test_a_bad_scan_writes_no_patches(call, tmp_path):
 def test_the_dry_run_is_what_the_printer_gets(call, coarse, profile, tmp_path):
     out, _ = call("calibrate", "chart", "--printer", "sim", "-o", "chart.pdf", "--dry-run", "chart.png", "--json")
     assert json.loads(out)["dpi"] == profile.dpi
-    ((_, sent),) = rip.pages(tmp_path / "chart.pdf", profile.dpi)
+    ((_, sent),) = job_reader.pages(tmp_path / "chart.pdf", profile.dpi)
     with Image.open(tmp_path / "chart.png") as shown:
         assert np.array_equal(np.asarray(shown), sent[: shown.height, : shown.width])
         assert shown.info["dpi"] == pytest.approx((300, 300), abs=0.1)
@@ -90,7 +96,7 @@ def test_print_goes_through_the_calibration(call, coarse, stored, profile, tmp_p
     assert "made on white, and cream is in the printer" in err
     assert json.loads(out)["calibration"]["name"] == "simulated/white"
     call(*given, "--dry-run", "without.pdf", "--calibration", "none")
-    pages = {n: next(rip.pages(tmp_path / f"{n}.pdf", profile.dpi))[1] for n in ("with", "without")}
+    pages = {n: next(job_reader.pages(tmp_path / f"{n}.pdf", profile.dpi))[1] for n in ("with", "without")}
     inked = (pages["without"] != 255).any(axis=2)
     assert inked.sum() > 1000 and (pages["with"][inked] != pages["without"][inked]).any(axis=1).mean() > 0.9
     assert (pages["with"][~inked] == 255).all()

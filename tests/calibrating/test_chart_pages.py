@@ -9,7 +9,7 @@ from handout.calibrating import pages
 from handout.calibrating.pages import Printed
 from handout.errors import InputError
 from handout.printing.queue import FolderQueue
-from handout.simulated.printer import rip
+from handout.simulated.printer import job_reader
 from handout.values import Page
 
 DPI = 72
@@ -30,7 +30,7 @@ def test_what_is_sent_is_the_pixels(feed, turn, quarters, made, profile, tmp_pat
     names = pages.send(made, fed, FolderQueue(tmp_path))
     assert names == ("chart-1", "chart-2")
     for name, pixels in zip(names, made.pixels, strict=True):
-        ((sheet, sent),) = rip.pages(tmp_path / f"{name}.pdf", DPI)
+        ((sheet, sent),) = job_reader.pages(tmp_path / f"{name}.pdf", DPI)
         assert np.array_equal(sent, np.rot90(pixels, quarters))
         assert (sheet.width > sheet.height) == bool(quarters)
 
@@ -44,6 +44,9 @@ def test_a_queue_that_takes_pictures(made, profile, tmp_path):
 def test_files(made, tmp_path):
     assert [path.name for path in pages.write(made, tmp_path / "strip.png")] == ["strip-1.png", "strip-2.png"]
     (path,) = pages.write(made, tmp_path / "strip.pdf")
-    assert [np.array_equal(a, b) for (_, a), b in zip(rip.pages(path, DPI), made.pixels, strict=True)] == [True, True]
+    assert [np.array_equal(a, b) for (_, a), b in zip(job_reader.pages(path, DPI), made.pixels, strict=True)] == [
+        True,
+        True,
+    ]
     with pytest.raises(InputError, match=r"as \.pdf or \.png"):
         pages.write(made, tmp_path / "strip.svg")

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from handout.cli import progress, results
+from handout.cli import progress
+from handout.cli.console import Console
 from handout.progress import within
 
 
@@ -47,7 +48,7 @@ def test_what_is_said_meanwhile_stands_on_a_line_of_its_own(monkeypatch):
     terminal = seen(monkeypatch)
     with progress.shown(False) as tell:
         tell(0.5, "working")
-        results.talk(False)("a sentence")
+        Console().say("a sentence")
         assert progress._shown[0].live.is_started
     assert re.search(r"(^|\n|\r)a sentence\n", plain(terminal.getvalue()))
 
@@ -58,7 +59,7 @@ def test_elsewhere_nothing_is_shown_and_nothing_imported(monkeypatch):
         with progress.shown(quiet) as tell:
             tell(0.5, "working")
         assert stream.getvalue() == "" and not progress.wanted(quiet)
-    verbs = "plot_, scan_, write_, calibrate_, print_"
+    verbs = "plot_, hand_, write_, calibrate_, print_"
     code = f"import sys; from handout.cli import main, {verbs}; print('rich' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from formula_printers import Dark, chart, dull, identical, scanned
 
-from handout.colour import conversions
-from handout.colour.models import METHODS, fit, inverse, splines
+from handout.colour import METHODS, conversions
+from handout.colour.models import fit, inverse, splines
 from handout.colour.models.forward import lattice
 from handout.colour.patches import Patches
 from handout.colour.table import build

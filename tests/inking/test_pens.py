@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.inking import flow, pens, plain
 from handout.inking.flow import Flow
-from handout.inking.pen import PENS, Pen, usual
+from handout.inking.pen import PENS, TEXTURED, Pen, usual
 from handout.values import Array, Drawing, Page, Stroke
 
 PAGE = Page(24, 12, "slip")
-REAL = [name for name in PENS if name != "plain"]
+REAL = list(TEXTURED)
+
+
+def test_every_pen_has_a_model():
+    assert set(pens._MODELS) == set(TEXTURED) == set(PENS) - {"plain"}
 
 
 def line(y: float, pressure: float | None = 0.55, speed: float = 20.0, length: float = 18.0) -> Stroke:

@@ -10,8 +10,8 @@ from benchmarks import berio_2017
 from handout.errors import InputError
 from handout.motion.reconstruction import LognormalPlan, from_recording, from_shape, planned_page, recording_fit
 from handout.motion.reconstruction.key_points import extent, resampled, snr
-from handout.sinks import fit_svg, plans_json
-from handout.sources.plans_json import from_json
+from handout.sinks import plans
+from handout.sources.plans import from_json
 from handout.values import Drawing, Page, Stroke
 
 
@@ -104,7 +104,7 @@ def test_a_plan_says_what_it_is():
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
     page = planned_page.fit(written, timed=timed)
-    again = from_json(plans_json.to_json(page))
+    again = from_json(plans.to_json(page))
     drawn = planned_page.drawing(again)
     assert len(drawn.strokes) == len(written.strokes) and again.timed is timed
     for one, two, stroke in zip(drawn.strokes, planned_page.drawing(page).strokes, written.strokes, strict=True):
@@ -112,7 +112,7 @@ def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
         assert one.word == stroke.word
         if extent(stroke.xy) > 1:
             assert snr(resampled(stroke.xy, 300), resampled(one.xy, 300)) >= (25 if timed else 28)
-    picture = fit_svg.to_svg(written, page)
+    picture = plans.fit_report(written, page)
     assert picture.count(b"<circle") == sum(len(f.plan.targets) for f in page.fits if f.plan.strokes)
 
 
@@ -121,7 +121,7 @@ def test_a_dot_is_a_plan_of_one_target():
     page = planned_page.fit(dot)
     assert page.fits[0].plan.strokes == 0
     assert planned_page.drawing(page).strokes[0].xy == pytest.approx(np.array([[3, 4.005]] * 21), abs=1e-9)
-    assert b"<polyline" in fit_svg.to_svg(dot, page)
+    assert b"<polyline" in plans.fit_report(dot, page)
 
 
 def test_samples_minutes_apart_tell_only_a_shape(moving):
@@ -146,7 +146,7 @@ def test_samples_minutes_apart_tell_only_a_shape(moving):
 )
 def test_changed_plans_that_cannot_be_are_named(moving, change, said):
     page = planned_page.fit(Drawing(tuple(moving[:1]), Page(100, 100)))
-    text = plans_json.to_json(page).decode()
+    text = plans.to_json(page).decode()
     with pytest.raises(InputError, match=said):
         from_json(change(text).encode())
 

@@ -7,6 +7,7 @@ import pytest
 
 from handout.errors import InputError
 from handout.hand.library import load
+from handout.motion import ENGINES
 from handout.motion.trace import trace
 from handout.page_sizes import page
 from handout.writing.compose import compose
@@ -21,7 +22,7 @@ def traced(name="house-joined", engine="optimal-control", seed=1, **options):
     return sheet, trace(sheet, hand, rng, engine, **options)
 
 
-@pytest.mark.parametrize("engine", ["optimal-control", "sigma-lognormal"])
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", ["house-joined", "house-quick", "house-print"])
 def test_strokes_pass_where_they_were_placed(name, engine):
     sheet, drawing = traced(name, engine)
@@ -32,7 +33,7 @@ def test_strokes_pass_where_they_were_placed(name, engine):
     assert near.max() < 0.35 * sheet.x_height
 
 
-@pytest.mark.parametrize("engine", ["optimal-control", "sigma-lognormal"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_time_runs_forward_and_strokes_begin_and_end_at_rest(engine):
     _, drawing = traced(engine=engine)
     ends = [(s.t[0], s.t[-1]) for s in drawing.strokes]

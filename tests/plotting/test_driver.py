@@ -17,7 +17,7 @@ from handout.plotting.driving import fidelity
 from handout.plotting.driving.overlap import ink
 
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
-DRAWING = page(words=6)
+DRAWING, SHORT = page(words=4), page(words=2)
 
 
 def changed(profile, table, **values):
@@ -175,15 +175,15 @@ def test_several_sheets_over_one_connection():
 def test_every_origin_draws_the_page_the_right_way_round(zero, origin, y):
     profile = changed(PROFILE, "bed", zero=zero, origin=origin, y=y)
     port = open_port("sim:", profile)
-    run(plan(DRAWING, profile), port, profile)
-    assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1
+    run(plan(SHORT, profile), port, profile)
+    assert fidelity.compare(SHORT, port.executed()).deviation < 0.1
 
 
 def test_homing_comes_first():
     profile = msgspec.structs.replace(PROFILE, homing=True)
     words = []
     port = open_port("sim:", profile)
-    report = run(plan(DRAWING, profile), port, profile, log=words.append)
+    report = run(plan(SHORT, profile), port, profile, log=words.append)
     assert words == ["Homing: the plotter looks for its zero."]
     assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
@@ -192,7 +192,7 @@ def test_a_locked_machine_is_unlocked_with_a_word():
     port = open_port("sim:", PROFILE)
     port.firmware.locked = True
     words = []
-    run(plan(DRAWING, PROFILE), port, PROFILE, log=words.append)
+    run(plan(SHORT, PROFILE), port, PROFILE, log=words.append)
     assert len(words) == 1 and "unlocked ($X)" in words[0]
 
 

@@ -17,7 +17,7 @@ from handout.simulated.plotter.options import Options as Simulated
 PROFILE, ON_Z = profiles.find("simulated", "plotter"), profiles.find("grbl-z", "plotter")
 HOMING = msgspec.structs.replace(PROFILE, homing=True)
 HERE = msgspec.structs.replace(PROFILE, bed=msgspec.structs.replace(PROFILE.bed, zero="here"))
-DRAWING, LONGER = page(words=3), page(words=12)
+DRAWING, LONGER = page(words=3), page(words=8)
 OVERLAP = 6.0
 
 

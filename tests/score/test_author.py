@@ -101,10 +101,10 @@ def test_a_line_that_is_left_out_teaches_nothing():
     values, label = rng.normal(size=(12, 5)), np.repeat([1.0, -1.0], 6)
     out = np.zeros(12, dtype=bool)
     out[[0, 6]] = True
-    told = module._told(values @ values.T, label, out[None])[0]
+    told = module._told_right(values @ values.T, label, out[None])[0]
     changed = values.copy()
     changed[6] += 100 * rng.normal(size=5)
-    assert module._told(changed @ changed.T, label, out[None])[0, 0] == told[0]
+    assert module._told_right(changed @ changed.T, label, out[None])[0, 0] == told[0]
     centred = values - values[~out].mean(axis=0)
     y = label[~out] / 5
     inner = centred[~out] @ centred[~out].T

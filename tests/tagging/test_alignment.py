@@ -14,7 +14,7 @@ from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
 from handout.tagging.line_space import X_HEIGHT, Frame, Strip
 from handout.tagging.overlay import overlay
-from handout.tagging.segmentation import PageReader, by_segments, confidence
+from handout.tagging.segmentation import Adaptation, PageReader, by_segments, confidence
 from handout.tagging.synthetic_lines import write_lines
 from handout.tagging.synthetic_writers import WriterHabits
 from handout.tagging.transcript import read_transcript
@@ -61,8 +61,7 @@ def right(alignment, spans) -> float:
 def aligned():
     strips, texts, _ = page()
     with pytest.MonkeyPatch.context() as less:  # of what takes time
-        less.setattr(segmentation, "_REHEARSED", 8)
-        less.setattr(segmentation, "_COPIES", 2)
+        less.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=8, copies=2))
         two = network.shipped()[:2]
         return align_strips(strips, "\n".join(texts), rng=np.random.default_rng(1), networks=two)
 
@@ -88,8 +87,7 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
 
 
 def test_the_same_generator_gives_the_same_alignment(monkeypatch):
-    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
-    monkeypatch.setattr(segmentation, "_COPIES", 1)
+    monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()
     some, two = (strips[:1], texts[0]), network.shipped()[:2]
     first, second = (align_strips(*some, rng=np.random.default_rng(5), networks=two) for _ in range(2))
@@ -154,8 +152,7 @@ def test_decodings_that_agree_are_sure():
 
 
 def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
-    monkeypatch.setattr(segmentation, "_REHEARSED", 2)
-    monkeypatch.setattr(segmentation, "_COPIES", 1)
+    monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()
     nets = network.shipped()[:2]
     some = PageReader([strip.image for strip in strips[:2]], nets)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from handout.tagging.alignment import AlignedLine, Alignment, Letter
-from handout.tagging.letter_assignment import _CUT, NOBODY, _fewest_cuts, assign_letters, by_letter
+from handout.tagging.letter_assignment import _SETTINGS, NOBODY, _fewest_cuts, assign_letters, by_letter
 from handout.tagging.line_space import Frame, lines_at
 from handout.values import LineGraph
 
@@ -100,7 +100,7 @@ def test_columns_are_followed_exactly_where_that_cuts_a_stroke_no_more_than_once
 @given_(cost=arrays(np.float64, (6, 3), elements=st.floats(0, 0.05)))
 def test_no_other_way_of_cutting_is_cheaper(cost):
     def price(way):
-        return cost[np.arange(6), way].sum() + _CUT * np.count_nonzero(np.diff(way))
+        return cost[np.arange(6), way].sum() + _SETTINGS.cut * np.count_nonzero(np.diff(way))
 
     best = min(price(np.array(way)) for way in itertools.product(range(3), repeat=6))
     assert price(_fewest_cuts(cost)) == pytest.approx(best)

@@ -5,7 +5,7 @@ import pytest
 
 from handout.hand.library import load
 from handout.values import Glyph
-from handout.writing.clearance import dotted, is_bar
+from handout.writing.clearance import clear_dots, is_bar
 from handout.writing.drawn_line_writer import WordWriter, repertoire
 from handout.writing.text import normalise, spell
 
@@ -124,6 +124,6 @@ def test_a_dot_moves_only_where_it_must():
     ell = Glyph("l", (tall,), (False,), 0.4)
     for away, moves in ((0.5, False), (0.2, True)):
         strokes = [[stem, dot], [tall + np.array([away, 0.0])]]
-        dotted((i, ell), strokes)
+        clear_dots((i, ell), strokes)
         assert (strokes[0][1] is not dot) == moves and strokes[0][0] is stem
         assert apart([strokes[0][1]], strokes[1]) > 0.25

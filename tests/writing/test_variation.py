@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from handout.values import Glyph
-from handout.writing.clearance import too_near
+from handout.writing.clearance import missing_room
 from handout.writing.drawn_line_writer import slurred
 from handout.writing.variation import LETTER_MEMORY, TREMOR, USUAL, Drift, tremor, walk, warp
 
@@ -73,9 +73,9 @@ def test_slurring_keeps_ends_and_straight_ways_and_shrinks_the_rest(n, share, se
 def test_letters_that_are_not_joined_keep_apart():
     stem = Glyph("l", (np.array([[0.1, 2.0], [0.1, 1.0], [0.1, 0.0]]),), (False,), 0.1)
     low = Glyph("o", (np.array([[0.1, 1.0], [0.4, 0.5], [0.1, 0.0]]),), (False,), 0.3)
-    assert too_near(stem, stem, 0.1) == pytest.approx(0.03)
-    assert too_near(stem, stem, 0.3) == 0.0
+    assert missing_room(stem, stem, 0.1) == pytest.approx(0.03)
+    assert missing_room(stem, stem, 0.3) == 0.0
     barred = Glyph("t", (*stem.strokes, np.array([[-0.3, 1.0], [0.5, 1.0]])), (False, True), 0.1, after="l")
-    assert too_near(stem, barred, 0.1) == 0.0
+    assert missing_room(stem, barred, 0.1) == 0.0
     # an o reaches under nothing: what counts is the height where both have ink
-    assert too_near(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)
+    assert missing_room(low, stem, 0.3) == pytest.approx(0.13, abs=0.05)

@@ -1,4 +1,11 @@
-"""Models of one printer, paper and scanner, from the patches of a chart, by several methods behind one function."""
+"""Models of one printer, paper and scanner, from the patches of a chart, by several methods behind `fit`.
+
+    forward    device → scanned: a smoothed spline, baked into a grid
+    inverse    scanned → device by Gauss–Newton on the forward model; the nodes of a table
+    splines    polyharmonic splines and their smoothing; patches made ready for them
+
+Add a method: its name in `colour.METHODS`, its branch in `fit`, its sentence in the docstring there.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.colour import conversions
+from handout.colour import METHODS, conversions
 from handout.colour.models import inverse, splines
 from handout.colour.models.forward import Forward, fit_forward, lattice, missed
 from handout.colour.models.inverse import optimised_nodes
@@ -14,7 +21,6 @@ from handout.colour.patches import Patches
 from handout.errors import InputError
 from handout.values import Array
 
-METHODS = ("forward", "tps", "tps-haines2016")
 _BOUND = 3.0  # ΔE00, mean over its own patches, that a model may miss
 
 

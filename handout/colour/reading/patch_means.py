@@ -100,7 +100,7 @@ def _block_means(blocks: Array) -> tuple[Array, Array]:
     return (blocks * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1), 1.0 - like.mean(axis=1)
 
 
-_DEGREES = (0, 1, 2, 3)
+_DEGREES = (0, 1, 2, 3)  # of the shading that is tried; set by eye
 _AGAIN = 4  # times that a colour must come to be of use
 _ROUNDS = 8
 _DARKEST = 0.08  # values below it are mostly the scanner's own stray light

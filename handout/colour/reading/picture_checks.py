@@ -1,14 +1,20 @@
-"""What is wrong with a scan as a picture: its place and size, its packing, its tones."""
+"""What is wrong with a scan as a picture: its place and size, its packing, its tones.
+
+Add a check: a function of a `ScannedPage` that gives findings, and its name in `CHECKS` at the end of the file.  What
+is wrong with the print, seen in the patches, is checked in `print_checks`; the amount of ink in `solid_inks`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from handout import units
-from handout.colour.chart import MARKS
+from handout.colour.chart import MARKS, ChartPage
 from handout.colour.reading.findings import Finding, listed
 from handout.colour.reading.patch_means import Sampled
 from handout.colour.reading.registration import Placement
@@ -18,7 +24,7 @@ LEAST_PIXELS = 10.0  # a patch's side
 _TRUE = 0.01  # share by which scanners and printers may be off
 _PLAUSIBLE = (0.75, 1.35)  # of the printed size against the true one; outside, the file's dpi is of something else
 _WARP, _WORST_WARP, _DOUBT = 0.5, 6.0, 3.5  # mm
-_GREY = 1.5 / 255
+_GREY = 1.5 / 255  # between channels of any patch: colour scans of a chart differ by far more
 _COARSE = 78.0  # dpi under which single marks are hard to read, and the edge of a patch looks like dust on it
 _TOO_COARSE = 62.0  # under which that may happen to any of them
 _LOOKED = 2400  # pixels a side, in which blocks are looked for
@@ -26,9 +32,29 @@ _BLOCKY = 1.5  # scans that never were a JPEG have 1.0 to 1.15, others 1.4 to 3
 _HOLES = 0.04  # scans have 0 to 0.02; a gamma laid on 8 bits leaves 0.08
 
 
-def of_place(placement: Placement, source: str) -> list[Finding]:
+@dataclass(frozen=True, eq=False)
+class ScannedPage:
+    """A page in a scan: the picture, where the page lies in it, and what was sampled of each patch."""
+
+    scan: Scan
+    placement: Placement
+    sampled: Sampled
+
+    @property
+    def page(self) -> ChartPage:
+        """The page of the chart."""
+        return self.placement.page
+
+    @property
+    def source(self) -> str:
+        """What the scan is called in messages."""
+        return self.scan.source
+
+
+def of_place(scanned: ScannedPage) -> list[Finding]:
     """Findings about where and how the page lies."""
     found: list[Finding] = []
+    placement, source = scanned.placement, scanned.source
 
     def say(code: str, severity: Any, sentence: str) -> None:
         found.append(Finding(code, severity, sentence, source))
@@ -111,39 +137,31 @@ def _of_size(placement: Placement, say: Any) -> None:
         )
 
 
-def of_marks(placement: Placement, scan: Scan, sampled: Sampled) -> list[Finding]:
+def of_marks(scanned: ScannedPage) -> list[Finding]:
     """Findings about what is missing of the page."""
-    page, source = placement.page, scan.source
+    scan, placement, sampled = scanned.scan, scanned.placement, scanned.sampled
+    page, source = scanned.page, scanned.source
     names = np.array(page.names)
     missing = names[~sampled.inside]
     found = []
     if len(missing):
         edges = _edges(page.cells, sampled.inside, page.columns, page.rows)
-        found.append(
-            Finding(
-                "cropped",
-                "refuse",
-                f"The {edges} of the chart is cut off, and with it {len(missing)} of "
-                f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that "
-                f"all of it is scanned.",
-                source,
-                tuple(missing.tolist()),
-            )
+        sentence = (
+            f"The {edges} of the chart is cut off, and with it {len(missing)} of "
+            f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that "
+            f"all of it is scanned."
         )
+        found.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
     hidden = [i for i in range(MARKS) if i not in placement.found]
     middles = placement.pixels(page.marks[hidden].mean(axis=1)) if hidden else np.zeros((0, 2))
     seen = ((middles > 0) & (middles < (width, height))).all(axis=1)
     if seen.any():
-        found.append(
-            Finding(
-                "marks-hidden",
-                "warn",
-                f"{int(seen.sum())} of the chart's {MARKS} marks cannot be read "
-                "though they should be in the picture: something covers them, or they are badly printed.",
-                source,
-            )
+        sentence = (
+            f"{int(seen.sum())} of the chart's {MARKS} marks cannot be read "
+            "though they should be in the picture: something covers them, or they are badly printed."
         )
+        found.append(Finding("marks-hidden", "warn", sentence, source))
     return found
 
 
@@ -160,45 +178,34 @@ def _edges(cells: NDArray[np.intp], inside: NDArray[np.bool_], columns: int, row
     return " and ".join(most)
 
 
-def of_pixels(scan: Scan, sampled: Sampled) -> list[Finding]:
+def of_pixels(scanned: ScannedPage) -> list[Finding]:
     """Findings about how the picture was taken and stored."""
+    scan, sampled = scanned.scan, scanned.sampled
     known = {one.code for one in scan.findings}
     found = []
     blocks = sampled.blocks[sampled.inside]
     if sampled.distinct <= 4:
-        found.append(
-            Finding(
-                "grey",
-                "refuse",
-                "The scan holds black and white only: choose colour (24 or 48 bits) in "
-                "the scanner's program, not text or line art.",
-                scan.source,
-            )
+        sentence = (
+            "The scan holds black and white only: choose colour (24 or 48 bits) in "
+            "the scanner's program, not text or line art."
         )
+        found.append(Finding("grey", "refuse", sentence, scan.source))
     elif "grey" not in known and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < _GREY:
         found.append(Finding("grey", "refuse", GREY, scan.source))
     if scan.full == 255:
         if not scan.jpeg and (strength := blockiness(scan.pixels)) > _BLOCKY:
-            found.append(
-                Finding(
-                    "jpeg",
-                    "warn",
-                    "The picture was a JPEG before it was saved as it is (blocks of 8 "
-                    f"pixels stand out by {strength - 1:.0%}): let the scanner save the scan as TIFF or PNG.",
-                    scan.source,
-                )
+            sentence = (
+                "The picture was a JPEG before it was saved as it is (blocks of 8 "
+                f"pixels stand out by {strength - 1:.0%}): let the scanner save the scan as TIFF or PNG."
             )
+            found.append(Finding("jpeg", "warn", sentence, scan.source))
         if (holes := _holes(scan.pixels)) > _HOLES and sampled.distinct > 64:
-            found.append(
-                Finding(
-                    "edited",
-                    "warn",
-                    f"{holes:.0%} of the tones between dark and light do not occur: the "
-                    "scan was changed after it was taken (gamma, contrast or colour). Switch all corrections off, and "
-                    "scan the chart just as the handwriting.",
-                    scan.source,
-                )
+            sentence = (
+                f"{holes:.0%} of the tones between dark and light do not occur: the "
+                "scan was changed after it was taken (gamma, contrast or colour). Switch all corrections off, and "
+                "scan the chart just as the handwriting."
             )
+            found.append(Finding("edited", "warn", sentence, scan.source))
     return found
 
 
@@ -228,3 +235,11 @@ def _holes(pixels: NDArray[np.uint8]) -> float:
         return 0.0
     around = np.convolve(counts, np.ones(17) / 17, mode="same")[max(low, 1) : min(high, 254) + 1]
     return float((inner < 0.01 * around).mean())
+
+
+CHECKS: tuple[Callable[[ScannedPage], list[Finding]], ...] = (of_place, of_marks, of_pixels)
+
+
+def check_picture(scanned: ScannedPage) -> list[Finding]:
+    """All findings about a scan as a picture."""
+    return [finding for check in CHECKS for finding in check(scanned)]

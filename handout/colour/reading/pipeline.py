@@ -16,7 +16,6 @@ from handout.colour.reading import picture_checks, print_checks
 from handout.colour.reading.findings import Finding, Refused
 from handout.colour.reading.patch_means import Sampled, Shading, sample, shading_of
 from handout.colour.reading.pen_field import Scribble, scribble_of
-from handout.colour.reading.print_checks import Seen
 from handout.colour.reading.registration import Placement, place
 from handout.colour.reading.scan_files import Scan, open_scans
 from handout.summary import one_line
@@ -145,7 +144,7 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
     if len(device) > 200 and not any(one.code == "grey" for one in findings):
-        findings += print_checks.of_printer(device, scanned, deviation)
+        findings += print_checks.check_printer(device, scanned, deviation)
     findings += _of_paper(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
 
@@ -167,13 +166,8 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
     shading = shading_of(sampled.values, page.device, middles, sampled.inside)
     values = sampled.values / shading.at(middles)
-    seen = Seen(page, values, sampled, shading, scan.source)
-    findings = [
-        *picture_checks.of_place(placement, scan.source),
-        *picture_checks.of_marks(placement, scan, sampled),
-        *picture_checks.of_pixels(scan, sampled),
-        *print_checks.of_tones(seen),
-    ]
+    seen = print_checks.ReadPage(scan, placement, sampled, values, shading)
+    findings = [*picture_checks.check_picture(seen), *print_checks.check_page(seen)]
     bad = ~sampled.inside
     # a grey scan, or one of a few patches, has no colours to compare others with
     if sampled.inside.sum() > 200 and not any(one.code == "grey" for one in (*scan.findings, *findings)):
@@ -194,14 +188,10 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
     found = []
     pages = {sheet.page.number for sheet in sheets}
     if missing := sorted(set(range(1, len(chart.pages) + 1)) - pages):
-        found.append(
-            Finding(
-                "page-missing",
-                "refuse",
-                f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: "
-                "scan it too, and give both scans.",
-            )
+        sentence = (
+            f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: scan it too, and give both scans."
         )
+        found.append(Finding("page-missing", "refuse", sentence))
     for first, second in itertools.pairwise(sheets):
         if first.page is second.page:
             both = first.used & second.used
@@ -211,16 +201,12 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
             known = len(one) > 0 and len(two) > 0
             off = np.abs(np.median(one, axis=0) - np.median(two, axis=0)) if known else np.zeros(3)
         if (worst := float(np.max(off))) > _DIFFER:
-            found.append(
-                Finding(
-                    "settings-differ",
-                    "refuse",
-                    f"{first.scan.source} and {second.scan.source} differ by {worst * 255:.1f} of 255 throughout: the "
-                    "scanner's settings changed between them, or are automatic. Switch automatic exposure and "
-                    "colour off, and scan all pages again.",
-                    second.scan.source,
-                )
+            sentence = (
+                f"{first.scan.source} and {second.scan.source} differ by {worst * 255:.1f} of 255 throughout: the "
+                "scanner's settings changed between them, or are automatic. Switch automatic exposure and "
+                "colour off, and scan all pages again."
             )
+            found.append(Finding("settings-differ", "refuse", sentence, second.scan.source))
     return found
 
 
@@ -267,13 +253,10 @@ def _of_paper(device: Array, scanned: Array, paper: Sequence[float] | None) -> l
     worst = int(np.abs(off).argmax())
     if abs(off[worst]) <= _PAPER:
         return []
-    return [
-        Finding(
-            "settings-differ",
-            "warn",
-            f"The chart's paper is {abs(off[worst]):.0%} "
-            f"{'lighter' if off[worst] > 0 else 'darker'} in {('red', 'green', 'blue')[worst]} than that of the "
-            "handwriting: unless the papers are that different, the scans were made with different "
-            "settings. Scan both alike.",
-        )
-    ]
+    sentence = (
+        f"The chart's paper is {abs(off[worst]):.0%} "
+        f"{'lighter' if off[worst] > 0 else 'darker'} in {('red', 'green', 'blue')[worst]} than that of the "
+        "handwriting: unless the papers are that different, the scans were made with different "
+        "settings. Scan both alike."
+    )
+    return [Finding("settings-differ", "warn", sentence)]

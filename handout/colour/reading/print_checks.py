@@ -1,40 +1,43 @@
-"""What is wrong with the print of a chart: lost tones, spoilt patches, a printer that prints badly or interferes."""
+"""What is wrong with the print of a chart: lost tones, spoilt patches, a printer that prints badly or interferes.
+
+Add a check of one page: a function of `ReadPage` that gives findings, and its name in `PAGE_CHECKS`.  Add a check of
+the printer, in all colours that were read: a function of device colours (n, 3), what was read of them (n, 3) and its
+standard error (n,), and its name in `PRINTER_CHECKS`.  Both lists are at the end of the file.
+"""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.colour.chart import ChartPage
 from handout.colour.reading.findings import Finding, listed
-from handout.colour.reading.patch_means import BLOCKS, Sampled, Shading
+from handout.colour.reading.patch_means import BLOCKS, Shading
+from handout.colour.reading.picture_checks import ScannedPage
 from handout.values import Array
 
 _CLIPPED, _LOST = 0.05, 0.5  # share of pixels at an end of the scale, of white or black patches
 _TONE = (0.18, 0.55)  # where grey 128 lies between black and white on printers and scanners without corrections
 _SHADED, _DARK = 0.04, 0.35  # how much the factor of shading may differ over the page
-_STEP = 1.0 / 255
-_STRIPE = 1.2 / 255
+_STEP = 1.0 / 255  # a level of 8 bits
+_STRIPE = 1.2 / 255  # least stripe that is a fault: a little more than a level
 _ODD, _ODD_MANY = 0.25, 0.1  # share of a patch, and of the page's patches
 _FAR = 18.0 / 255  # least distance of a spoilt patch from what its colour should be; a real printer has 13
 _AGAIN_FAR, _AROUND_FAR = 5.0 / 255, 7.0 / 255  # the same for colours that come again, and for 3 × 3 patches
 _EDGE_FAR, _REACH = 5.0 / 255, 4  # the same beside spoilt patches, and how many patches further
-_MANY = 0.05
+_MANY = 0.05  # of the patches: with more of them spoilt it is another print
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """One page as it was read: its patches after the shading was taken out, and what is needed to judge them."""
+class ReadPage(ScannedPage):
+    """A page as it was read: its patches (n, 3) after the shading was taken out, and that shading."""
 
-    page: ChartPage
     values: Array
-    sampled: Sampled
     shading: Shading
-    source: str
 
     def where(self, *colour: int) -> NDArray[np.bool_]:
         """(n,) bool: patches of a device colour, 0–255, that lie in the picture."""
@@ -42,7 +45,7 @@ class Seen:
         return np.asarray(same.all(axis=1) & self.sampled.inside)
 
 
-def of_tones(seen: Seen) -> list[Finding]:
+def of_tones(seen: ReadPage) -> list[Finding]:
     """Clipping, shading and a wrong gamma."""
     white, black = seen.where(255, 255, 255), seen.where(0, 0, 0)
     if not (white.any() and black.any()):
@@ -68,38 +71,30 @@ def of_tones(seen: Seen) -> list[Finding]:
     return found + _of_gamma(seen, white, black) + _of_shading(seen)
 
 
-def _of_gamma(seen: Seen, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
+def _of_gamma(seen: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
     middle = seen.where(128, 128, 128)
     if not middle.any():
         return []
     light, dark, grey = (float(np.median(seen.values[mask])) for mask in (white, black, middle))
     if light - dark < 0.2:
-        return [
-            Finding(
-                "tone",
-                "refuse",
-                f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
-                "printed in black at all? Check the inks and the scanner's exposure.",
-                seen.source,
-            )
-        ]
+        sentence = (
+            f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
+            "printed in black at all? Check the inks and the scanner's exposure."
+        )
+        return [Finding("tone", "refuse", sentence, seen.source)]
     place = (grey - dark) / (light - dark)
     if _TONE[0] <= place <= _TONE[1]:
         return []
     what = "dark" if place < _TONE[0] else "light"
-    return [
-        Finding(
-            "tone",
-            "warn",
-            f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
-            "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
-            "and scan the chart with the settings of the handwriting's scan.",
-            seen.source,
-        )
-    ]
+    sentence = (
+        f"Middle greys are far too {what} (at {place:.0%} of the way from black to white): the "
+        "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
+        "and scan the chart with the settings of the handwriting's scan."
+    )
+    return [Finding("tone", "warn", sentence, seen.source)]
 
 
-def _of_shading(seen: Seen) -> list[Finding]:
+def _of_shading(seen: ReadPage) -> list[Finding]:
     middles = (seen.page.boxes[:, :2] + seen.page.boxes[:, 2:]) / 2
     factor = seen.shading.at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
@@ -109,18 +104,14 @@ def _of_shading(seen: Seen) -> list[Finding]:
     done = "that is too much to take out" if severity == "refuse" else "it was taken out"
     low = middles[int(factor.argmin())] / (seen.page.paper.width, seen.page.paper.height)
     side = f"{('upper', 'lower')[int(low[1] > 0.5)]} {('left', 'right')[int(low[0] > 0.5)]}"
-    return [
-        Finding(
-            "shading",
-            severity,
-            f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
-            "Close the lid, keep daylight out, and let the scanner's lamp warm up.",
-            seen.source,
-        )
-    ]
+    sentence = (
+        f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
+        "Close the lid, keep daylight out, and let the scanner's lamp warm up."
+    )
+    return [Finding("shading", severity, sentence, seen.source)]
 
 
-def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
+def spoilt(seen: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
     """Patches under glare, folds or dust, (n,) bool, and what is said of them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
@@ -151,7 +142,7 @@ def spoilt(seen: Seen, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.b
     return bad, _blemishes(seen, bad, dusty, bright)
 
 
-def _far(seen: Seen, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _far(seen: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
     inside = seen.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
@@ -167,7 +158,7 @@ def _far(seen: Seen, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return bad, off.mean(axis=1) > 0
 
 
-def _beside(seen: Seen, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _beside(seen: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Patches (n,) that touch one of the mask, at a side or a corner."""
     grid = np.zeros((seen.page.rows + 2, seen.page.columns + 2), dtype=bool)
     column, row = seen.page.cells.T
@@ -176,7 +167,7 @@ def _beside(seen: Seen, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return near
 
 
-def _around(seen: Seen, off: Array) -> Array:
+def _around(seen: ReadPage, off: Array) -> Array:
     """(n, 3): the median of 3 × 3 patches about each."""
     grid = np.full((seen.page.rows + 2, seen.page.columns + 2, 3), np.nan)
     column, row = seen.page.cells.T
@@ -186,7 +177,7 @@ def _around(seen: Seen, off: Array) -> Array:
     return np.asarray(np.nanmedian(np.stack(near), axis=0))
 
 
-def _again(seen: Seen) -> NDArray[np.bool_]:
+def _again(seen: ReadPage) -> NDArray[np.bool_]:
     """Patches (n,) unlike others of the very same colour."""
     _, group = np.unique(seen.page.device, axis=0, return_inverse=True)
     group = group.ravel()
@@ -199,7 +190,7 @@ def _again(seen: Seen) -> NDArray[np.bool_]:
 
 
 def _blemishes(
-    seen: Seen, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
+    seen: ReadPage, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
 ) -> list[Finding]:
     found = []
     kinds = (
@@ -211,24 +202,19 @@ def _blemishes(
         if mask.any():
             names = _names(seen, mask)
             noun = "patch" if len(names) == 1 else "patches"
-            found.append(
-                Finding(
-                    "blemish",
-                    "warn",
-                    f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
-                    "and the page, lay it flat, and scan it again.",
-                    seen.source,
-                    names,
-                )
+            sentence = (
+                f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
+                "and the page, lay it flat, and scan it again."
             )
+            found.append(Finding("blemish", "warn", sentence, seen.source, names))
     return found
 
 
-def _names(seen: Seen, mask: NDArray[np.bool_]) -> tuple[str, ...]:
+def _names(seen: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(itertools.compress(seen.page.names, mask.tolist()))
 
 
-def of_stripes(seen: Seen, ideal: Array) -> list[Finding]:
+def of_stripes(seen: ReadPage, ideal: Array) -> list[Finding]:
     """Banding: rows or columns of the page that are lighter or darker across all of it."""
     inked = seen.sampled.inside & (ideal.mean(axis=1) < 0.8)
     if inked.sum() < 50:
@@ -246,16 +232,12 @@ def of_stripes(seen: Seen, ideal: Array) -> list[Finding]:
         if worst > max(_STRIPE, 8 * expected):
             at = int(np.abs(fine).max(axis=1).argmax())
             place = f"row {at + 1}" if axis == 1 else f"column {at + 1}"
-            return [
-                Finding(
-                    "banding",
-                    "warn",
-                    f"The print is banded: stripes {name} the page, by up to {worst * 255:.1f} "
-                    f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, "
-                    "and print the chart again in the best quality.",
-                    seen.source,
-                )
-            ]
+            sentence = (
+                f"The print is banded: stripes {name} the page, by up to {worst * 255:.1f} "
+                f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, "
+                "and print the chart again in the best quality."
+            )
+            return [Finding("banding", "warn", sentence, seen.source)]
     return []
 
 
@@ -287,24 +269,13 @@ def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
 
 
 _RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
-_LEVEL = 1.0 / 255
 _INK = 0.12  # least that a full ink darkens its own channel
 _RAMP, _RUN = 3.0 / 255, 40  # least error of a ramp that falls, and longest run of greys that look alike
 _CHANCE = 6.0  # standard errors of a grey that are no fault
-_MANY_TWINS = 0.05  # of the colours
 _ALIKE, _UNLIKE = 0.5 / 255, 20.0 / 255  # scans that are the same, of colours that are not
 
 
-def of_printer(device: Array, scanned: Array, deviation: Array, source: str = "") -> list[Finding]:
-    """Findings about the printer, from all colours: device (n, 3), what was read (n, 3) and its standard error (n,)."""
-    return [
-        *_of_rank(device, scanned, source),
-        *_of_ramps(device, scanned, deviation, source),
-        *_of_twins(device, scanned, source),
-    ]
-
-
-def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
+def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
     """Whether more of a channel always gives more of it."""
     levels = np.rint(np.linspace(0, 255, 8)) / 255
     cube = np.full((8, 8, 8, 3), np.nan)
@@ -319,40 +290,32 @@ def _of_rank(device: Array, scanned: Array, source: str) -> list[Finding]:
             return []
         order = lines.argsort(axis=1).argsort(axis=1)
         ranks.append(float((1 - 6 * ((order - np.arange(8)) ** 2).sum(axis=1) / (8 * 63)).mean()))
-        flats.append(float((np.diff(lines, axis=1) < _LEVEL).mean()))
+        flats.append(float((np.diff(lines, axis=1) < _STEP).mean()))
     worst = int(np.argmin(ranks))
     if min(ranks) >= _RANK and max(flats) <= _FLAT_STEPS:
         return []
-    return [
-        Finding(
-            "managed",
-            "refuse",
-            f"What was printed does not follow what was sent (rank correlation "
-            f"{min(ranks):.2f} in {('red', 'green', 'blue')[worst]}, {max(flats):.0%} of the steps without effect): "
-            "the printer's driver manages colours, or this is not the print of the chart. Switch colour management and "
-            "all enhancements off in the print dialogue, and print the chart again.",
-            source,
-        )
-    ]
+    sentence = (
+        f"What was printed does not follow what was sent (rank correlation "
+        f"{min(ranks):.2f} in {('red', 'green', 'blue')[worst]}, {max(flats):.0%} of the steps without effect): "
+        "the printer's driver manages colours, or this is not the print of the chart. Switch colour management and "
+        "all enhancements off in the print dialogue, and print the chart again."
+    )
+    return [Finding("managed", "refuse", sentence)]
 
 
-def _of_ramps(device: Array, scanned: Array, deviation: Array, source: str) -> list[Finding]:
+def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
     found = []
     for channel, ink in enumerate(("cyan", "magenta", "yellow")):
         others = [k for k in range(3) if k != channel]
         mine = (device[:, others] == 1).all(axis=1)
         ramp = scanned[mine][device[mine, channel].argsort(), channel]
         if len(ramp) > 2 and ramp[-1] - ramp[0] < _INK:
-            found.append(
-                Finding(
-                    "clogged",
-                    "refuse",
-                    f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
-                    "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, "
-                    "clean the head, and print the chart again.",
-                    source,
-                )
+            sentence = (
+                f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
+                "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, "
+                "clean the head, and print the chart again."
             )
+            found.append(Finding("clogged", "refuse", sentence))
     neutral = np.ptp(device, axis=1) == 0
     order = device[neutral, 0].argsort()
     grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
@@ -362,27 +325,19 @@ def _of_ramps(device: Array, scanned: Array, deviation: Array, source: str) -> l
     chance = _CHANCE * deviation[neutral][order]
     fall = np.maximum(np.maximum.accumulate(grey) - grey - chance, 0.0)
     if float(fall.max()) > _RAMP:
-        found.append(
-            Finding(
-                "ramp",
-                "warn",
-                f"The greys do not get lighter steadily (by up to {fall.max() * 255:.1f} of 255 "
-                f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
-                "unevenly. Print the chart again in the best quality.",
-                source,
-            )
+        sentence = (
+            f"The greys do not get lighter steadily (by up to {fall.max() * 255:.1f} of 255 "
+            f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
+            "unevenly. Print the chart again in the best quality."
         )
+        found.append(Finding("ramp", "warn", sentence))
     run, at = _longest_run(grey, level)
     if run >= _RUN:
-        found.append(
-            Finding(
-                "ramp",
-                "warn",
-                f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
-                "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer.",
-                source,
-            )
+        sentence = (
+            f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
+            "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer."
         )
+        found.append(Finding("ramp", "warn", sentence))
     return found
 
 
@@ -391,14 +346,14 @@ def _longest_run(grey: Array, level: Array) -> tuple[float, float]:
     smooth = np.convolve(np.pad(grey, 3, mode="edge"), np.ones(7) / 7, mode="valid")
     best, at, start = 0.0, 0.0, 0
     for end in range(len(smooth)):
-        while smooth[end] - smooth[start] > 1.5 * _LEVEL:
+        while smooth[end] - smooth[start] > 1.5 * _STEP:
             start += 1
         if level[end] - level[start] > best:
             best, at = float(level[end] - level[start]), float(level[start])
     return best, at
 
 
-def _of_twins(device: Array, scanned: Array, source: str) -> list[Finding]:
+def _of_twins(device: Array, scanned: Array, _: Array) -> list[Finding]:
     """Different colours that look the same: no table can tell them apart again."""
     from scipy.spatial import cKDTree
 
@@ -407,17 +362,27 @@ def _of_twins(device: Array, scanned: Array, source: str) -> list[Finding]:
     if not len(pairs):
         return []
     share = len(np.unique(pairs)) / len(device)
-    severity: Any = "refuse" if share > _MANY_TWINS else "warn"
+    severity: Any = "refuse" if share > _MANY else "warn"
     shown = "; ".join(
         " and ".join(",".join(f"{v * 255:.0f}" for v in device[i]) for i in pair) for pair in pairs[:3].tolist()
     )
-    return [
-        Finding(
-            "identical",
-            severity,
-            f"{len(pairs)} pairs of different colours look the same on paper (RGB {shown}"
-            f"{' …' if len(pairs) > 3 else ''}): the driver cuts colours off, or the scan is too coarse. Switch colour "
-            "management off and choose the right paper.",
-            source,
-        )
-    ]
+    sentence = (
+        f"{len(pairs)} pairs of different colours look the same on paper (RGB {shown}"
+        f"{' …' if len(pairs) > 3 else ''}): the driver cuts colours off, or the scan is too coarse. Switch colour "
+        "management off and choose the right paper."
+    )
+    return [Finding("identical", severity, sentence)]
+
+
+PAGE_CHECKS: tuple[Callable[[ReadPage], list[Finding]], ...] = (of_tones,)
+PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[Finding]], ...] = (_of_rank, _of_ramps, _of_twins)
+
+
+def check_page(seen: ReadPage) -> list[Finding]:
+    """All findings about the print on one page, but for stripes and spoilt patches."""
+    return [finding for check in PAGE_CHECKS for finding in check(seen)]
+
+
+def check_printer(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
+    """All findings about the printer, from all colours: device (n, 3), read (n, 3) and its standard error (n,)."""
+    return [finding for check in PRINTER_CHECKS for finding in check(device, scanned, deviation)]

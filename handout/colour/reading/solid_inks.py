@@ -19,8 +19,8 @@ from handout.colour.reading.findings import Finding
 from handout.values import Array
 
 INKS = ("cyan", "magenta", "yellow")
-_GAMMA = 2.2
-_DARKEST = 0.004
+_GAMMA = 2.2  # what a scan's numbers are taken for; that of most scanners
+_DARKEST = 0.004  # a level of 8 bits: what shows as 0 is no darker for sure
 # density of the full inks, each in its own channel, of an inkjet on plain paper; others have all of them by a factor
 _USUAL = np.array([0.98, 0.84, 0.66])
 _WEAK = 0.75  # of the weaker of the other two: an ink by itself; known printers have 0.9 and more

@@ -52,8 +52,8 @@ class PlannedPage:
 def fit(drawing: Drawing, *, timed: bool = True) -> PlannedPage:
     """Explain every stroke of a page by lognormal strokes.
 
-    timed : keep the times of the drawing; otherwise only its shapes count, and it gets the times of its plans.  So it
-        does where its samples are minutes apart, and with single strokes that are like that.
+    timed : keep the times of the drawing; otherwise only its shapes count, and strokes get the times of their plans.
+        A stroke whose samples are too sparse to tell how the pen moved is always taken by its shape alone.
 
     Source: seed 002, §3.2.
     """

@@ -34,9 +34,9 @@ _GAIN = 0.05  # dB that another stroke must bring
 _TOGETHER, _WINDOW, _HOP, _MARGIN = 14, 10, 6, 0.06
 _SWEEPS, _MORE, _LEAST = 2, 3, 20
 _LOW, _HIGH = np.log([0.03, 0.02]), np.log([0.8, 1.2])  # sigma, and the time from t0 to the median, s
-_TURN = 2.4
-_PRIOR = 1e-2
-_TINY = 1e-4
+_TURN = 2.4  # rad: half the turning of a stroke at most, as `sigma_lognormal_model.MOST_BENT`, a little less
+_PRIOR = 1e-2  # weight of how far rows are from where they began
+_TINY = 1e-4  # step of the numerical derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,8 +203,8 @@ def _system(recording: Recording, x: Array) -> tuple[Complex, Complex, tuple[flo
 
 def _chords(recording: Recording, x: Array) -> tuple[complex, Complex]:
     matrix, wanted, _ = _system(recording, x)
-    found = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
-    return complex(found[0] + recording.place[0]), np.asarray(found[1:], dtype=np.complex128)
+    solution = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
+    return complex(solution[0] + recording.place[0]), np.asarray(solution[1:], dtype=np.complex128)
 
 
 def _fitted(recording: Recording, x: Array) -> Array:
@@ -241,8 +241,8 @@ def _projected(recording: Recording, x: Array, prior: Array) -> tuple[Array, Arr
     """Residuals with the best displacements, their derivatives by the rows, and the cost."""
     matrix, wanted, scales = _system(recording, x)
     q, r = np.linalg.qr(matrix)
-    found = np.linalg.solve(r + 1e-12 * np.eye(len(r)), q.conj().T @ wanted)
-    residual = matrix @ found - wanted
+    solution = np.linalg.solve(r + 1e-12 * np.eye(len(r)), q.conj().T @ wanted)
+    residual = matrix @ solution - wanted
     k, n = len(x), len(recording.t)
     moving, done = _moving(_pulses(x), recording.t)
     columns = np.zeros((len(wanted), 4 * k), dtype=np.complex128)
@@ -250,8 +250,8 @@ def _projected(recording: Recording, x: Array, prior: Array) -> tuple[Array, Arr
         nudged = x.copy()
         nudged[:, j] += _TINY
         moved, gone = _moving(_pulses(nudged), recording.t)
-        columns[:n, j::4] = (scales[0] * found[1:, None] * (moved - moving) / _TINY).T
-        columns[n : 2 * n, j::4] = (scales[1] * found[1:, None] * (gone - done) / _TINY).T
+        columns[:n, j::4] = (scales[0] * solution[1:, None] * (moved - moving) / _TINY).T
+        columns[n : 2 * n, j::4] = (scales[1] * solution[1:, None] * (gone - done) / _TINY).T
     columns -= q @ (q.conj().T @ columns)
     pull = _PRIOR * np.sqrt(n) * 0.1 * (x - prior).ravel()
     rows = np.concatenate([residual.real, residual.imag, pull])

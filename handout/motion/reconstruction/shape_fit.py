@@ -19,7 +19,7 @@ from handout.motion.reconstruction.plan import LognormalPlan
 from handout.motion.sigma_lognormal_model import MOST_BENT, REACH, Complex, Pulses
 from handout.values import Array
 
-ASYMMETRY, DURATION = 0.1, 0.3
+ASYMMETRY, DURATION = 0.1, 0.3  # of every stroke of the first guess; the refinement moves on from there
 LEAST_DT, MOST_DT = 0.3, 0.9  # of the first guess; seed 002, §3.1
 _BOUNDS_DT = (0.1, 1.5)
 _SHARPEST, _SOFTEST = 4.0, 24.0  # samples, spread of the turning at a corner
@@ -30,7 +30,7 @@ _ROUNDS = 25
 ENOUGH, _BEYOND = 42.0, 45.0  # dB, of the path: no stroke is added beyond the first, nothing refined beyond the second
 _MORE, _CLOSEST = 2, 8  # strokes that are added where too little is explained; samples between key points at least
 _HELD = 1e-5  # weight of how far durations and asymmetries are from where they began
-_TINY = 1e-4
+_TINY = 1e-4  # step of the numerical derivatives
 _ENOUGH = 4e-3  # of the extent: an improvement that no longer counts
 
 
@@ -100,10 +100,10 @@ def first_guess(
     index : (m,) key points to take instead of those of `key_points.find`.
     bend : half the turning of a piece of the trace, rad, instead of what `key_points` and its length allow.
     """
-    found = key_points.find(even)
-    index, bend = found.index if index is None else index, bend or _half_turning
+    key = key_points.find(even)
+    index, bend = key.index if index is None else index, bend or _half_turning
     theta = np.array([bend(even[a : b + 1]) for a, b in itertools.pairwise(index.tolist())])
-    dt = np.concatenate([[0.0], _overlaps(found.turning, index[1:-1])])
+    dt = np.concatenate([[0.0], _overlaps(key.turning, index[1:-1])])
     return plan_of(even[index], dt, theta)
 
 

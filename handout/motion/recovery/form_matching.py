@@ -83,9 +83,9 @@ def _evenly(ways: Sequence[Sequence[Array]], count: int) -> Array:
     low, high = run[first[:-1]], run[first[1:] - 1]
     at = low[:, None] + ((high - low) / (count - 1))[:, None] * np.arange(count)
     at[:, -1] = high
-    found = np.empty((*at.shape, 2))
-    found[..., 0], found[..., 1] = np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])
-    return found
+    places = np.empty((*at.shape, 2))
+    places[..., 0], places[..., 1] = np.interp(at, run, xy[:, 0]), np.interp(at, run, xy[:, 1])
+    return places
 
 
 def directions(paths: Array) -> Array:
@@ -148,11 +148,11 @@ def _costs(ours: Array, theirs: Array, size: float) -> NDArray[np.float32]:
     np.minimum(cost, np.float32(weights.farthest) + free, out=cost)
     cost += (-free * aim_b) @ aim_a.T
     # every pair of paths beside the next, and what a step needs together: a view in which i and k - i count
-    found = np.empty((2 * count - 1, count, forms * ways), dtype=np.float32)
-    down, across, along = found.strides
-    view = as_strided(found, (count, count, forms, ways), (down + across, down, along * ways, along))
+    pairs = np.empty((2 * count - 1, count, forms * ways), dtype=np.float32)
+    down, across, along = pairs.strides
+    view = as_strided(pairs, (count, count, forms, ways), (down + across, down, along * ways, along))
     view[...] = cost.reshape(count, forms, count, ways).transpose(2, 0, 1, 3)
-    return found
+    return pairs
 
 
 def _by_place(paths: Array) -> NDArray[np.float32]:

@@ -41,7 +41,7 @@ class FormWeights:
     """Costs of comparing traversals of a letter with its forms, in the unit of `network.CostWeights`.
 
     Those of matching were found by random search (`benchmarks.order_search`) on fewer pages and letters than it has
-    now, those of rare forms by one over traversals that had been found before, those of guides and loops by hand.
+    now, those of rare forms by a search over traversals that were computed before, those of guides and loops by hand.
     """
 
     # matching (`form_matching`)

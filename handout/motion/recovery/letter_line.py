@@ -114,12 +114,12 @@ def find_dots(net: Network, x_height: float, baseline: float | None, joints: set
 
     Where there is nothing else, only what is known to be over the x-height is one.
     """
-    free = [b for b, path in enumerate(net.branches) if _is_apart(net, b) and not {*path.tolist()} & joints]
     length = net.length * net.half_width / x_height
-    rest = [net.xy[path, 1].max() for b, path in enumerate(net.branches) if b not in free or length[b] >= _DASH]
-    top = max(rest, default=np.inf) - _UNDER * x_height
-    low = {b: net.xy[net.branches[b], 1].min() for b in free}
-    dots = [b for b in free if length[b] < DOT or (length[b] < _DASH and low[b] > top)]
+    low, high = (np.array([extreme(net.xy[path, 1]) for path in net.branches]) for extreme in (np.min, np.max))
+    short = np.array([_is_apart(net, b) and joints.isdisjoint(net.branches[b].tolist()) for b in range(len(length))])
+    short &= length < _DASH
+    top = high[~short].max(initial=-np.inf) if not short.all() else np.inf
+    dots = np.flatnonzero(short & ((length < DOT) | (low > top - _UNDER * x_height))).tolist()
     if len(dots) == len(net.branches):
         least = np.inf if baseline is None else baseline + x_height
         dots = [b for b in dots if low[b] > least]
@@ -151,26 +151,33 @@ def loop_direction_errors(
     baseline : y of it, None where that is not known.
     x_height : in the unit of the network.
     """
-    if baseline is None and letter not in LOOPED_BELOW | BOWLED | LOOPED_ABOVE:
+    if baseline is None and letter not in (BOWLED | LOOPED_ABOVE) - LOOPED_BELOW:
         return 0
-    weights = letter_forms.WEIGHTS
-    stem = np.inf if baseline is None else baseline + weights.loop_above * x_height
-    if letter in LOOPED_ABOVE and baseline is None:
-        heights = np.concatenate([net.xy[path, 1] for path in net.branches])
-        low, high = float(heights.min()), float(heights.max())
-        stem = low + weights.loop_high * (high - low)
-    tail = -np.inf if letter not in LOOPED_BELOW else np.inf if baseline is None else baseline + _BELOW * x_height
+    tail = -np.inf
+    if letter in LOOPED_BELOW and baseline is not None:
+        tail = baseline + _BELOW * x_height
+    stem = -np.inf if letter in BOWLED else _stem_height(net, letter, baseline, x_height)
     least = _LEAST * net.half_width**2
     errors, nodes = 0, net.node.tolist()
     for stroke in strokes:
         seen: dict[int, int] = {}
         for step, node in enumerate([*(nodes[end] for end in stroke), nodes[stroke[-1] ^ 1]]):
             if node in seen:
-                loop = [net.extent(end) for end in stroke[seen[node] : step]]
-                known = baseline is not None or letter not in LOOPED_BELOW
-                errors += known and _is_reversed(loop, least, tail, -np.inf if letter in BOWLED else stem)
+                errors += _is_reversed([net.extent(end) for end in stroke[seen[node] : step]], least, tail, stem)
             seen[node] = step
     return errors
+
+
+def _stem_height(net: Network, letter: str, baseline: float | None, x_height: float) -> float:
+    """y over which the middle of a loop is that of a stem."""
+    weights = letter_forms.WEIGHTS
+    if baseline is not None:
+        return baseline + weights.loop_above * x_height
+    if letter not in LOOPED_ABOVE:
+        return np.inf
+    heights = np.concatenate([net.xy[path, 1] for path in net.branches])
+    low, high = float(heights.min()), float(heights.max())
+    return low + weights.loop_high * (high - low)
 
 
 def _is_reversed(branches: Sequence[tuple[float, float, float]], least: float, tail: float, above: float) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -115,32 +115,104 @@ def _candidates(
     rest = [b for b in range(len(net.branches)) if b not in apart]
     if not rest:
         return [Candidate(tuple(dots), 0.0, lambda: ((True,) * len(dots),) * 2)]
-    laid, cuts = _nearest(net, rest, line, letter, hands)
-    net = subnetwork(net, rest, cuts)
-    traversals, foreign = _traversals(net, line, letter, laid, weights)
-    # traversals have many of their strokes in common
-    path_of = {s: chain_vertices(net, s) for s in dict.fromkeys(s for one in traversals for s in one.strokes)}
-    total = np.array([traversal.cost for traversal in traversals])
-    total += letter_forms.WEIGHTS.loop * np.array(
-        [loop_direction_errors(net, one.strokes, letter, line.baseline, line.x_height) for one in traversals]
-    )
-    drawn: Indices | None = None
-    if laid is not None:
-        places = {stroke: net.xy[path] for stroke, path in path_of.items()}
-        unlike, drawn = _form_costs(traversals, foreign, places, laid, line)
-        total += unlike
-
-    def flags(number: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
-        traversal = traversals[number]
-        late: tuple[bool, ...] = (False,) * len(traversal.strokes)
-        if laid is not None and drawn is not None:
-            late = _delayed_by_form([net.xy[path_of[stroke]] for stroke in traversal.strokes], laid, int(drawn[number]))
-        delayed, bars = _flags(traversal, late, foreign, line, letter)
-        return (*delayed, *(True for _ in dots)), (*bars, *(True for _ in dots))
-
+    search = _search(net, rest, line, letter, hands, weights)
+    total, drawn = search.costs()
     ranked = np.argsort(total, kind="stable")[:most].tolist()
-    strokes = {k: (*(_with_overlap(path_of[s], line) for s in traversals[k].strokes), *dots) for k in ranked}
-    return [Candidate(strokes[k], float(total[k]), partial(flags, k)) for k in ranked]
+    return [
+        Candidate((*search.strokes(k), *dots), float(total[k]), partial(search.flags, k, drawn, len(dots)))
+        for k in ranked
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The traversals of one letter's line beside its dots, with what tells which of them was written.
+
+    foreign : crossbars of other letters among their strokes.
+    laid : the forms that they are compared with; None where the letter has none.
+    """
+
+    line: LetterLine
+    letter: str
+    net: Network
+    traversals: Sequence[Traversal]
+    foreign: _Chains
+    laid: _Laid | None
+
+    @cached_property
+    def _path_of(self) -> dict[tuple[int, ...], Indices]:
+        """Vertices of each stroke; traversals have many of their strokes in common."""
+        return {s: chain_vertices(self.net, s) for s in dict.fromkeys(s for t in self.traversals for s in t.strokes)}
+
+    def costs(self) -> tuple[Array, Indices | None]:
+        """What each traversal costs, all told, and the drawn form that each is most like."""
+        line = self.line
+        total = np.array([traversal.cost for traversal in self.traversals])
+        total += letter_forms.WEIGHTS.loop * np.array(
+            [
+                loop_direction_errors(self.net, traversal.strokes, self.letter, line.baseline, line.x_height)
+                for traversal in self.traversals
+            ]
+        )
+        if self.laid is None:
+            return total, None
+        places = {stroke: self.net.xy[path] for stroke, path in self._path_of.items()}
+        unlike, drawn = _form_costs(self.traversals, self.foreign, places, self.laid, line)
+        return total + unlike, drawn
+
+    def strokes(self, number: int) -> list[Indices]:
+        """The strokes of a traversal."""
+        return [_with_overlap(self._path_of[s], self.line) for s in self.traversals[number].strokes]
+
+    def flags(self, number: int, drawn: Indices | None, dots: int) -> tuple[tuple[bool, ...], tuple[bool, ...]]:
+        """Which strokes of a traversal, and of the dots after it, are delayed, and which are crossbars."""
+        traversal = self.traversals[number]
+        late: tuple[bool, ...] = (False,) * len(traversal.strokes)
+        if self.laid is not None and drawn is not None:
+            places = [self.net.xy[self._path_of[stroke]] for stroke in traversal.strokes]
+            late = _delayed_by_form(places, self.laid, int(drawn[number]))
+        delayed, bars = _flags(traversal, late, self.foreign, self.line, self.letter)
+        return (*delayed, *(True,) * dots), (*bars, *(True,) * dots)
+
+
+def _search(
+    net: Network,
+    rest: Sequence[int],
+    line: LetterLine,
+    letter: str,
+    hands: tuple[str, ...],
+    weights: CostWeights,
+) -> _Search:
+    """The cheap traversals of some branches of a letter, those that its forms would take among them."""
+    laid, turns = _nearest(net, rest, line, letter, hands)
+    bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
+    net = subnetwork(net, rest, [*turns, *bar_ends])
+    ends = Ends(*(_ends_at(net, own) for own in (line.entries, line.exits, line.bar_entries)))
+    foreign = _foreign_bars(net, line, ends)
+    cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
+    least = min(traversal.cost for traversal in cheap)
+    cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
+    if laid is not None and not foreign and not line.own_bars:
+        there = {traversal.strokes for traversal in cheap}
+        guided = _guided(net, line.x_height, ends, laid, weights)
+        cheap += [traversal for traversal in guided if traversal.strokes not in there]
+    return _Search(line, letter, net, cheap, foreign, laid)
+
+
+def _foreign_bars(net: Network, line: LetterLine, ends: Ends) -> list[tuple[int, ...]]:
+    """Crossbars of other letters: those that are known from the word, and what goes straight on where one comes in."""
+    bars = [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
+    untold = [end for end in ends.bar_entries if not any(end in chain for chain in bars)]
+    return [*bars, *(tuple(straight_continuation(net, end)) for end in untold)]
+
+
+def _guided(net: Network, x_height: float, ends: Ends, laid: _Laid, weights: CostWeights) -> list[Traversal]:
+    """The traversals that forms would take which are not a built-in hand's; none where there are no such forms."""
+    taught = np.flatnonzero(~laid.forms.drawn)
+    if not len(taught):
+        return []
+    guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
+    return guided_search(net, x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
 
 
 def _bridged_network(line: LetterLine, letter: str) -> Network:
@@ -154,39 +226,18 @@ def _bridged_network(line: LetterLine, letter: str) -> Network:
 def _nearest(
     net: Network, rest: Sequence[int], line: LetterLine, letter: str, hands: tuple[str, ...]
 ) -> tuple[_Laid | None, list[int]]:
-    """The forms that lie nearest to a letter, laid over it; and vertices where its branches are to be cut."""
-    ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
+    """The forms that lie nearest to a letter, laid over it; and vertices where they begin, cease or turn."""
     every = forms_of(letter, bool(line.entries), bool(line.exits), hands)
     if every is None:
-        return None, ends
+        return None, []
     foreign = {int(v) for bar in line.foreign_bars for v in bar}
     inner = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
     body = [b for b in inner if not lies_on(net.branches[b], foreign)]
     own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
     forms, laid = nearest_forms(every, net.xy[own], _FORMS)
+    turns = turning_points(net, body, own, laid, forms) if body else []
     barred = {int(v) for bar in line.own_bars for v in bar}
-    turns = [v for v in turning_points(net, body, own, laid, forms) if v not in barred] if body else []
-    return _Laid(forms, laid), [*turns, *ends]
-
-
-def _traversals(
-    net: Network, line: LetterLine, letter: str, laid: _Laid | None, weights: CostWeights
-) -> tuple[list[Traversal], list[tuple[int, ...]]]:
-    """Cheap traversals of a letter, those that its forms would take among them; and the crossbars of other letters."""
-    ends = Ends(*(_ends_at(net, own) for own in (line.entries, line.exits, line.bar_entries)))
-    foreign = [chain for bar in line.foreign_bars for chain in crossbar_chains(net, bar, line.entries)]
-    bar_ends = [end for end in ends.bar_entries if not any(end in chain for chain in foreign)]
-    foreign += [tuple(straight_continuation(net, end)) for end in bar_ends]
-    cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
-    least = min(traversal.cost for traversal in cheap)
-    cheap = [traversal for traversal in cheap if traversal.cost <= least + _MARGIN]
-    if laid is not None and not laid.forms.drawn.all() and not foreign and not line.own_bars:
-        taught = np.flatnonzero(~laid.forms.drawn)
-        there = {traversal.strokes for traversal in cheap}
-        guides = form_guides(net, laid.xy[taught], laid.forms.stroke_of[taught])
-        guided = guided_search(net, line.x_height, guides, Ends(ends.entries, ends.exits), weights=weights)
-        cheap += [traversal for traversal in guided if traversal.strokes not in there]
-    return cheap, foreign
+    return _Laid(forms, laid), [v for v in turns if v not in barred]
 
 
 def _with_crossbars(
@@ -196,16 +247,20 @@ def _with_crossbars(
     own = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []
-    if not own and not line.own_bars and (letter in CROSSED or letter in CROSSED_ASLANT):
-        passed = {e >> 1 for chain in foreign for e in chain}
-        loose = [e for e in range(len(net.node)) if net.is_loose(e)]
-        starts = [e for e in loose if e >> 1 not in passed and e not in ends.entries]
-        bar = find_crossbar(net, starts, line.x_height, aslant=letter in CROSSED_ASLANT)
+    if not own and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
+        bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
             barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
     if not barred:
         barred += _beside_bars(net, line.x_height, [*foreign, *own], search, weights)
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
+
+
+def _bar_starts(net: Network, ends: Ends, foreign: _Chains) -> list[int]:
+    """Loose ends where a letter's own crossbar may begin."""
+    passed = {e >> 1 for chain in foreign for e in chain}
+    loose = (e for e in range(len(net.node)) if net.is_loose(e))
+    return [e for e in loose if e >> 1 not in passed and e not in ends.entries]
 
 
 def _beside_bars(net: Network, x_height: float, bars: _Chains, ends: Ends, weights: CostWeights) -> list[Traversal]:

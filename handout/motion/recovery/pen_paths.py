@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby, pairwise
+from itertools import compress, groupby, pairwise
 
 import numpy as np
 
@@ -156,17 +156,15 @@ class _Written:
         self, glyph: PlacedGlyph, strokes: Sequence[PlacedStroke], last: PlacedGlyph | None, joins: dict[int, int]
     ) -> None:
         """Let a glyph's strokes wait; one that comes over from the last glyph goes on in what waits of that."""
-        crossing = [movement for movement in self.delayed if movement.leaving is not None]
-        waiting = [movement for movement in self.delayed if movement.leaving is None]
+        waiting, crossing = _split(self.delayed, None)
         for stroke in strokes:
-            begun = [m for m in crossing if stroke.begin in joins and joins[stroke.begin] == m.leaving]
-            crossing = [m for m in crossing if m not in begun]
+            ligature = None if stroke.begin is None else joins.get(stroke.begin)
+            begun, crossing = _split(crossing, ligature)
             over = (glyph, without_shared(glyph, stroke, joins))
-            ligature = joins[stroke.begin] if stroke.begin in joins and not begun else None
-            if ligature is not None and last is not None and lead_bar_on(self.done, last, ligature, over, stroke.end):
-                continue
-            part = over if begun else (glyph, without_shared(glyph, stroke, {}))
-            waiting.append(_Movement([*(p for m in begun[:1] for p in m.parts), part], stroke.end))
+            if begun:
+                waiting.append(_Movement([*begun[0].parts, over], stroke.end))
+            elif ligature is None or last is None or not lead_bar_on(self.done, last, ligature, over, stroke.end):
+                waiting.append(_Movement([(glyph, stroke.vertices)], stroke.end))
         self.delayed = [*(_Movement(m.parts, None) for m in crossing), *waiting]
 
     def paths(self, glyphs: Sequence[PlacedGlyph], model: StrokeOrderModel) -> Iterator[PenPath]:
@@ -174,6 +172,12 @@ class _Written:
         movements = join_over_ink([*self.done, self.current], glyphs, model)
         yield from (_path(movement.parts, False) for movement in movements if movement.parts)
         yield from (_path(movement.parts, True) for movement in self.delayed if movement.parts)
+
+
+def _split(movements: Sequence[_Movement], ligature: int | None) -> tuple[list[_Movement], list[_Movement]]:
+    """The movements that leave by a ligature, and the others."""
+    leaving = [movement.leaving == ligature for movement in movements]
+    return list(compress(movements, leaving)), [m for m, left in zip(movements, leaving, strict=True) if not left]
 
 
 def lead_bar_on(done: list[_Movement], last: PlacedGlyph, ligature: int, over: Part, end: int | None) -> bool:
@@ -226,15 +230,12 @@ def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], li
     ----------
     leads : ligatures by which the pen goes to the next letter.
     """
-    main = [s for s in glyph.strokes if not s.delayed]
-    delayed = [s for s in glyph.strokes if s.delayed]
-    exits = [n for n, stroke in enumerate(main) if stroke.end is not None and stroke.end >= glyph.entries]
+    main, delayed = ([s for s in glyph.strokes if s.delayed == late] for late in (False, True))
+    exits = [n for n, stroke in enumerate(main) if glyph.is_left_by(stroke)]
     if not exits:
         # a bar by which alone the word goes on is no bar
-        onward = next((s for s in delayed if s.end in leads), None)
-        if onward is None:
-            return main, delayed
-        return [*main, onward], [s for s in delayed if s is not onward]
+        onward = [s for s in delayed if s.end in leads][:1]
+        return [*main, *onward], [s for s in delayed if s not in onward]
     leaving = next((n for n in exits if main[n].end in leads), exits[-1])
     if glyph.placed.glyph.letter in _DELAYED or main[leaving].begin is not None:
         return main[: exits[0] + 1], [*main[exits[0] + 1 :], *delayed]

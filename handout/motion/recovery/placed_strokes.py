@@ -64,6 +64,10 @@ class PlacedGlyph:
     clocks: tuple[Array, Array] | None = None
     strokes: list[PlacedStroke] = field(default_factory=list)
 
+    def is_left_by(self, stroke: PlacedStroke) -> bool:
+        """Whether a stroke leads on to the glyph after."""
+        return stroke.end is not None and stroke.end >= self.entries
+
 
 def place_strokes(placed: Placed, model: StrokeOrderModel) -> PlacedGlyph:
     """A placed glyph with the strokes of the hand's own glyph."""
@@ -199,18 +203,13 @@ def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: d
     ----------
     shared : see `shared_ligatures`.
     """
-    back = {out: into for into, out in shared.items()}
-    bits = [s for s in first.strokes if s.begin in back and s.end in back]
-    leading = [s for s in first.strokes if s.end in back and s.begin not in back and not s.delayed]
-    if not bits or len(leading) != 1:
-        return
-    assert leading[0].end is not None
-    stroke = _beginning_at(second.strokes, back[leading[0].end])
+    bits, entry = _between(first, {out: into for into, out in shared.items()})
+    stroke = None if entry is None or not bits else _beginning_at(second.strokes, entry)
     if stroke is None or stroke.end not in shared:
         return
     chain = _inner(second, stroke.end)
     merged = _interleaved(first, second, stroke, bits, shared)
-    if merged is None:
+    if not merged:
         return
     stroke.vertices = stroke.vertices[: len(stroke.vertices) - chain]
     stroke.end, stroke.delayed = merged[-1].end, False
@@ -218,22 +217,32 @@ def merge_interleaved_strokes(first: PlacedGlyph, second: PlacedGlyph, shared: d
     second.strokes = [stroke, *(s for s in second.strokes if s not in merged)]
 
 
+def _between(first: PlacedGlyph, into: dict[int, int]) -> tuple[list[PlacedStroke], int | None]:
+    """The bits of the first glyph that come from the second and go back there, and the ligature into the second.
+
+    The ligature is that of the only stroke that leads from the first to the second; None where there is not one.
+    """
+    leaving = [s for s in first.strokes if s.end in into]
+    leading = [into[s.end] for s in leaving if s.end in into and s.begin not in into and not s.delayed]
+    return [s for s in leaving if s.begin in into], leading[0] if len(leading) == 1 else None
+
+
 def _interleaved(
     first: PlacedGlyph, second: PlacedGlyph, stroke: PlacedStroke, bits: list[PlacedStroke], shared: dict[int, int]
-) -> list[PlacedStroke] | None:
+) -> list[PlacedStroke]:
     """A stroke of the second glyph, and in turn the bits of the first and strokes of the second that it goes on in.
 
-    What it goes on in is added to its `then`.  None where the pen would be left in mid-ligature.
+    What it goes on in is added to its `then`.  Empty where the pen would be left in mid-ligature.
     """
     back = {out: into for into, out in shared.items()}
     merged = [stroke]
     while merged[-1].end is not None and merged[-1].end in shared:
         bit = _beginning_at(bits, shared[merged[-1].end])
         if bit is None or bit.end is None:
-            return None
+            return []
         following = _beginning_at([s for s in second.strokes if s not in merged], back[bit.end])
         if following is None:
-            return None
+            return []
         stroke.then += [(first, bit.vertices), (second, without_shared(second, following, shared))]
         bits.remove(bit)
         merged += [bit, following]

@@ -29,7 +29,6 @@ from handout.motion.recovery.writer_habits import (
     typical_instances,
 )
 from handout.values import POSE, Array, Indices, LineGraph
-from handout.writing.scanned.bending import measures as body_sizes
 from handout.writing.scanned.forms import Connector, Form, Forms
 
 _BAR = 0.7  # x-heights: no crossbar is lower
@@ -93,9 +92,9 @@ class StrokeOrderModel:
 
     @cached_property
     def _measures(self) -> Array:
-        """(n, 4): of every glyph, see `body_sizes`, and how much line it has."""
+        """(n, 4): of every glyph, see `measures.body_sizes`, and how much line it has."""
         bodies = self.forms.bodies
-        size = body_sizes(bodies.xy, bodies.radius, bodies.first, self._x_height)
+        size = measures.body_sizes(bodies.xy, bodies.radius, bodies.first, self._x_height)
         return np.column_stack([size[:, [0, 1, 3]], np.log(bodies.count)])
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:

@@ -62,14 +62,14 @@ def tag(letters: int, style: Style, page: Page, rng: np.random.Generator) -> Dra
 
 def _row(letters: int, gap: float, rng: np.random.Generator) -> list[Array]:
     """Glyphs side by side, 1 high; those at the ends larger."""
-    x, found = 0.0, []
+    x, row = 0.0, []
     for number in range(letters):
         size = 1 + _SWELL * (letters > 2 and number in (0, letters - 1))
         points = size * glyph(int(rng.integers(_FEWEST, _MOST + 1)), rng)
         points[:, 0] += x - points[:, 0].min()
         x = float(points[:, 0].max()) + gap
-        found.append(points)
-    return found
+        row.append(points)
+    return row
 
 
 def _styled(points: Array, style: Style) -> TargetSequence:

@@ -35,9 +35,9 @@ def broken(path: Array, bends: Indices, directions: Array, least: float) -> Arra
     corners = [path[:1]]
     for low, high in pairwise(cuts.tolist()):
         corners.append(path[low] + np.cumsum(_legs(path[low : high + 1], either, least), axis=0))
-    found = np.concatenate(corners)
-    away = np.linalg.norm(np.diff(found, axis=0), axis=1) > 0.3 * least
-    return np.asarray(found[np.concatenate([[True], away])] if away.any() else found[[0, -1]])
+    every = np.concatenate(corners)
+    away = np.linalg.norm(np.diff(every, axis=0), axis=1) > 0.3 * least
+    return np.asarray(every[np.concatenate([[True], away])] if away.any() else every[[0, -1]])
 
 
 def _legs(piece: Array, either: Array, least: float) -> Array:

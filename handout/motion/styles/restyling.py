@@ -111,22 +111,22 @@ def draw_sequences(
 
 def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
     """In plain words, what a drawing lost by being restyled: recorded channels, and letters that are too smooth."""
-    said = []
+    notes = []
     nib = any(stroke.nib > 0 for stroke in after.strokes)
     for name in POSE:
         had = sum(getattr(stroke, name) is not None for stroke in before.strokes)
         has = sum(getattr(stroke, name) is not None for stroke in after.strokes)
         if had and name == "rotation" and nib:
-            said.append("The recorded rotation is left out: the style's flat nib keeps its own angle.")
+            notes.append("The recorded rotation is left out: the style's flat nib keeps its own angle.")
         elif (had == len(before.strokes) > 0 and has < len(after.strokes)) or 0 < had < len(before.strokes):
-            said.append(f"Only {has} of {len(after.strokes)} strokes have a {name}: not all that was recorded has it.")
+            notes.append(f"Only {has} of {len(after.strokes)} strokes have a {name}: not all that was recorded has it.")
     kept = _kept(before, after, style)
     if kept < _COLLAPSED:
-        said.append(
+        notes.append(
             f"smooth = {style.movement.smooth:g} rounds the letters away: {kept:.0%} of the length of their lines is "
             f"left, and they may be hard to read; {style.movement.drawn_at:g} keeps them as they were drawn."
         )
-    return said
+    return notes
 
 
 def _kept(before: Drawing, after: Drawing, style: Style) -> float:

@@ -3,7 +3,7 @@
 A circle has no extreme of curvature, which is why it is the hard case where targets are placed there; it has a top, a
 left, a bottom and a right, as every curve has.
 
-Source: seed 003, §4 (targets at curvature extrema); specification D13 (extremes of the curves, evenly spaced).
+Source: seed 003, §4 (there at extremes of curvature); extremes of the curves, evenly spaced: own method.
 """
 
 from __future__ import annotations
@@ -115,13 +115,13 @@ def find(xy: Array, height: float) -> Motif:
     ring = closed and not _cornered(path)
     corners = _corners(path)
     ends = np.array([0, len(path) - 1])
-    found = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
+    samples = np.unique(np.concatenate([[] if ring else ends, corners, _extremes(path)]).astype(np.intp))
     # a small letter among large ones has its targets as near to each other as it is small
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
-        kept = _around(_apart(found, corners, found[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+        kept = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
     else:
-        kept = _filled(_apart(found, corners, ends, _SOON * unit), _LONG * unit)
+        kept = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
     return Motif(path, path[kept], np.isin(kept, corners), corners, ring)
 
 
@@ -178,7 +178,7 @@ def _corners(path: Array) -> Indices:
 
 def _extremes(path: Array) -> Indices:
     """Samples where the direction crosses the upright or the level, between corners."""
-    found: list[int] = []
+    extremes: list[int] = []
     bounds = [0, *_corners(path).tolist(), len(path) - 1]
     for low, high in pairwise(bounds):
         piece = path[low : high + 1]
@@ -186,13 +186,13 @@ def _extremes(path: Array) -> Indices:
             continue
         step = gaussian_filter1d(np.diff(piece, axis=0), 2.0, axis=0, mode="nearest")
         quarter = np.unwrap(np.arctan2(step[:, 1], step[:, 0])) / (np.pi / 2)
-        found += [low + at for at in _crossings(quarter)]
-    return np.array(found, dtype=np.intp)
+        extremes += [low + at for at in _crossings(quarter)]
+    return np.array(extremes, dtype=np.intp)
 
 
 def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
     """Where a value passes a whole number, not counting returns of less than `slack` beyond it."""
-    found, side = [], None
+    crossings, side = [], None
     for at, value in enumerate(quarter.tolist()):
         near = round(value)
         if abs(value - near) < slack:
@@ -203,16 +203,16 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
             back = at
             while back > 0 and (quarter[back - 1] >= crossed) == (value >= crossed):
                 back -= 1
-            found.append(back)
+            crossings.append(back)
         side = now
-    return found
+    return crossings
 
 
-def _apart(found: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
+def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
     """Targets that keep their distance; ends win over corners, and corners over extremes."""
-    rank = np.where(np.isin(found, ends), 2, np.where(np.isin(found, corners), 1, 0))
+    rank = np.where(np.isin(samples, ends), 2, np.where(np.isin(samples, corners), 1, 0))
     kept: list[int] = sorted(ends.tolist())
-    for at in found[np.lexsort((found, -rank))].tolist():
+    for at in samples[np.lexsort((samples, -rank))].tolist():
         place = bisect(kept, at)
         if all(abs(at - other) >= least for other in kept[max(place - 1, 0) : place + 1]):
             kept.insert(place, at)

@@ -46,7 +46,7 @@ class Conversation(Generic[Reply]):
         return [self._reply(line) for line in complete if line.strip()]
 
     def listen(self, patience: float, glance: float = GLANCE) -> Iterator[list[Reply]]:
-        """What it says, glance by glance ([]: nothing), until it has been silent for `patience` s in all."""
+        """The replies of one glance after the other ([] for none), until the silence adds up to `patience` s."""
         waited = 0.0
         while waited < patience:
             replies = self.replies(glance)
@@ -59,7 +59,7 @@ class Conversation(Generic[Reply]):
 
     @property
     def glance(self) -> float:
-        """s that it is listened to at a time."""
+        """How long the machine is listened to at a time, s."""
         return min(GLANCE, self.timeout / 2)
 
 
@@ -110,12 +110,12 @@ class BaseController(Controller):
 
     @property
     def proven(self) -> int:
-        """All that were executed when it was last seen to be well."""
+        """How many commands were executed when the machine was last found right."""
         return self._proven
 
     @property
     def patience(self) -> float:
-        """As the conversation has it."""
+        """The patience of the conversation, s."""
         return self.conversation.patience
 
     @patience.setter
@@ -132,7 +132,7 @@ class BaseController(Controller):
             self.conversation.ask(line)
 
     def _hurry(self, seconds: float) -> None:
-        """Something has gone wrong: wait no longer than so many s for an answer."""
+        """Shorten the time-out after something has gone wrong, s."""
         self.conversation.timeout = min(self.conversation.timeout, seconds)
 
     def _pen_not_lifted(self) -> None:

@@ -148,9 +148,9 @@ def _match(xy: Array, guess: Array, path: Array) -> Array:
     index = np.clip(np.rint(guess / _FINE).astype(int)[:, None] + np.arange(-reach, reach + 1), 0, len(even) - 1)
     off = points[index] - xy[:, None]
     cost = (off * off).sum(axis=2) + 1e-3 * (even[index] - guess[:, None]) ** 2
-    found = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]] - guess
-    window = np.ones(min(_NEIGHBOURS, len(found)))
-    mean = np.convolve(found, window, "same") / np.convolve(np.ones(len(found)), window, "same")
+    shift = even[index[np.arange(len(xy)), np.argmin(cost, axis=1)]] - guess
+    window = np.ones(min(_NEIGHBOURS, len(shift)))
+    mean = np.convolve(shift, window, "same") / np.convolve(np.ones(len(shift)), window, "same")
     return np.asarray(np.maximum.accumulate(np.clip(guess + mean, 0.0, at[-1])))
 
 

@@ -124,11 +124,11 @@ class Observer:
             lost.append(np.diff(delay))
         usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
         least = max(REST, _UNUSUAL * usual)
-        found = [rest for number, known in delays.items() for rest in self._rests(number, *known, least)]
+        rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, least)]
         every, meant, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
         comparable = any(map(fidelity.comparable, meant.strokes, executed.strokes))
         return Observation(
-            rests=tuple(found),
+            rests=tuple(rests),
             least_s=least,
             every_s=float(np.median(every)) if every.size else 0.0,
             correlation=fidelity.compare(meant, executed).timed if comparable else None,
@@ -143,15 +143,15 @@ class Observer:
         word = self.plan.drawing.strokes[number].word
         words = self.plan.drawing.about.get("words") or []
         text = str(words[word]) if 0 <= word < len(words) else ""
-        found: list[Rest] = []
+        rests: list[Rest] = []
         last = -2
         for at in np.flatnonzero(lost > 0.5 * least).tolist():
-            if found and at == last + 1:
-                found[-1] = found[-1]._replace(seconds=found[-1].seconds + float(lost[at]))
+            if rests and at == last + 1:
+                rests[-1] = rests[-1]._replace(seconds=rests[-1].seconds + float(lost[at]))
             else:
-                found.append(Rest(number, word, text, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
+                rests.append(Rest(number, word, text, max(float(where[at + 1]) - begin, 0.0), float(lost[at])))
             last = at
-        return [rest for rest in found if rest.seconds > least]
+        return [rest for rest in rests if rest.seconds > least]
 
     def _reached(self) -> tuple[NDArray[np.intp], Array]:
         """Of every answer: the stroke that was being drawn, −1 for none; and the plan's time that was reached, s."""
@@ -212,13 +212,13 @@ class Observer:
         length = np.maximum(np.hypot(*(end - begin).T), 1e-9)
         gone = np.clip(((place - begin) * (end - begin)).sum(axis=1) / length, 0.0, length)
         off = np.hypot(*(begin + (gone / length)[:, None] * (end - begin) - place).T)
-        found = (row, 0.0, float(plan.starts[row]))
+        latest = (row, 0.0, float(plan.starts[row]))
         for at in [0, *np.flatnonzero(off <= _NEAR).tolist()]:
             move, come = int(rows[at]), float(gone[at])
             time = float(plan.starts[move]) + self._since(move, come)
             if time <= most or at == 0:
-                found = move, come, time
-        return found
+                latest = move, come, time
+        return latest
 
     def _since(self, row: int, gone: float) -> float:
         """How long a move has been under way when it has come so far, s."""

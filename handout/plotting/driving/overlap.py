@@ -207,16 +207,16 @@ def _lowering(plan: Plan, done: Array) -> Flags:
     """
     pens = [block.down if isinstance(block, Pen) else None for block in plan.blocks]
     down, lowering = False, []
-    for block, told in enumerate(pens):
-        if told and not down:
+    for block, change in enumerate(pens):
+        if change and not down:
             lowering.append(block)
-        down = down if told is None else told
+        down = down if change is None else change
     # a block that takes several commands is done with the last of them
     first = np.searchsorted(done, np.array(lowering, dtype=int), side="right") - 1
     first = np.searchsorted(done, done[first], side="left")
-    found = np.zeros(len(done) - 1, dtype=bool)
-    found[first] = True
-    return found
+    first_commands = np.zeros(len(done) - 1, dtype=bool)
+    first_commands[first] = True
+    return first_commands
 
 
 def _at_once() -> Future[None]:

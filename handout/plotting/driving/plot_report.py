@@ -82,20 +82,20 @@ def _rests(observation: Observation | None) -> Row:
     rests = [
         rest._asdict() | {"at_s": round(rest.at_s, 3), "seconds": round(rest.seconds, 3)} for rest in observation.rests
     ]
-    known = {"rested_s": round(observation.rested_s, 3), "least_rest_s": round(observation.least_s, 3)}
-    return {"unknown": "", "rests": rests, **known}
+    seconds = {"rested_s": round(observation.rested_s, 3), "least_rest_s": round(observation.least_s, 3)}
+    return {"unknown": "", "rests": rests, **seconds}
 
 
 def _likeness(meant: Drawing, done: Drawing) -> Row:
     """How alike two drawings of the same strokes are; all None if nothing in them moves."""
     if not any(fidelity.comparable(*pair) for pair in _pairs(meant, done)):
         return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
-    found = fidelity.compare(meant, done)
+    likeness = fidelity.compare(meant, done)
     return {
-        "correlation": round(found.timed, 5),
-        "rms_of_peak": round(found.timed_rms, 5),
-        "in_place": {"correlation": round(found.correlation, 5), "rms_of_peak": round(found.rms, 5)},
-        "deviation_mm": round(found.deviation, 4),
+        "correlation": round(likeness.timed, 5),
+        "rms_of_peak": round(likeness.timed_rms, 5),
+        "in_place": {"correlation": round(likeness.correlation, 5), "rms_of_peak": round(likeness.rms, 5)},
+        "deviation_mm": round(likeness.deviation, 4),
     }
 
 
@@ -137,23 +137,23 @@ def facts(reports: Sequence[Report]) -> Row:
 
 def sentence(reports: Sequence[Report]) -> str:
     """How faithful a plot was, in one sentence; "" if nothing was plotted."""
-    told = facts(reports)
+    figures = facts(reports)
     if not reports:
         return ""
-    if not told["measured"]:
-        return f"Whether the pen rested is not known: {told['unknown']}"
+    if not figures["measured"]:
+        return f"Whether the pen rested is not known: {figures['unknown']}"
     least = max(report.observation.least_s for report in reports)
     fits = [report.observation.correlation for report in reports if report.observation.correlation is not None]
     kept = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
     time = max(report.observation.stretched for report in reports)
     measured = f"Measured: {kept}strokes in {time:.3f} of their time;"
-    if not told["rests"]:
+    if not figures["rests"]:
         return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
     words = dict.fromkeys(rest.text for report in reports for rest in report.observation.rests if rest.text)
-    times = "once" if told["rests"] == 1 else f"{told['rests']} times"
+    times = "once" if figures["rests"] == 1 else f"{figures['rests']} times"
     named = [*words][:_NAMED] + ([f"{len(words) - _NAMED} more"] if len(words) > _NAMED else [])
     where = f", in: {', '.join(named)}" if words else ""
-    return f"{measured} the pen rested {times}, {told['rested_s']:.2f} s in all{where}."
+    return f"{measured} the pen rested {times}, {figures['rested_s']:.2f} s in all{where}."
 
 
 def stretches(meant: Drawing, done: Drawing) -> list[Row]:
@@ -176,31 +176,34 @@ def stretches(meant: Drawing, done: Drawing) -> list[Row]:
         worst = int(np.argmax(local))
         if local[worst] > _NOTED:
             factor = (b.t[-1] - b.t[0]) / (a.t[-1] - a.t[0])
-            found = {"factor": round(float(factor), 4), "worst": round(float(local[worst]), 3)}
-            rows.append({"stroke": number, "word": a.word, **found, "at_s": round(float(clock[worst]), 3)})
+            factors = {"factor": round(float(factor), 4), "worst": round(float(local[worst]), 3)}
+            rows.append({"stroke": number, "word": a.word, **factors, "at_s": round(float(clock[worst]), 3)})
     return rows
 
 
 def whole(rows: Sequence[Row]) -> Row:
     """The report of all pages: the same keys, of the worst page or in all, and the rows themselves as `pages`."""
-    intended, executed = (sum(row[key] for row in rows) for key in ("intended_s", "executed_s"))
-    least = [row["correlation"] for row in rows if row["correlation"] is not None]
-    most = [row["rms_of_peak"] for row in rows if row["rms_of_peak"] is not None]
-    queues = [row["min_queue"] for row in rows if row["min_queue"] is not None]
-    rests = [row["rests"] for row in rows if row["rests"] is not None]
-    rests = rests if len(rests) == len(rows) else []
+
+    def known(key: str) -> list[Any]:
+        return [row[key] for row in rows if row[key] is not None]
+
+    def total(key: str) -> float:
+        return float(sum(row[key] for row in rows))
+
+    intended, executed = total("intended_s"), total("executed_s")
+    rested = len(known("rests")) == len(rows) > 0
     return {
         "measured": all(row["measured"] for row in rows),
-        "correlation": min(least, default=None),
-        "rms_of_peak": max(most, default=None),
+        "correlation": min(known("correlation"), default=None),
+        "rms_of_peak": max(known("rms_of_peak"), default=None),
         "intended_s": round(intended, 3),
         "executed_s": round(executed, 3),
         "stretched": round(executed / intended, 5) if intended > 0 else 1.0,
-        "announced_s": round(sum(row["announced_s"] for row in rows), 3),
+        "announced_s": round(total("announced_s"), 3),
         "segments": sum(row["segments"] for row in rows),
-        "min_queue": min(queues, default=None),
-        "rests": sum(map(len, rests)) if rests else None,
-        "rested_s": round(sum(row["rested_s"] for row in rows), 3) if rests else None,
+        "min_queue": min(known("min_queue"), default=None),
+        "rests": sum(map(len, known("rests"))) if rested else None,
+        "rested_s": round(total("rested_s"), 3) if rested else None,
         "pages": list(rows),
     }
 

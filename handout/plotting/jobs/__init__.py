@@ -1,7 +1,13 @@
 """A plot that survives: what is to be drawn, in which parts, and how far it has come, kept in a folder of its own.
 
 A *job* is one or several *parts* drawn one after the other, each a piece of a page drawn with one pen; before a part
-the person may have to change the sheet or the pen.  `job` is the noun; `store` keeps the jobs, `journal` how far each
-has come, `running` plots what is left of one.  The pages of a long text may still be made while the first are drawn:
-`pages` keeps them one by one, `supply` is the program that makes them.
+the person may have to change the sheet or the pen.
+
+    job.py            the noun; store.py keeps the jobs
+    parts.py          a job's parts: sheets, layers, stops for a look at the pen
+    pages.py          the pages on the disk, each a drawing and its record
+    page_producer.py  the program that makes the pages of a long text while the first are drawn
+    places.py         a place on a drawing: how far it is drawn, what is left, where a machine stands
+    journal.py        how far a job has come, in lines that survive a power cut
+    runner.py         plots what is left of a job
 """

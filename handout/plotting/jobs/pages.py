@@ -97,12 +97,12 @@ def records(folder: Path) -> list[Record]:
     OSError, msgspec.MsgspecError
         One is damaged.
     """
-    found = []
+    entries = []
     for number in itertools.count():
         try:
-            found.append(msgspec.json.decode(_record(folder, number).read_bytes(), type=Record))
+            entries.append(msgspec.json.decode(_record(folder, number).read_bytes(), type=Record))
         except FileNotFoundError:
-            return found
+            return entries
     raise AssertionError
 
 

@@ -60,15 +60,15 @@ def arranged(drawing: Drawing, layers: Layers) -> Drawing:
 
 def survey(drawing: Drawing, layers: Layers) -> tuple[Layer, ...]:
     """The layers of a page that is `arranged`, with their words: what `parts` needs to know of it."""
-    found, at = [], 0
+    surveyed, at = [], 0
     for name, group in itertools.groupby(drawing.strokes, lambda stroke: layer_of(stroke, layers)):
         first, ends, ink = at, [], []
         for word in _words(list(group)):
             at += len(word)
             ends.append(at)
             ink.append(sum(stroke.length for stroke in word))
-        found.append(Layer(name, first, tuple(ends), tuple(ink)))
-    return tuple(found)
+        surveyed.append(Layer(name, first, tuple(ends), tuple(ink)))
+    return tuple(surveyed)
 
 
 def _words(strokes: Sequence[Stroke]) -> Iterator[list[Stroke]]:
@@ -99,14 +99,14 @@ def parts(pages: Sequence[Sequence[Layer]], copies: int = 1, every: float | None
     if every is not None and not every >= 10.0:
         raise InputError(f"pause every: {every:g} mm of ink is less than 10 mm; give a length such as 20m.")
     used: dict[str, float] = {}  # mm a pen has drawn since it was last looked at
-    made: list[Part] = []
+    in_order: list[Part] = []
     for copy, (page, layers) in itertools.product(range(copies), enumerate(pages)):
         for layer in layers:
             if every is None:
-                made.append(Part(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
+                in_order.append(Part(page, copy, layer.name, layer.first, layer.ends[-1], sum(layer.ink)))
             else:
-                made += _divided(page, copy, layer, every, used)
-    return made
+                in_order += _divided(page, copy, layer, every, used)
+    return in_order
 
 
 def _divided(page: int, copy: int, layer: Layer, every: float, used: dict[str, float]) -> Iterator[Part]:

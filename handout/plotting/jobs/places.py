@@ -1,8 +1,8 @@
-"""How far a drawing has been drawn: from the blocks of its plan that are done to a place on one of its strokes.
+"""A place on a drawing: how far it has been drawn, what is left of it, and where on it a machine stands.
 
-A drawing cut in two at a place: what is drawn, and what is left of it.
-
-Where on a drawing a machine stands: its own word for its position, as a place on what it was drawing."""
+`Milestones` turns blocks of a plan that are done into places; `drawn` and `remaining` cut a drawing in two at one;
+`found` turns a machine's own word for its position into one.
+"""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _reached(plan: Plan) -> Array:
     many = len(plan.drawing.strokes)
     whole = np.bincount(stroke[draws], meant[draws], many)
     before = np.append(0.0, np.cumsum(whole)[:-1])
-    begins, ends = (np.array([one.t[at] for one in plan.drawing.strokes]) for at in (0, -1))
+    begins, ends = (np.array([line.t[at] for line in plan.drawing.strokes]) for at in (0, -1))
     share = np.clip((so_far - before[stroke]) / np.maximum(whole[stroke], 1e-12), 0.0, 1.0)
     return np.asarray(np.where(share > 1.0 - 1e-9, ends[stroke], begins[stroke] + share * (ends - begins)[stroke]))
 
@@ -128,21 +128,20 @@ def _from(stroke: Stroke, time: float) -> Stroke | None:
 def _cut(stroke: Stroke, t: Array) -> Stroke:
     """The stroke at the times t: its samples, and what lies between them at an end."""
     xy = np.stack([np.interp(t, stroke.t, stroke.xy[:, axis]) for axis in (0, 1)], axis=1)
-    known = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
-    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in known.items()}
+    recorded = {name: values for name in _CHANNELS if (values := getattr(stroke, name)) is not None}
+    channels: dict[str, Any] = {name: _between(name, t, stroke.t, values) for name, values in recorded.items()}
     return dataclasses.replace(stroke, t=t, xy=xy, **channels)
 
 
-def _between(name: str, t: Array, known: Array, values: Array) -> Array:
+def _between(name: str, t: Array, times: Array, values: Array) -> Array:
     """A channel at the times t; its samples stay as they are, to the last digit."""
-    found = np.interp(t, known, np.unwrap(values) if name in _ANGLES else values)
-    at = np.minimum(np.searchsorted(known, t), len(known) - 1)
-    return np.where(known[at] == t, values[at], found)
+    between = np.interp(t, times, np.unwrap(values) if name in _ANGLES else values)
+    at = np.minimum(np.searchsorted(times, t), len(times) - 1)
+    return np.where(times[at] == t, values[at], between)
 
 
-_NEAR = (
-    0.15  # mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
-)
+# mm that a machine may stand beside what it was told to draw: segments, steps, a bed that is not quite 1:1
+_NEAR = 0.15
 _CLEARLY = 0.03  # mm by which it must be nearer to a later place, for way and line may lead along each other
 _PAST = 0.03  # mm by which the line has left a place when that is behind it
 
@@ -161,18 +160,19 @@ def found(drawing: Drawing, certain: Place, at: Array, reach: float, zero: Array
     -----
     Where its line comes by several times it is the first: the others might leave a gap.
     """
-    best, nearest, draws = None, _NEAR, False
+    best_place, distance, draws = None, _NEAR, False
     for place, a, b, until in _ways(drawing, certain, reach, zero):
         along = b - a
         length2 = float(along @ along)
         share = float(np.clip((at - a) @ along / length2, 0.0, 1.0)) if length2 > 0 else 0.0
         off = float(np.hypot(*(a + share * along - at)))
-        if off < (nearest if best is None else nearest - _CLEARLY):
+        if off < (distance if best_place is None else distance - _CLEARLY):
             draws = bool(np.isfinite(until))
-            best, nearest = Place(place.stroke, place.time + share * (until - place.time) if draws else place.time), off
-        elif draws and off > nearest + _PAST:
+            time = place.time + share * (until - place.time) if draws else place.time
+            best_place, distance = Place(place.stroke, time), off
+        elif draws and off > distance + _PAST:
             break
-    return best
+    return best_place
 
 
 def _ways(

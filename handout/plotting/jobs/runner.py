@@ -266,11 +266,11 @@ class _Run:
         job, kept = self.job, self.kept
         whole = job.drawing(number)
         left = remaining(whole, kept.standing.place)
-        own = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
-        made = plan(left, own, speed=job.options.speed)
-        keeper = _Keeper(kept, whole, left, made)
+        profile = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
+        planned = plan(left, profile, speed=job.options.speed)
+        keeper = _Keeper(kept, whole, left, planned)
         try:
-            report = draw(made, controller, port, job.profile, self._monitor(number, made, keeper), fresh=fresh)
+            report = draw(planned, controller, port, job.profile, self._monitor(number, planned, keeper), fresh=fresh)
         except DeviceError as error:
             keeper.write()
             if isinstance(error, DeviceGarbled):
@@ -286,9 +286,9 @@ class _Run:
         observation = dataclasses.replace(report.observation, executed=None)
         self.reports.append(dataclasses.replace(report, observation=observation, plan=None))
 
-    def _monitor(self, number: int, made: Plan, keeper: _Keeper) -> Monitor:
+    def _monitor(self, number: int, planned: Plan, keeper: _Keeper) -> Monitor:
         return Monitor(
-            progress=self._progress(number, made),
+            progress=self._progress(number, planned),
             watch=keeper.note,
             proved=keeper.proved,
             secure=keeper.secure,
@@ -296,7 +296,7 @@ class _Run:
             log=self.log,
         )
 
-    def _progress(self, number: int, made: Plan) -> Progress | None:
+    def _progress(self, number: int, planned: Plan) -> Progress | None:
         """The progress of a part as that of the whole job, by its ink."""
         tell = self.progress
         if tell is None:
@@ -307,13 +307,13 @@ class _Run:
         whole = max(self.job.ink, 1e-9)
         behind = sum(part.ink for part in parts[:number])
         later = max(whole - behind - parts[number].ink, 0.0)
-        begun = behind + max(parts[number].ink - made.pen_down, 0.0)
-        pace = made.duration / max(made.pen_down, 1e-9)
+        begun = behind + max(parts[number].ink - planned.pen_down, 0.0)
+        pace = planned.duration / max(planned.pen_down, 1e-9)
 
-        def told(share: float, left: float) -> None:
-            tell(min((begun + share * made.pen_down) / whole, 1.0), left + pace * later)
+        def progress(share: float, left: float) -> None:
+            tell(min((begun + share * planned.pen_down) / whole, 1.0), left + pace * later)
 
-        return told
+        return progress
 
 
 def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], bool]:

@@ -87,12 +87,12 @@ def begin(
     with _new_folder(base) as work:
         begun = datetime.now().isoformat(timespec="seconds")
         job = Job(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
-        found = []
+        records = []
         for number, page in enumerate(made):
-            found.append(pages.keep(page, work, number, profile, options.layers, options.order))
+            records.append(pages.keep(page, work, number, profile, options.layers, options.order))
             if not job.whole:
-                pages.enter(found[-1], work, number)
-        job = job.with_pages(found)
+                pages.enter(records[-1], work, number)
+        job = job.with_pages(records)
         if job.whole and not job.parts:
             raise InputError("There are no strokes: there is nothing to plot.")
         job.write()
@@ -113,9 +113,9 @@ def add(job: Job, number: int, made: Made) -> None:
         The page has strokes outside the bed.
     """
     try:
-        found = pages.keep(made, job.folder, number, job.profile, job.options.layers, job.options.order)
+        record = pages.keep(made, job.folder, number, job.profile, job.options.layers, job.options.order)
         pages.sync_folder(job.folder)  # the record never outlives the drawing
-        pages.enter(found, job.folder, number)
+        pages.enter(record, job.folder, number)
         pages.sync_folder(job.folder)
     except OSError as error:
         raise InputError(f"Cannot keep the job in {job.folder}: {error.strerror or error}.") from error
@@ -123,8 +123,8 @@ def add(job: Job, number: int, made: Made) -> None:
 
 def complete(job: Job) -> None:
     """All pages of a job are made: what they are made from is needed no longer."""
-    found = pages.records(job.folder)
-    dataclasses.replace(job, inputs=None).with_pages(found).write()
+    records = pages.records(job.folder)
+    dataclasses.replace(job, inputs=None).with_pages(records).write()
     pages.sync_folder(job.folder)
 
 
@@ -176,9 +176,9 @@ def find(name: str | None = None, place: Path | None = None) -> Job:
             if not job.standing().finished:
                 return job
         raise InputError("There is nothing to resume: no plot was broken off.")
-    found = next((job for job in jobs if job.name == name), None)
-    if found is not None:
-        return found
+    match = next((job for job in jobs if job.name == name), None)
+    if match is not None:
+        return match
     names = ", ".join(job.name for job in jobs[-5:])
     known = f"the last ones are {names} (see: handout plot jobs)" if names else "none is kept"
     raise InputError(f"There is no job {name!r}; {known}.")
@@ -186,12 +186,12 @@ def find(name: str | None = None, place: Path | None = None) -> Job:
 
 def every(place: Path | None = None) -> list[Job]:
     """All jobs that can be read, the oldest first."""
-    base, found = place or folder(), []
+    base, jobs = place or folder(), []
     for path in base.iterdir() if base.is_dir() else []:
         if not path.name.startswith("."):
             with contextlib.suppress(InputError):
-                found.append(load(path))
-    return sorted(found, key=lambda job: (job.begun, len(job.name), job.name))
+                jobs.append(load(path))
+    return sorted(jobs, key=lambda job: (job.begun, len(job.name), job.name))
 
 
 def prune(place: Path | None = None, keep: int = _KEPT) -> None:

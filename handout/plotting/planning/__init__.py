@@ -1,1 +1,25 @@
-"""From a drawing to a `Plan`, without touching a machine: where the time of every stroke is decided."""
+"""From a drawing to a `Plan`, without a machine: the order of the strokes, their times, what the machine is told.
+
+The steps, in the order in which `planner.plan` takes them:
+
+    planner.py        the steps; which planner a machine needs
+    order.py          in which order strokes are drawn; tour.py: the shortest way through strokes in any order
+    plan.py           what is asked, a `Request`, and what comes of it, a `Plan`; blocks.py: what a machine is told
+    pace.py           the times that are asked for: the drawing's, faster or slower, or the least there can be
+
+and then, by who makes the speeds of the machine, one of three:
+
+    feed_segments.py  controllers with a planner of their own: segments, and feeds fitted to what it makes of them
+    time_slices.py    boards that do every move in the time they are told
+    vectors.py        plotters that draw each stroke at one speed
+
+which share:
+
+    segments.py       a trajectory, and where it is cut into straight segments
+    time_scaling.py   a trajectory slowed down where a machine could not follow
+    lookahead.py      what a planner of GRBL's kind makes of lines and feeds; feeds.py: the feeds that suit it
+    toolpath.py       all moves of a page, liftings and rests included, and when each begins
+
+To add a step: a function of its own, called in `planner.plan` or in the `plan` of one of the three; to add an order of
+strokes: a name in `plan.Order`, and `order.shortened`.
+"""

@@ -15,7 +15,7 @@ import numpy as np
 from handout.plotting.planning.lookahead import Blocks, Flags, run
 from handout.values import Array
 
-_ROUNDS = 30
+_ROUNDS = 30  # at most, after the first: pages of writing were done after 8 to 17 on four machines
 _PATIENCE = 6  # rounds without a gain after which it is done
 _FIRST = 12  # rounds in which each segment looks at itself alone
 _STEP = 0.6  # share of its own error, as a power, that a round corrects then; more makes neighbours swing

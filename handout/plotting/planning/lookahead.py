@@ -5,8 +5,8 @@ as far as its queue lets it see, and runs each block as a trapezoid of speed.  T
 E the running sum of 2·a·length, a speed v is reachable from another u when v² − E and u² − E are ordered, so the pass
 back from the end of the queue is a sliding minimum of (limit + E), and the pass forward a running one.
 
-Source: the specification of GRBL 1.1's planner (junction deviation, entry speed at most both nominal speeds, look-ahead
-of the queue, a block ends at rest when the queue is empty).
+Source: Skogsrud and Jeon, GRBL 1.1h (2019): junction deviation, entry speed at most both nominal speeds, look-ahead
+of the queue, a block ends at rest when the queue is empty.
 """
 
 from __future__ import annotations

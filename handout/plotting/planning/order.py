@@ -14,7 +14,7 @@ import numpy as np
 from handout.plotting.planning.tour import shortest
 from handout.values import Array, Drawing, Indices, Stroke
 
-_ROUNDS = 30
+_ROUNDS = 30  # at most, in which words are moved about: pages of writing need 3 or 4, 200 words in any places 7
 _CLOSED = 0.02  # mm between the ends of a stroke that is closed
 _LIFT = 0.1  # s between the strokes of a drawing
 _KICKS, _SPENT = 5, 800_000  # disturbances a stroke, and strokes turned round by all of them: about half a second
@@ -39,12 +39,12 @@ def _paced(ordered: tuple[Stroke, ...], written: tuple[Stroke, ...]) -> tuple[St
         return ordered
     ends = [0.0, *(float(stroke.t[-1]) for stroke in written[:-1])]
     pause = {id(stroke): max(float(stroke.t[0]) - end, 0.0) for stroke, end in zip(written, ends, strict=True)}
-    clock, found = 0.0, []
+    clock, paced = 0.0, []
     for stroke in ordered:
         clock += pause[id(stroke)]
-        found.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
-        clock = float(found[-1].t[-1])
-    return tuple(found)
+        paced.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
+        clock = float(paced[-1].t[-1])
+    return tuple(paced)
 
 
 def by_tour(strokes: tuple[Stroke, ...], home: Array | None = None) -> tuple[Stroke, ...]:
@@ -131,11 +131,11 @@ def _picked(stroke: Stroke, at: Indices, t: Array) -> Stroke:
 
 
 def _on_one_clock(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    clock, found = 0.0, []
+    clock, timed = 0.0, []
     for stroke in strokes:
-        found.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
-        clock = float(found[-1].t[-1]) + _LIFT
-    return tuple(found)
+        timed.append(dataclasses.replace(stroke, t=stroke.t - stroke.t[0] + clock))
+        clock = float(timed[-1].t[-1]) + _LIFT
+    return tuple(timed)
 
 
 def _way(strokes: tuple[Stroke, ...], home: Array | None) -> float:

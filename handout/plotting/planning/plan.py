@@ -120,8 +120,8 @@ class Plan:
         row = int(np.searchsorted(self.starts, t, side="right")) - 1
         moves = len(self.toolpath.kind)
         if 0 <= row < moves and t - self.starts[row] < self.motion.duration[row]:
-            gone = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
-            share = float(gone[0]) / max(float(self.motion.length[row]), 1e-9)
+            travelled = self.motion.travelled(np.array([row]), np.array([t - self.starts[row]]))
+            share = float(travelled[0]) / max(float(self.motion.length[row]), 1e-9)
             a, b = self.toolpath.points[row], self.toolpath.points[row + 1]
             x, y = self._on_page((a + share * (b - a))[None])[0].tolist()
             return x, y, bool(self.toolpath.draws[row])
@@ -147,9 +147,9 @@ class Plan:
         ends = np.cumsum(np.bincount(toolpath.stroke[row], minlength=len(toolpath.first)))
         strokes = []
         for index, stroke in enumerate(self.drawing.strokes):
-            own = slice(ends[index - 1] if index else 0, ends[index])
-            clock = np.append(self.starts[toolpath.first[index]], self.starts[row[own]] + t[own])
-            strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[own]]), word=stroke.word))
+            samples = slice(ends[index - 1] if index else 0, ends[index])
+            clock = np.append(self.starts[toolpath.first[index]], self.starts[row[samples]] + t[samples])
+            strokes.append(Stroke(clock, np.concatenate([begin[index : index + 1], xy[samples]]), word=stroke.word))
         return Drawing(tuple(strokes), self.drawing.page, self.drawing.about)
 
     def intended(self) -> Drawing:

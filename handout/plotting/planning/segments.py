@@ -78,7 +78,7 @@ def _turning_points(path: Trajectory, interval: float) -> Array:
     A hand slows down where its path turns; a segment that began before a turn and ended behind it would cut it off.
     """
     t, stroke = path.t, path.stroke
-    first, last = _ends(stroke)
+    first, last = stroke_ends(stroke)
     early, late = (np.clip(t + half, t[first][stroke], t[last][stroke]) for half in (-interval / 2, interval / 2))
     moved = path.at(late) - path.at(early)
     speed = np.sqrt((moved * moved).sum(axis=1)) / np.maximum(late - early, _TINY)
@@ -87,7 +87,7 @@ def _turning_points(path: Trajectory, interval: float) -> Array:
     return _apart(np.union1d(t[first], t[last]), slowest_first, 2 * interval)
 
 
-def _ends(stroke: Index) -> tuple[Index, Index]:
+def stroke_ends(stroke: Index) -> tuple[Index, Index]:
     """Index of the first and of the last sample of every stroke."""
     first = np.flatnonzero(np.diff(stroke, prepend=-1))
     return first, np.append(first[1:], len(stroke)) - 1
@@ -154,7 +154,7 @@ def _merge(path: Trajectory, breakpoints: Array, wanted: Array, shortest: float)
 def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:
     """Knots one after the other, each far enough from the one before, and both ends of every stroke."""
     places, firm = xy.tolist(), wanted.tolist()
-    first, last = (set(ends.tolist()) for ends in _ends(stroke))
+    first, last = (set(ends.tolist()) for ends in stroke_ends(stroke))
     kept: list[int] = []
     for index, (x, y) in enumerate(places):
         stays = firm[index] or index in last

@@ -15,7 +15,7 @@ import numpy as np
 
 from handout.plotting.planning import lookahead
 from handout.plotting.planning.lookahead import Flags
-from handout.plotting.planning.segments import Index, Trajectory
+from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.values import Array
 
 _SAMPLED = 0.012  # s; samples nearer than this are those of a motion, others the ends of straight lines
@@ -61,7 +61,7 @@ class TimedCurve:
             return np.zeros_like(self.trajectory.xy), np.zeros_like(self.trajectory.xy)
         gap, chord = _chords(self.trajectory)
         before, after = np.vstack([chord[:1], chord]), np.vstack([chord, chord[-1:]])
-        first, last = _ends(self.trajectory)
+        first, last = stroke_ends(self.trajectory.stroke)
         before[first], after[last] = after[first], before[last]
         early, late = np.append(gap[:1], gap), np.append(gap, gap[-1:])
         share = (late / (early + late))[:, None]
@@ -118,7 +118,7 @@ def scaled(path: TimedCurve, limits: MotionLimits) -> TimedCurve:
     arriving, leaving = path.velocities
     hand = np.minimum(np.hypot(*arriving.T), np.hypot(*leaving.T))
     most = np.minimum(hand, _greatest(path, gap, chord, hand, limits))
-    most[np.concatenate(_ends(trajectory))] = 0.0
+    most[np.concatenate(stroke_ends(trajectory.stroke))] = 0.0
     speed = np.sqrt(lookahead.reachable(most**2, 2.0 * limits.acceleration * length))
     took = np.where(drawn & (length > 0), _longer(path, gap, length, hand, speed, limits), gap)
     return TimedCurve(
@@ -181,12 +181,6 @@ def _chords(trajectory: Trajectory) -> tuple[Array, Array]:
     chord = np.diff(trajectory.xy, axis=0) / gap[:, None]
     chord[trajectory.stroke[1:] != trajectory.stroke[:-1]] = 0.0
     return gap, chord
-
-
-def _ends(trajectory: Trajectory) -> tuple[Index, Index]:
-    """Indices of the first and of the last sample of every stroke."""
-    first = np.flatnonzero(np.diff(trajectory.stroke, prepend=-1))
-    return first, np.append(first[1:], len(trajectory.stroke)) - 1
 
 
 def _across(chord: Array) -> Array:

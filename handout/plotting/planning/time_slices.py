@@ -4,7 +4,7 @@ Such a machine does as it is told, so the plan itself sees to it that no more is
 and nothing has to be guessed about a planner.  Slices are cut where a motor turns round, so that within a slice each
 goes one way; all durations are whole milliseconds, which every such machine can count.
 
-Source: specification of the plotters, EBB: motion in slices of 10 ms, 25 000 steps/s of a motor at most.
+Source: Schmalz, EiBotBoard command set: whole milliseconds, 25 000 steps/s of a motor at most; the rest is own method.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from handout.plotting.planning.blocks import Pause, Pen, Timed
 from handout.plotting.planning.lookahead import Motion
 from handout.plotting.planning.pace import pace
 from handout.plotting.planning.plan import Plan, Request
-from handout.plotting.planning.segments import Trajectory
+from handout.plotting.planning.segments import Trajectory, stroke_ends
 from handout.plotting.planning.time_scaling import MotionLimits, TimedCurve
 from handout.plotting.planning.toolpath import TRAVEL, Toolpath, lay_out, start_times
 from handout.profiles import Plotter, Time
@@ -50,13 +50,13 @@ def plan(request: Request) -> Plan:
 
 def motion_limits(profile: Plotter) -> MotionLimits:
     """What a machine that keeps time can do."""
-    said = profile.limits
+    limits = profile.limits
     mix = np.array([[1.0, 1.0], [1.0, -1.0]]) if profile.bed.gantry == "corexy" else np.eye(2)
     return MotionLimits(
-        float(said.draw_speed),
-        float(said.acceleration),
-        float(said.junction_deviation),
-        _STEP_RATE / said.steps_per_mm,
+        float(limits.draw_speed),
+        float(limits.acceleration),
+        float(limits.junction_deviation),
+        _STEP_RATE / limits.steps_per_mm,
         mix,
     )
 
@@ -76,8 +76,7 @@ def slices(path: TimedCurve, profile: Plotter) -> tuple[Trajectory, Array]:
     when : (n,) float, s, the same on the clock of the path, which differs by less than a millisecond a stroke.
     """
     trajectory = path.trajectory
-    first = np.flatnonzero(np.diff(trajectory.stroke, prepend=-1))
-    last = np.append(first[1:], len(trajectory.stroke)) - 1
+    first, last = stroke_ends(trajectory.stroke)
     mix = motion_limits(profile).mix
     corner = _corners(path)
     length = min(max(1.0 / profile.segment_rate, _SHORTEST), 4 * _TRAVEL)
@@ -114,19 +113,19 @@ def _ends_of_slices(
     """Where the slices of one stroke end, ms: at its corners, where a motor turns round, and evenly in between."""
     at = np.arange(ms + 1)
     motors = path.at(np.asarray(begin + at * unit)) @ mix.T
-    gone = np.diff(motors, axis=0)
-    turned = (gone[1:] * gone[:-1] < 0).any(axis=1)
+    steps = np.diff(motors, axis=0)
+    turned = (steps[1:] * steps[:-1] < 0).any(axis=1)
     turns = np.flatnonzero(turned) + 1
-    sharp = np.abs(np.diff(gone, axis=0)).max(axis=1)[turns - 1]
+    sharp = np.abs(np.diff(steps, axis=0)).max(axis=1)[turns - 1]
     wanted = np.concatenate([corners, turns[np.argsort(-sharp, kind="stable")]]).astype(int)
-    kept = [0, ms]
+    ends = [0, ms]
     shortest = round(_SHORTEST * _MS)
     for place in wanted.tolist():
-        after = bisect.bisect(kept, place)
-        if 0 < after < len(kept) and place - kept[after - 1] >= shortest and kept[after] - place >= shortest:
-            kept.insert(after, place)
-    pieces = np.maximum(np.rint(np.diff(kept) / length), 1).astype(int)
-    parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(kept, kept[1:], pieces.tolist(), strict=False)]
+        after = bisect.bisect(ends, place)
+        if 0 < after < len(ends) and place - ends[after - 1] >= shortest and ends[after] - place >= shortest:
+            ends.insert(after, place)
+    pieces = np.maximum(np.rint(np.diff(ends) / length), 1).astype(int)
+    parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends, ends[1:], pieces.tolist(), strict=False)]
     return np.append(np.rint(np.concatenate(parts)), ms)
 
 
@@ -163,8 +162,8 @@ def _travel(begin: Array, end: Array, profile: Plotter) -> _Run:
         marks = np.rint(np.linspace(0, ms, max(round(ms / (_TRAVEL * _MS)), 1) + 1)) if ms else np.zeros(1)
         took += np.diff(marks).tolist()
         speed += (before + (after - before) * marks[1:] / max(ms, 1)).tolist()
-    gone = np.cumsum(np.array(took) * 0.5 * (np.array(speed[1:]) + np.array(speed[:-1])))
-    points = begin + unit * gone[:, None]
+    travelled = np.cumsum(np.array(took) * 0.5 * (np.array(speed[1:]) + np.array(speed[:-1])))
+    points = begin + unit * travelled[:, None]
     points[-1] = end
     return _Run(points, np.array(took) / _MS, np.array(speed) * _MS)
 

@@ -95,10 +95,10 @@ def _tie(a: int, b: int, link: NDArray[np.intp], root: list[int]) -> bool:
     """Link two ends, if both are free and belong to different fragments; whether they were."""
     if link[a] >= 0 or link[b] >= 0:
         return False
-    one, two = _root(a >> 1, root), _root(b >> 1, root)
-    if one == two:
+    first, second = _root(a >> 1, root), _root(b >> 1, root)
+    if first == second:
         return False
-    link[a], link[b], root[one] = b, a, two
+    link[a], link[b], root[first] = b, a, second
     return True
 
 
@@ -149,14 +149,14 @@ class _Search:
         for count in range(1, times + 1):
             self._turned.clear()
             first = int(n * (count * _GOLDEN % 1.0))
-            one = 1 + int(reach * (count * _GOLDEN * 7 % 1.0))
-            two = 1 + int(reach * (count * _GOLDEN * 31 % 1.0))
-            cuts = [self.tour[(first + at) % n] for at in (0, one, one + two)]
+            left = 1 + int(reach * (count * _GOLDEN * 7 % 1.0))
+            right = 1 + int(reach * (count * _GOLDEN * 31 % 1.0))
+            cuts = [self.tour[(first + at) % n] for at in (0, left, left + right)]
             links = [(point, self._link(point)) for point in cuts]
             before = sum(self._gap(a, b) for a, b in links)
-            self._turn(first, first + one - 1)
-            self._turn(first + one, first + one + two - 1)
-            self._turn(first, first + one + two - 1)
+            self._turn(first, first + left - 1)
+            self._turn(first + left, first + left + right - 1)
+            self._turn(first, first + left + right - 1)
             touched = [point for link in links for point in link]
             gain = before - sum(self._gap(point, self._link(point)) for point in touched) / 2
             if gain + self.improve(touched) < -_EPS:
@@ -175,11 +175,11 @@ class _Search:
         """Make the first exchange found that links `p` to something nearer; the gain, and the points it touches."""
         at, tour, place, n = self._at, self.tour, self.place, self.n
         q = self._link(p)
-        given = abs(at[p] - at[q])
+        present = abs(at[p] - at[q])
         here = place[p >> 1]
         enters = tour[here] == p
         for c, gap in self._near[p]:
-            spare = given - gap
+            spare = present - gap
             if spare <= _EPS:
                 break
             where = place[c >> 1]
@@ -194,10 +194,10 @@ class _Search:
                 if gain > _EPS:
                     self._exchange(p, c)
                     return gain, (p, q, c, r)
-            found = self._run(c, r, p, q, old) or self._run(p, q, c, r, old)
-            if found:
-                self._carry(*found[1], turned=same)
-                return found[0], found[1]
+            carried = self._run(c, r, p, q, old) or self._run(p, q, c, r, old)
+            if carried:
+                self._carry(*carried[1], turned=same)
+                return carried[0], carried[1]
         return 0.0, ()
 
     def _run(self, c: int, r: int, p: int, q: int, spare: float) -> tuple[float, _Six] | None:
@@ -268,8 +268,8 @@ def _neighbours(points: Array) -> list[list[tuple[int, float]]]:
     places = _apart(points)
     other = _nearest(places, near)[1]
     gap = np.linalg.norm(points[other] - points[:, None], axis=2)  # as it is: a gain that is none would never end
-    own = np.arange(len(points))[:, None] >> 1
-    foreign = (other >> 1) != own
+    strokes = np.arange(len(points))[:, None] >> 1
+    foreign = (other >> 1) != strokes
     return [
         [pair for pair, keep in zip(zip(o, g, strict=True), f, strict=True) if keep][:_NEAR]
         for o, g, f in zip(other.tolist(), gap.tolist(), foreign.tolist(), strict=True)

@@ -5,8 +5,8 @@ that velocity, each axis within its own limits; where two vectors meet it slows 
 with ``junction_deviation = "0mm"``.  So the timing of the hand is lost within a stroke; what can be kept is the time
 of each stroke as a whole, and that is what its velocity is chosen for.
 
-Source: the manual of the HP 7470A (VS: of horizontal or vertical moves with the pen down, rounded to 0.38 cm/s).  How
-corners are taken is in no manual; a stand at each is what the profiles assume.
+Source: Hewlett-Packard, HP 7470A manual (VS: of horizontal or vertical moves with the pen down, rounded to
+0.38 cm/s).  How corners are taken is in no manual; a stand at each is what the profiles assume.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""A part of the test sheet: lines of its own, and words beside them.
-
-The parts of the test sheet; each shows one thing that a person can set.
+"""The parts of the test sheet, each with lines and words of its own; each shows one thing that a person can set.
 
 All take the scale at which the sheet is drawn (1 on a page of A5), which changes room and letters but never what is
 measured: a side of 80 is 80 mm long, a step of a vernier 0.05 mm.
@@ -226,9 +224,9 @@ def ends(profile: Plotter, scale: float) -> Panel:
 def _shown_tails(profile: Plotter, room: float, apart: float) -> list[tuple[int, float]]:
     """The longest delays whose tails have room, two if their numbers do not run into each other: ms, and mm."""
     ways = [(ms, left_behind(ms / 1000, profile)) for ms in _TAILS]
-    fitting = [one for one in ways if 0.8 < one[1] < room] or ways[:1]
+    fitting = [tail for tail in ways if 0.8 < tail[1] < room] or ways[:1]
     last = fitting[-1]
-    return [*[one for one in fitting[:-1] if last[1] - one[1] > apart][-1:], last]
+    return [*[tail for tail in fitting[:-1] if last[1] - tail[1] > apart][-1:], last]
 
 
 def dots(profile: Plotter, scale: float) -> Panel:

@@ -25,7 +25,7 @@ from handout.plotting.setup.panels import line
 from handout.profiles import Pen, Plotter
 from handout.values import Array, Drawing, Page, Stroke
 
-ROWS = 5
+ROWS = 5  # that are drawn to choose from: as many as fit on `_PAGE`
 _PAGE = Page(70.0, 50.0)  # mm that the rows need
 _SPEED = 30.0  # mm/s
 _GO = 0.15  # s between two strokes
@@ -84,8 +84,8 @@ def replaced(profile: Plotter, up: float | None, down: float | None) -> Plotter:
             f"profile has {in_words(pen.up, profile)} and {in_words(pen.down, profile)}."
         )
     pressed = None if pen.pressed is None else round(pen.pressed + new_down - pen.down, 3)
-    own = msgspec.structs.replace(pen, up=new_up, down=new_down, pressed=pressed)
-    return msgspec.structs.replace(profile, pen=own)
+    changed = msgspec.structs.replace(pen, up=new_up, down=new_down, pressed=pressed)
+    return msgspec.structs.replace(profile, pen=changed)
 
 
 def in_words(value: float, profile: Plotter) -> str:
@@ -151,9 +151,9 @@ class Bench:
     def row(self, number: int, heights: Heights) -> None:
         """Draw one row at heights to be tried, with as many marks behind it as its number."""
         self.take(up=heights.up, down=heights.down)
-        own = self.controller.profile
-        made = plan(Drawing(tuple(_strokes(number)), _PAGE), own)
-        draw(made, self.controller, self.port, own, Monitor(log=self.log), fresh=not self._drawn)
+        profile = self.controller.profile
+        planned = plan(Drawing(tuple(_strokes(number)), _PAGE), profile)
+        draw(planned, self.controller, self.port, profile, Monitor(log=self.log), fresh=not self._drawn)
         self._drawn += 1
         self.at = heights.up
 
@@ -225,14 +225,14 @@ def _asked(bench: Bench, steps: Steps, done: str, means: str, *, may_turn: bool)
     answers |= {"x": "it goes the wrong way round"} if may_turn else {}
     profile = bench.controller.profile
     while True:
-        said = bench.person.answer(f"Pen at {in_words(bench.at, profile)}, steps of {steps.size:g}", answers)
-        if said == done:
+        answer = bench.person.answer(f"Pen at {in_words(bench.at, profile)}, steps of {steps.size:g}", answers)
+        if answer == done:
             return bench.at
-        if said in ("f", "c"):
-            steps.chosen = min(max(steps.chosen + (1 if said == "f" else -1), 0), len(steps.sizes) - 1)
-        elif said == "x":
+        if answer in ("f", "c"):
+            steps.chosen = min(max(steps.chosen + (1 if answer == "f" else -1), 0), len(steps.sizes) - 1)
+        elif answer == "x":
             steps.sign = -steps.sign
-        elif (there := steps.from_(bench.at, steps.size if said == "d" else -steps.size)) is None:
+        elif (there := steps.from_(bench.at, steps.size if answer == "d" else -steps.size)) is None:
             bench.person.hear(f"It goes no further than {steps.least:g} to {steps.greatest:g}.")
         else:
             bench.go(there)
@@ -256,10 +256,10 @@ def _chosen(bench: Bench, steps: Steps, first: float, up: float) -> float:
         bench.person.do(f"{ROWS} rows will be drawn, from {values[0]:g} down to {values[-1]:g}: put in a fresh sheet")
         for number, value in enumerate(values.tolist(), 1):
             bench.row(number, Heights(up, value))
-        said = bench.person.answer("Which row is the lightest that is whole?", answers)
-        if said in "12345":
-            return float(values[int(said) - 1])
-        if said == "0":
+        answer = bench.person.answer("Which row is the lightest that is whole?", answers)
+        if answer in "12345":
+            return float(values[int(answer) - 1])
+        if answer == "0":
             first = float(values[-1])
 
 

@@ -34,36 +34,36 @@ def place(name: str, again: bool) -> Path:
 def lines(heights: Heights, profile: Plotter) -> dict[str, float]:
     """The keys of the group ``[pen]`` that change; a pen that follows pressure presses as much deeper as it did."""
     pen = profile.pen
-    found = {"up": heights.up, "down": heights.down}
+    keys = {"up": heights.up, "down": heights.down}
     if pen.pressed is not None:
-        found["pressed"] = round(heights.down + pen.pressed - pen.down, 3)
-    return found
+        keys["pressed"] = round(heights.down + pen.pressed - pen.down, 3)
+    return keys
 
 
-def edited(text: str, found: dict[str, float]) -> str:
+def edited(text: str, keys: dict[str, float]) -> str:
     """A profile's text with other numbers in ``[pen]``; the comments of these lines say where they are from."""
     group, rows = "", []
     for row in text.splitlines():
         if heading := re.match(r"\s*\[([^\]]*)\]", row):
             group = heading.group(1).strip()
         match = re.match(r"(\s*)(\w+)(\s*=\s*)([-+.\w]+)\s*(?:#\s*(.*))?$", row)
-        if group == "pen" and match and match.group(2) in found:
+        if group == "pen" and match and match.group(2) in keys:
             was = f"{match.group(4)} before" + (f": {match.group(5)}" if match.group(5) else "")
-            number = f"{match.group(1)}{match.group(2)}{match.group(3)}{found[match.group(2)]:g}"
+            number = f"{match.group(1)}{match.group(2)}{match.group(3)}{keys[match.group(2)]:g}"
             row = f"{number:<24} # {_FOUND}; {was}"
         rows.append(row)
     return "\n".join(rows) + "\n"
 
 
-def check(source: Path, found: dict[str, float]) -> None:
+def check(source: Path, keys: dict[str, float]) -> None:
     """Raise InputError unless a profile can have these numbers, before anything is tried with them."""
     try:
-        _tried(edited(source.read_text(encoding="utf-8"), found), source, source, found)
+        _tried(edited(source.read_text(encoding="utf-8"), keys), source, source, keys)
     except InputError as error:
         raise InputError(str(error).replace(f"{source}: ", "", 1)) from error
 
 
-def save(source: Path, path: Path, found: dict[str, float]) -> None:
+def save(source: Path, path: Path, keys: dict[str, float]) -> None:
     """Write the copy, whole and valid, or nothing.
 
     Raises
@@ -71,8 +71,8 @@ def save(source: Path, path: Path, found: dict[str, float]) -> None:
     InputError
         The numbers are none that a profile can have, or the file cannot be written.
     """
-    text = edited(source.read_text(encoding="utf-8"), found)
-    _tried(text, source, path, found)
+    text = edited(source.read_text(encoding="utf-8"), keys)
+    _tried(text, source, path, keys)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -80,7 +80,7 @@ def save(source: Path, path: Path, found: dict[str, float]) -> None:
     atomic.write(path, text.encode("utf-8"))
 
 
-def _tried(text: str, source: Path, path: Path, found: dict[str, float]) -> None:
+def _tried(text: str, source: Path, path: Path, keys: dict[str, float]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         trial = Path(folder) / path.name
         trial.write_text(text, encoding="utf-8")
@@ -88,8 +88,8 @@ def _tried(text: str, source: Path, path: Path, found: dict[str, float]) -> None
             profile = profiles.read(trial)
         except InputError as error:
             raise InputError(str(error).replace(str(trial), str(path))) from error
-    if not isinstance(profile, Plotter) or any(getattr(profile.pen, key) != value for key, value in found.items()):
-        wanted = ", ".join(f"{key} = {value:g}" for key, value in found.items())
+    if not isinstance(profile, Plotter) or any(getattr(profile.pen, key) != value for key, value in keys.items()):
+        wanted = ", ".join(f"{key} = {value:g}" for key, value in keys.items())
         raise InputError(
             f"{source}: its group [pen] is written in a way that is not understood; write {wanted} by hand."
         )

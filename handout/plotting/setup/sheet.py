@@ -1,8 +1,7 @@
-"""The test sheet of a machine: everything on one page that a person has to see to set it up.
+"""The test sheet of a machine: everything that a person has to see to set it up, on one page, and how it is read.
 
-The words of the test sheet, written by the hands of the house.
-
-What the test sheet says, in words: which line to look at, and which key of the profile it sets."""
+The parts are those of `panels`, packed on the page; their words are written by hands of the house.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from handout.values import Drawing, Hand, Line, Manuscript, Page, Placed, Stroke
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
-_SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)
+_SCALES = (1.0, 0.9, 0.8, 0.7, 0.62, 0.55, 0.48, 0.42)  # the largest that fits is taken; set by eye
 _SIDES = (150, 120, 100, 80, 60, 50, 40, 30, 20)  # mm
 _LEAST_SIDE = 40.0  # mm of the square at scale 1
 _EDGE = 0.035  # of the shorter side that stays empty
@@ -118,9 +117,9 @@ def _packed(panels: Sequence[Panel], width: float, height: float, gap: float) ->
             and y + panel.height <= height
             and not any(_meet((x, y, panel), other, gap) for other in spots)
         )
-        if (found := next(free, None)) is None:
+        if (spot := next(free, None)) is None:
             return None
-        spots.append((*found, panel))
+        spots.append((*spot, panel))
     return spots
 
 
@@ -173,14 +172,15 @@ def written(captions: Sequence[Caption], hand: str, page: Page, rng: np.random.G
     """
     if not captions:
         return Drawing((), page)
-    known = find(hand)
-    assert isinstance(known, Hand)
+    writer = find(hand)
+    assert isinstance(writer, Hand)
     size = captions[0].x_height
     sheet = Page(_WIDE, _FURTHER * (len(captions) + 2))
     layout = Layout(sheet, (10.0,) * 4, x_height=size, line_spacing=_FURTHER, align="left", jitter=_CALM)
-    (composed,) = compose("\n".join(one.text for one in captions), known, layout, rng, pages=1)
-    lines = [_moved(line, one, one.x_height / size) for line, one in zip(composed.lines, captions, strict=True)]
-    return trace(Manuscript(tuple(lines), page, size), known, rng, jitter=_CALM, speed=speed)
+    (composed,) = compose("\n".join(caption.text for caption in captions), writer, layout, rng, pages=1)
+    pairs = zip(composed.lines, captions, strict=True)
+    lines = [_moved(line, caption, caption.x_height / size) for line, caption in pairs]
+    return trace(Manuscript(tuple(lines), page, size), writer, rng, jitter=_CALM, speed=speed)
 
 
 def _moved(line: Line, caption: Caption, scale: float) -> Line:
@@ -197,13 +197,13 @@ def _moved(line: Line, caption: Caption, scale: float) -> Line:
 
 def how_to_read(profile: Plotter) -> list[str]:
     """One line for every part of the sheet."""
-    said = ["Square: measure its sides with a ruler; if they are off,"]
+    lines = ["Square: measure its sides with a ruler; if they are off,"]
     if setting := dialect(profile.dialect).steps_setting:
-        said[0] += f" steps per mm ({setting}) = now x printed length / measured length."
+        lines[0] += f" steps per mm ({setting}) = now x printed length / measured length."
     else:
-        said[0] += " the plotter's scale is set on itself (P1, P2)."
-    said[0] += " Unequal diagonals: the axes are not square."
-    said += [
+        lines[0] += " the plotter's scale is set on itself (P1, P2)."
+    lines[0] += " Unequal diagonals: the axes are not square."
+    lines += [
         "Play: the number beside the pair of marks that makes one straight line is the backlash, mm; none is best. "
         "Tighten belts or screws.",
         "mm/s, zigzags: the last row that is not shaken is limits.draw_speed.",
@@ -211,8 +211,8 @@ def how_to_read(profile: Plotter) -> list[str]:
         "Circles: flats at the quarters are play; ends that do not meet are a pen that is loose in its holder.",
     ]
     if profile.pen.lift != "own":
-        said += [
+        lines += [
             "start: the first line that begins on the rule says how many ms to add to pen.down_time.",
             "end: a tail beyond the rule reaches about to the number of ms to add to pen.up_time.",
         ]
-    return [*said, "dots: all should be there, none should blot; pen.ramp lowers the pen more slowly."]
+    return [*lines, "dots: all should be there, none should blot; pen.ramp lowers the pen more slowly."]

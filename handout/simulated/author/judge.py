@@ -16,7 +16,7 @@ from handout.simulated.author.owning import evenly
 from handout.simulated.author.truth import Truth
 from handout.values import Array, Indices
 
-NOBODY = -1
+NOBODY = -1  # the letter of ink that is no letter's
 NEAR = 0.06  # mm between a true and a found path that count as one
 _STEP = 0.5  # pixels between the places at which paths are compared
 _LOST = 0.25  # rule heights beyond which a split is another one

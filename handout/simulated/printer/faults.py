@@ -39,7 +39,7 @@ _FADING, _JOINT, _PALE = 0.05, 0.13, 0.35  # share of ink; mm; share of ink
 _LIGHTER = 0.85  # power
 # linear sRGB to linear Adobe RGB (1998), both D65
 _TO_ADOBE = np.array([[0.71513, 0.28487, 0.0], [0.0, 1.0, 0.0], [0.0, 0.04117, 0.95883]])
-_ADOBE_GAMMA = 563 / 256
+_ADOBE_GAMMA = 563 / 256  # Source: Adobe RGB (1998) Color Image Encoding
 
 
 def check(names: Iterable[str]) -> frozenset[str]:

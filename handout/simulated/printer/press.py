@@ -16,9 +16,9 @@ from handout.simulated.scanner.flatbed import Flatbed
 from handout.simulated.sheet import Sheet
 from handout.values import Array
 
-_CODES = 1 << 24
-_GRAIN_DPI = 300.0
-_MOST_GRAIN = 0.5
+_CODES = 1 << 24  # colours of 8 bits a channel
+_GRAIN_DPI = 300.0  # at which grain is counted
+_MOST_GRAIN = 0.5  # of the ink: with more it would often be none
 
 
 class Press(ABC):

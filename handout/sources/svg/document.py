@@ -20,6 +20,7 @@ _DEEPEST = 100
 _GROUPS = {"g", "a", "svg", "switch", "symbol"}
 _SHAPES = {"path", "line", "polyline", "polygon", "rect", "circle", "ellipse"}
 _LEFT_OUT = {"text": "text", "flowRoot": "text", "image": "picture", "foreignObject": "foreign object"}
+_DRAWN = {*_GROUPS, *_SHAPES, *_LEFT_OUT, "use"}
 _LEAST = 1e-9  # a shape or a scale that is smaller is nothing
 
 
@@ -85,9 +86,7 @@ class Walk:
 
     def _element(self, element: Element, frame: _Frame) -> Iterator[Line]:
         tag = element.tag
-        if tag not in _GROUPS and tag not in _SHAPES and tag != "use" and tag not in _LEFT_OUT:
-            return
-        if tag == "symbol" and element not in self._using:
+        if tag not in _DRAWN or (tag == "symbol" and element not in self._using):
             return
         self._used += bool(self._using)
         if self._used > _MOST_USED or frame.depth > _DEEPEST:
@@ -100,16 +99,21 @@ class Walk:
             if properties.get(name, "none") != "none":
                 self.left_out[f"{name.partition('-')[0]} (what it hides is drawn)"] += 1
         to_mm = frames.after(frame.to_mm, self._transform(element, properties))
-        here = _Frame(to_mm, style, _layer(element) or frame.layer, frame.size, frame.depth + 1)
+        layer = _layer(element) or frame.layer
+        yield from self._content(element, _Frame(to_mm, style, layer, frame.size, frame.depth + 1))
+
+    def _content(self, element: Element, frame: _Frame) -> Iterator[Line]:
+        """What an element draws, given what holds inside it."""
+        tag = element.tag
         if tag in _LEFT_OUT:
-            self.left_out[_LEFT_OUT[tag]] += style.visible
+            self.left_out[_LEFT_OUT[tag]] += frame.style.visible
         elif tag == "use":
-            yield from self._use(element, here)
+            yield from self._use(element, frame)
         elif tag in _GROUPS:
-            inner = self._viewport(element, here) if tag in ("svg", "symbol") else here
+            inner = self._viewport(element, frame) if tag in ("svg", "symbol") else frame
             yield from self._children(element, inner)
-        elif style.visible:
-            yield from self._shape(element, here)
+        elif frame.style.visible:
+            yield from self._shape(element, frame)
 
     def _transform(self, element: Element, properties: Mapping[str, str]) -> Array:
         try:
@@ -211,20 +215,20 @@ def size(root: Element) -> tuple[float, float]:
         One of them is not a length.
     """
     box = frames.view_box(root.get("viewBox"))
-    found = []
+    sides = []
     for index, name in enumerate(("width", "height")):
         whole = box[2 + index] if box else 0.0
         try:
-            found.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
+            sides.append(whole if frames.is_share(root.get(name)) else frames.length(root.get(name), whole))
         except InputError as error:
             raise InputError(f"<svg>: {name}: {error}.") from None
     if box and frames.is_share(root.get("width")) != frames.is_share(root.get("height")):
         # one of them given: the other follows from the shape of the viewBox
         if frames.is_share(root.get("width")):
-            found[0] = found[1] * box[2] / box[3]
+            sides[0] = sides[1] * box[2] / box[3]
         else:
-            found[1] = found[0] * box[3] / box[2]
-    return found[0], found[1]
+            sides[1] = sides[0] * box[3] / box[2]
+    return sides[0], sides[1]
 
 
 def _layer(element: Element) -> str:

@@ -65,21 +65,21 @@ def transform(text: str | None) -> Array:
     InputError
         One that does not exist, or does not take so many numbers.
     """
-    found = IDENTITY
+    matrix = IDENTITY
     if not text or text.strip() == "none":
-        return found
+        return matrix
     text = " ".join(text.split())
     if _TRANSFORM.sub("", text).strip(" ,"):
         raise InputError(f"the transform {text[:40]!r} cannot be read")
     for name, inside in _TRANSFORM.findall(text):
         try:
-            found = after(found, _one(name, numbers(inside)))
+            matrix = after(matrix, _map_of(name, numbers(inside)))
         except (ValueError, TypeError, OverflowError):
             raise InputError(f"the transform {name}({inside[:30]}) cannot be read") from None
-    return found
+    return matrix
 
 
-def _one(name: str, given: list[float]) -> Array:
+def _map_of(name: str, given: list[float]) -> Array:
     if name == "matrix":
         a, b, c, d, e, f = given
         return np.array([[a, c, e], [b, d, f]])

@@ -76,9 +76,9 @@ def _nothing(left_out: Counter[str]) -> str:
             f"There is no line to draw: {outlines} filled outline{'s' if outlines > 1 else ''} without a stroke. A pen "
             "draws lines, so give the shapes a stroke, or fill them with hatching first."
         )
-    found = ", ".join(f"{count} x {what}" for what, count in sorted(left_out.items()) if count)
-    if found:
-        return f"There is no line to draw, only {found}: turn it into paths with a stroke first."
+    others = ", ".join(f"{count} x {what}" for what, count in sorted(left_out.items()) if count)
+    if others:
+        return f"There is no line to draw, only {others}: turn it into paths with a stroke first."
     return "There is no line to draw: nothing in it is visible and has a stroke."
 
 
@@ -158,14 +158,14 @@ def _timed(line: Line) -> Stroke:
 
 def _mark(given: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
     """Width of a stroke, and its flat nib, where the file has them at its knots (k,) s, for samples (n,) s."""
-    found: dict[str, Any] = {}
+    mark: dict[str, Any] = {}
     for name, channel in (("data-w", "width"), ("data-rotation", "rotation")):
         if name in given:
             values = np.array([float(value) for value in given[name].split()]) / 1000
-            found[channel] = np.interp(t, knots, np.broadcast_to(values, len(knots)))
+            mark[channel] = np.interp(t, knots, np.broadcast_to(values, len(knots)))
     if "data-nib" in given:
-        found["nib"] = float(given["data-nib"])
-    return found
+        mark["nib"] = float(given["data-nib"])
+    return mark
 
 
 def _at(path: Array, cubic: Indices, u: Array) -> Array:

@@ -7,8 +7,9 @@ those for a medium, a state or a descendant do not.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 _SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*)?((?:[.#][\w-]+)*)\Z")
 _PARTS = re.compile(r"[.#][\w-]+")
@@ -52,25 +53,28 @@ class Style:
         style = self
         for name, value in given.items():
             value = value.strip()
-            if not value or value == "inherit":
-                continue
-            if name == "stroke":
-                style = replace(style, stroke=value)
-            elif name == "fill":
-                style = replace(style, fill=value)
-            elif name == "color":
-                style = replace(style, color=value)
-            elif name == "visibility":
-                style = replace(style, visible=value == "visible")
-            elif name == "stroke-dasharray":
-                style = replace(style, dashed=any(c in "123456789" for c in value))
-            elif name in ("stroke-width", "stroke-opacity"):
-                style = replace(style, line=not _nothing(value))
-            elif name == "fill-opacity":
-                style = replace(style, filling=not _nothing(value))
-            elif (name == "display" and value == "none") or (name == "opacity" and _nothing(value)):
-                style = replace(style, shown=False)
+            if name in _PROPERTIES and value and value != "inherit":
+                style = replace(style, **_PROPERTIES[name](value))
         return style
+
+
+def _invisible(value: str) -> dict[str, Any]:
+    return {"shown": False} if _nothing(value) else {}
+
+
+# property → what its value says of a `Style`; a property that matters for lines is added here
+_PROPERTIES: dict[str, Callable[[str], dict[str, Any]]] = {
+    "stroke": lambda value: {"stroke": value},
+    "fill": lambda value: {"fill": value},
+    "color": lambda value: {"color": value},
+    "visibility": lambda value: {"visible": value == "visible"},
+    "stroke-dasharray": lambda value: {"dashed": any(c in "123456789" for c in value)},
+    "stroke-width": lambda value: {"line": not _nothing(value)},
+    "stroke-opacity": lambda value: {"line": not _nothing(value)},
+    "fill-opacity": lambda value: {"filling": not _nothing(value)},
+    "display": lambda value: {"shown": False} if value == "none" else {},
+    "opacity": _invisible,
+}
 
 
 def _nothing(value: str) -> bool:
@@ -111,15 +115,15 @@ class Sheet:
 
     def of(self, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The properties of an element: its attributes, what rules say of it, its own style."""
-        found = dict(attributes)
+        properties = dict(attributes)
         if self._rules:
             marks = {f".{name}" for name in attributes.get("class", "").split()} | {f"#{attributes.get('id', '')}"}
             for element, parts, body in self._rules:
                 if element in ("*", tag) and parts <= marks:
-                    found |= body
+                    properties |= body
         if "style" in attributes:
-            found |= declarations(attributes["style"])
-        return found
+            properties |= declarations(attributes["style"])
+        return properties
 
 
 def declarations(text: str) -> dict[str, str]:

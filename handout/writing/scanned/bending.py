@@ -3,7 +3,7 @@
 The bend is a low-order affine map, a smooth warp, and what the hand aimed at being missed a little, all maps of the
 plane, so that strokes keep their smoothness and what hangs on a glyph follows it; the width of the line is not touched.
 
-Source: handwriting specification, "Beyond the paper"; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
+Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr, ndtri
 
-from handout.hand.measures import mean_x_height
+from handout.hand.measures import body_sizes, mean_x_height
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
@@ -33,7 +33,6 @@ _AWAY = 0.15  # weight of staying where it is
 _ENOUGH = 5  # instances, from which a letter's own range is known
 _SUREST = 10  # per cent of the letters
 _PRIOR = 4.0  # instances that what all letters have in common counts for
-_SMALL = 0.6  # x-heights: what is lower than this has no slant of its own
 _TRIES = (1.0, 0.7, 0.5)
 
 
@@ -149,9 +148,9 @@ def spread(forms: Forms) -> Spread:
     """How much a hand's letters vary, from their instances."""
     hand = forms.hand
     x_height = mean_x_height(hand)
-    size = measures(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
+    size = body_sizes(forms.bodies.xy, forms.bodies.radius, forms.bodies.first, x_height)
     groups = [hand.of(letter) for letter in hand.letters]
-    common = _common(size, groups, _free(hand))
+    common = _common_deviation(size, groups, _unjoined(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
     for own in groups:
         middle = np.median(size[own], axis=0)
@@ -163,32 +162,17 @@ def spread(forms: Forms) -> Spread:
             # slips of the pen and of the reading lie outside twice the usual
             low[own] = np.maximum(size[own].min(axis=0), middle - 2 * usual)
             high[own] = np.minimum(size[own].max(axis=0), middle + 2 * usual)
-    return Spread(size, deviation, np.minimum(low, size), np.maximum(high, size), _apart(forms, groups), x_height)
+    return Spread(
+        size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
+    )
 
 
 def measure(xy: Array, radius: Array, x_height: float) -> Array:
     """(4,): logarithms of width, height and aspect of a body, and its slant; 0 for one too low to have any."""
-    return np.asarray(measures(xy, radius, np.array([0, len(xy)]), x_height)[0])
+    return np.asarray(body_sizes(xy, radius, np.array([0, len(xy)]), x_height)[0])
 
 
-def measures(xy: Array, radius: Array, first: Indices, x_height: float) -> Array:
-    """(n, 4): as `measure`, of n bodies, one behind the other from the vertices `first` (n + 1,) on."""
-    begin, count = first[:-1], np.diff(first)
-    low = np.minimum.reduceat(xy - radius[:, None], begin)
-    high = np.maximum.reduceat(xy + radius[:, None], begin)
-    x, y = (xy - np.repeat(np.add.reduceat(xy, begin) / count[:, None], count, axis=0)).T
-    tall = high[:, 1] - low[:, 1] > _SMALL * x_height
-    square = np.add.reduceat(y * y, begin)
-    slant = np.where(tall, np.add.reduceat(x * y, begin) / np.where(tall, square, 1.0), 0.0)
-    # of a slanted letter the upright width is what varies by itself
-    upright = xy[:, 0] - np.repeat(slant, count) * xy[:, 1]
-    wide = np.maximum.reduceat(upright, begin) - np.minimum.reduceat(upright, begin)
-    wide = np.log(wide + 2 * np.add.reduceat(radius, begin) / count)
-    high = np.log(high[:, 1] - low[:, 1])
-    return np.column_stack([wide, high, wide - high, slant])
-
-
-def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
+def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
     """(4,) the deviation within a letter that all letters have in common.
 
     Of letters that stand free it is the middle one's.  Where letters are joined most of what varies is where they were
@@ -204,7 +188,7 @@ def _common(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> 
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
-def _free(hand: ScannedHand) -> NDArray[np.bool_]:
+def _unjoined(hand: ScannedHand) -> NDArray[np.bool_]:
     """(n,): which glyphs are joined to no other."""
     joined = np.zeros(len(hand.glyphs), dtype=bool)
     for number, glyph in enumerate(hand.glyphs):
@@ -213,7 +197,7 @@ def _free(hand: ScannedHand) -> NDArray[np.bool_]:
     return ~joined
 
 
-def _apart(forms: Forms, groups: Sequence[Indices]) -> float:
+def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     """How far the strokes of two instances of a letter lie apart, boxes laid over each other; line space."""
     first, count = forms.bodies.first[:-1], np.diff(forms.bodies.first)
     low = np.minimum.reduceat(forms.bodies.xy, first)

@@ -16,7 +16,7 @@ from handout.values import Array, Indices, readonly, readonly_indices
 from handout.writing.scanned.choice_costs import WEIGHTS, candidate_cost
 from handout.writing.scanned.glyph_index import GlyphIndex
 
-_MOST_NAMED = 20
+_MOST_NAMED = 20  # characters that a complaint lists
 
 
 @dataclass(frozen=True)

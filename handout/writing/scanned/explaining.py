@@ -21,7 +21,7 @@ from handout.writing.scanned.glyph_index import GlyphIndex
 
 _MOST = 9  # candidates of a place that the picture shows
 _WIDE, _HIGH, _MARGIN = 150, round(4.4 * UNIT), 20  # pixels of a candidate and of the sheet's edge
-_TAKEN, _GREY = (0, 120, 60), (110, 110, 110)
+_TAKEN, _GREY = (0, 120, 60), (110, 110, 110)  # RGB of the frame of what was taken, and of figures
 
 
 @dataclass(frozen=True, eq=False)

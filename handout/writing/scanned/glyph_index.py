@@ -16,10 +16,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from handout.hand.measures import body_sizes
 from handout.hand.places import PLACES, Place
 from handout.hand.scanned import NOBODY, ScannedHand
 from handout.values import Array, Indices, readonly, readonly_indices
-from handout.writing.scanned.bending import measures
 from handout.writing.scanned.choice_costs import TransitionCosts, intrinsic_cost
 from handout.writing.scanned.forms import along, ways
 
@@ -98,7 +98,7 @@ def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     both = list(zip(bodies, graphs, strict=True))
     radius = np.concatenate([graph.radius[body] / pitch for body, (graph, pitch) in both])
     density = np.concatenate([graph.density[body] for body, (graph, _) in both])
-    _, height, _, slant = measures(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
+    _, height, _, slant = body_sizes(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
     begin = first[:-1]
     thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
     found = np.stack([height, slant, np.log(thick), dark], axis=1)

@@ -42,9 +42,9 @@ class HeightModel:
     """How high the glyphs of a hand stand; line space.
 
     height : (n,) float: of each centre over the source's baseline.
-    told : (n,) float: the height that its shape tells.
-    deviation : of the rise from one letter to the next, in words (0) and between words (1), from what is told.
-    meets : least deviation of the rise that ligatures tell.
+    predicted : (n,) float: the height that its shape tells.
+    deviation : of the rise from one letter to the next, in words (0) and between words (1), from what is predicted.
+    ligature_deviation : least deviation of the rise that ligatures tell.
     hold : deviation of a letter's height from its own.
     marks : (n,) bool: punctuation, which stands at its own height.
     neighbours : which glyphs were neighbours.
@@ -52,16 +52,18 @@ class HeightModel:
 
     forms: Forms
     height: Array
-    told: Array
+    predicted: Array
     deviation: Array
-    meets: float
+    ligature_deviation: float
     hold: float
     marks: NDArray[np.bool_]
     neighbours: Neighbours
 
-    def over(self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float) -> Array:
+    def heights_of(
+        self, numbers: Indices, new_word: NDArray[np.bool_], rng: np.random.Generator, variation: float
+    ) -> Array:
         """(n,): see `heights`."""
-        joined = self._joined(numbers, new_word)
+        joined = self._ligature_rises(numbers, new_word)
         free = self.marks[numbers].copy()
         for k in np.flatnonzero([pairs is not None for pairs in joined]):
             free[k : k + 2] = False
@@ -73,7 +75,7 @@ class HeightModel:
             y[chain] = smoothed(y[chain], rise, np.maximum(deviation, LEAST), self.hold)
         return y
 
-    def _joined(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
+    def _ligature_rises(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
         """What the ligatures from each glyph to the next say of the rise; None without any."""
         found: list[Array | None] = []
         for k in range(len(numbers) - 1):
@@ -93,7 +95,7 @@ class HeightModel:
         """Mean and deviation of the rises along the letters `chain` of a line."""
         first, second = numbers[chain[:-1]], numbers[chain[1:]]
         parted = np.logical_or.reduceat(new_word[: chain[-1] + 1], chain[:-1] + 1)
-        rise = self.told[second] - self.told[first]
+        rise = self.predicted[second] - self.predicted[first]
         deviation = self.deviation[parted.astype(np.intp)]
         source = np.logical_and.reduceat(self._sourced(numbers, new_word)[: chain[-1]], chain[:-1])
         rise = np.where(source, self.height[second] - self.height[first], rise)
@@ -101,13 +103,13 @@ class HeightModel:
         for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
             found = joined[chain[k]]
             if found is not None:
-                rise[k], deviation[k] = self._met(found, rise[k], deviation[k])
+                rise[k], deviation[k] = self._combined(found, rise[k], deviation[k])
         return rise, deviation
 
-    def _met(self, found: Array, told: float, deviation: float) -> tuple[float, float]:
+    def _combined(self, found: Array, predicted: float, deviation: float) -> tuple[float, float]:
         """What ligatures and shapes say together: each weighs as far as it can be trusted in this hand."""
-        ours, theirs = max(float(np.ptp(found)) / 4, self.meets) ** -2.0, deviation**-2.0
-        return (ours * float(found.mean()) + theirs * told) / (ours + theirs), (ours + theirs) ** -0.5
+        ours, theirs = max(float(np.ptp(found)) / 4, self.ligature_deviation) ** -2.0, deviation**-2.0
+        return (ours * float(found.mean()) + theirs * predicted) / (ours + theirs), (ours + theirs) ** -0.5
 
 
 def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:
@@ -136,13 +138,15 @@ def height_model(forms: Forms, neighbours: Neighbours) -> HeightModel:
     """How high a hand's glyphs stand, learnt from its pages."""
     height = forms.centre[:, 1]
     marks = forms.marks
-    told = _told(forms, height, ~marks)
-    deviation = np.array([_misses(neighbours.pairs(parted), height - told, marks) for parted in (False, True)])
-    meets = _meeting(forms, told, float(deviation[0]))
-    return HeightModel(forms, height, told, deviation, meets, HOLD, marks, neighbours)
+    predicted = _predicted_heights(forms, height, ~marks)
+    deviation = np.array(
+        [_rise_deviation(neighbours.pairs(parted), height - predicted, marks) for parted in (False, True)]
+    )
+    ligature_deviation = _ligature_deviation(forms, predicted, float(deviation[0]))
+    return HeightModel(forms, height, predicted, deviation, ligature_deviation, HOLD, marks, neighbours)
 
 
-def _meeting(forms: Forms, told: Array, deviation: float) -> float:
+def _ligature_deviation(forms: Forms, predicted: Array, deviation: float) -> float:
     """How far the rises that ligatures tell are from the true ones, where the two letters were no neighbours."""
     out, into = forms.ends()
     first, second = (np.flatnonzero(~np.isnan(ends[:, 0, 0])) for ends in (out, into))
@@ -153,21 +157,21 @@ def _meeting(forms: Forms, told: Array, deviation: float) -> float:
         height = (ends[k].mean(axis=-1) + forms.centre[k, 1, None] for ends, k in ((out, i), (into, j)))
         partner = partners(*height)[:, :, None]
         rise = np.where(partner == NOBODY, np.nan, out[i] - np.take_along_axis(into[j], partner, axis=1))
-        away.append(np.nanmean(rise, axis=(1, 2)) - told[j] + told[i])
+        away.append(np.nanmean(rise, axis=(1, 2)) - predicted[j] + predicted[i])
     missed = np.abs(np.concatenate(away))
     found = 1.4826 * float(np.median(missed)) if len(missed) else 0.0
     # what is seen is the miss of both, of the ligatures and of what the shapes tell
     return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
 
 
-def _misses(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:
-    """How far the rises of the source are from what was told, robustly."""
+def _rise_deviation(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:
+    """How far the rises of the source are from what was predicted, robustly."""
     own = pairs[~marks[pairs].any(axis=1)]
     away = np.abs(rest[own[:, 1]] - rest[own[:, 0]])
     return max(float(1.4826 * np.median(away)), LEAST) if len(away) > 1 else 3 * LEAST
 
 
-def _told(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
+def _predicted_heights(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
     """(n,) the height that a glyph's shape tells by what the other glyphs have."""
     own = np.flatnonzero(letters)
     if len(own) < _ENOUGH:
@@ -179,10 +183,10 @@ def _told(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
     factor = dpotrf(alike[own] + _NOISE * np.eye(len(own)), lower=1)[0]
     middle = height[own].mean()
     weights = dpotrs(factor, height[own] - middle, lower=1)[0]
-    told = middle + alike @ weights
+    predicted = middle + alike @ weights
     # what is known of a glyph itself is left out; of the inverse nothing but the diagonal is asked for that
-    told[own] = height[own] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
-    return np.asarray(told)
+    predicted[own] = height[own] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
+    return np.asarray(predicted)
 
 
 def _shapes(forms: Forms) -> Array:

@@ -28,8 +28,8 @@ from handout.writing.scanned.spacing import (
     Side,
     SpacingModel,
     apart,
-    hanging,
     kinds,
+    letters_at_gap,
     nearness,
     side,
     spacing_model,
@@ -100,7 +100,7 @@ def heights(
     Source: seed 000, §6.3.
     """
     glyphs, parted = _checked_text(numbers, new_word)
-    return model.heights.over(glyphs, parted, rng, variation)
+    return model.heights.heights_of(glyphs, parted, rng, variation)
 
 
 def bent(model: LayoutModel, numbers: ArrayLike, rng: np.random.Generator, variation: float = 1.0) -> list[Bend]:
@@ -164,11 +164,11 @@ class _LaidForm:
         self._bent, self._centre = bent, centre
         self.xy = self.place(form.xy)
         self.free: list[Connector] = []  # exits and entries that nothing has met
-        self.barred: list[tuple[Array, Array]] = []
+        self.obstacles: list[tuple[Array, Array]] = []
         self._parts = [(self.xy, form.radius, form.density, form.uv)]
         self._edges = [form.edges]
         self._count = len(form.xy)
-        self._met: set[int] = set()
+        self._joined: set[int] = set()
 
     def place(self, xy: Array) -> Array:
         """Where places (n, 2) from the form's centre are on the line."""
@@ -182,20 +182,20 @@ class _LaidForm:
         xy, radius, density, uv = line
         self._parts.append((xy[1:], radius[1:], density[1:], uv[1:]))
         self._count += count
-        self._met.add(id(way))
+        self._joined.add(id(way))
 
     def lift(self) -> None:
         """Ways that nothing has met are as long as loose ones are, up to the letter that they run into."""
-        for way, outwards in self._loose():
+        for way, outwards in self._unmet_connectors():
             order = outwards[: way.loose]
             xy, radius = self.place(way.xy[order]), way.radius[order]
-            kept = min((_clear(xy, radius, *body) for body in self.barred), default=len(order))
+            kept = min((_clear(xy, radius, *body) for body in self.obstacles), default=len(order))
             self.add(way, (xy[:kept], radius[:kept], way.density[order][:kept], way.uv[order][:kept]))
 
-    def _loose(self) -> Iterable[tuple[Connector, Indices]]:
+    def _unmet_connectors(self) -> Iterable[tuple[Connector, Indices]]:
         for ways, step in ((self.form.entries, -1), (self.form.exits, 1)):
             for way in ways:
-                if id(way) not in self._met:
+                if id(way) not in self._joined:
                     yield way, np.arange(len(way))[::step]
 
     def graph(self) -> LineGraph:
@@ -211,8 +211,8 @@ def _join(first: _LaidForm, second: _LaidForm, x_height: float, *, apart: bool) 
         t, xy, radius = blend(out, into, first.place(out.xy), second.place(into.xy), x_height)
         first.add(out, (xy, radius, at(out, out.density, t), at(out, out.uv, t)))
         second.add(into, (xy[::-1], radius[::-1], at(into, into.density, t)[::-1], at(into, into.uv, t)[::-1]))
-    first.barred.append((second.xy, second.form.radius))
-    second.barred.append((first.xy, first.form.radius))
+    first.obstacles.append((second.xy, second.form.radius))
+    second.obstacles.append((first.xy, first.form.radius))
 
 
 def _clear(xy: Array, radius: Array, body: Array, thick: Array) -> int:
@@ -248,7 +248,8 @@ def resolve_collisions(
     kind = kinds(spacing.forms, first, second, new_word[1:])
     own = spacing.sourced(first, second, kind)
     glyphs = [
-        _Bent(spacing, int(number), bend, float(height)) for number, bend, height in zip(numbers, bends, y, strict=True)
+        _BentGlyph(spacing, int(number), bend, float(height))
+        for number, bend, height in zip(numbers, bends, y, strict=True)
     ]
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
@@ -260,7 +261,7 @@ def resolve_collisions(
                 break
             away[k] += short
     for k in np.flatnonzero(~own & (kind == WORDS)).tolist():
-        before, after = hanging(new_word, k)
+        before, after = letters_at_gap(new_word, k)
         begin, end = int(before[-1]), int(after[-1]) + 1
         upright = np.concatenate([[0.0], np.cumsum(away[begin : end - 1])]) - spacing.slant * y[begin:end]
         right = max(upright[i - begin] + glyphs[i].edges[1] for i in before)
@@ -269,7 +270,7 @@ def resolve_collisions(
     return np.asarray(away)
 
 
-class _Bent:
+class _BentGlyph:
     """A glyph bent, at its height on the line.
 
     shifted : how much further right the slant takes its centre than at its height in the source.
@@ -293,7 +294,7 @@ class _Bent:
         """How far its ink goes to either side, upright, where it begins or ends a word."""
         return self.side(WORDS)[2:]
 
-    def apart(self, other: _Bent, shift: Array) -> float:
+    def apart(self, other: _BentGlyph, shift: Array) -> float:
         """See `sides.apart`."""
         return apart(self._body, other._body, shift)
 

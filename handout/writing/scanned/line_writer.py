@@ -17,7 +17,7 @@ from handout.hand.places import places
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.drawn_line_writer import cuts
-from handout.writing.line_writer import Piece, ToPage, Unit, paragraphs_of
+from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit, paragraphs_of
 from handout.writing.scanned.baseline_model import baseline_model
 from handout.writing.scanned.bending import Bend
 from handout.writing.scanned.candidates import TargetLetter
@@ -94,10 +94,6 @@ class ScannedWord:
         )
 
 
-_MORE_SPACE = 0.75  # of a space, for every further one
-_MOST_SPACES = 12
-
-
 @lru_cache(maxsize=4)
 def _learnt(hand: ScannedHand) -> tuple[GlyphIndex, LayoutModel]:
     """What is worked out once for a hand, however many texts are written in it."""
@@ -167,7 +163,7 @@ class ScannedLineWriter:
                 glued=bool(a) and not starts[a],
             )
             units.append(Unit(word, _gap(float(begin - extents[a - 1, 1]) if a else 0.0, spaces, usual)))
-        return _MORE_SPACE * usual * words[0][0], units
+        return MORE_SPACE * usual * words[0][0], units
 
     def _space(self) -> float:
         """The usual gap between words, x-heights."""
@@ -192,7 +188,7 @@ class ScannedLineWriter:
 
 def _gap(drawn: float, spaces: int, usual: float) -> float:
     """The gap before a word: several spaces are wider than one; a gap of nothing would mean that there is none."""
-    return max(drawn, 1e-3) + _MORE_SPACE * usual * (min(spaces, _MOST_SPACES) - 1) if spaces else 0.0
+    return max(drawn, 1e-3) + MORE_SPACE * usual * (min(spaces, MOST_SPACES) - 1) if spaces else 0.0
 
 
 def _laid(graph: LineGraph, unit: float, to_page: ToPage) -> LineGraph:

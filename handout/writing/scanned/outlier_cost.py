@@ -7,6 +7,7 @@ that a glyph looks more like other letters than like its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -16,19 +17,34 @@ from handout.hand.letter_classes import ASCENDING, DESCENDING, DOTTED
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 
-_FEW = 4  # glyphs of a letter, fewer than which have no usual size
-_FLOOR = 0.15  # x-heights: spread that any letter may have
-_USUAL = 2.0  # spreads from the median that are still usual
-_RISE, _MOST = 1.2, 6.0  # cost for each spread more, and the most of it: more than any other glyph of the letter costs
-_KIN = 6  # glyphs of a letter, fewer than which need not be alike
-_NEAREST = 2  # glyphs that one is compared with, of its letter and of others
-_STRANGE, _STEEP = 0.35, 6.0  # log of how much nearer others may be than its own kind; cost for each unit more
-_SHARE = 0.35  # of a letter's glyphs that one should be like: several that are cut in one wrong way are alike too
-_ALIEN, _STEEPER = 0.2, 9.0  # log of how much further from those it may be than is usual; cost for each unit more
-_APART = 0.12  # x-heights between a stem and its dot
-_LONG, _CUT = 80, 0.65  # per cent; share of that length below which a stem is cut
-_SHORT = 20.0  # cost for each unit less
-_BLUR = 0.2  # x-heights
+
+@dataclass(frozen=True)
+class OutlierSettings:
+    """When a glyph is unlike its kind, and what that costs; all weights and bounds are set by eye."""
+
+    most: float = 6.0  # cost: more than any other glyph of the letter costs
+    # size
+    few: int = 4  # glyphs of a letter, fewer than which have no usual size
+    floor: float = 0.15  # x-heights: spread that any letter may have
+    usual: float = 2.0  # spreads from the median that are still usual
+    rise: float = 1.2  # cost for each spread more
+    # likeness
+    kin: int = 6  # glyphs of a letter, fewer than which need not be alike
+    nearest: int = 2  # glyphs that one is compared with, of its letter and of others
+    strange: float = 0.35  # log of how much nearer others may be than its own kind
+    steep: float = 6.0  # cost for each unit more
+    share: float = 0.35  # of a letter's glyphs that one should be like: several cut in one wrong way are alike too
+    alien: float = 0.2  # log of how much further from those it may be than is usual
+    steeper: float = 9.0  # cost for each unit more
+    # stems
+    apart: float = 0.12  # x-heights between a stem and its dot
+    long: float = 80.0  # per cent: this much of a letter's stems are no longer than its usual one
+    cut: float = 0.65  # share of that length below which a stem is cut
+    short: float = 20.0  # cost for each unit less
+
+
+SETTINGS = OutlierSettings()
+_BLUR = 0.2  # x-heights, of what a glyph looks like from afar
 _ACROSS, _UP = np.arange(-1.6, 1.61, _BLUR), np.arange(-1.2, 2.41, _BLUR)  # where a glyph is looked at, x-heights
 
 Looks = NDArray[np.float32]  # half the room and half the time, of what takes most of both
@@ -38,19 +54,21 @@ def outlier_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     """(n,) float ≥ 0: cost of glyphs with the given bodies for not being like others of their letters."""
     letters = np.array([glyph.letter for glyph in hand.glyphs])
     x, y, each, first = _lines(hand, bodies)
-    sizes, looks = _sizes(x, y, each, first), _looks(x, y, each, first)
+    sizes, looks = _sizes(x, y, each, first), _blurred_lines(x, y, each, first)
     length = np.einsum("ij,ij->i", looks, looks)
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
         own = letters == letter
         own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(own)]
-        stems = np.array([_stem(line) for line in own_y]) if letter in DOTTED else np.zeros(0)
-        odd = np.stack([_unusual(sizes[own]), _strange(looks, length, own), _short(letter, sizes[own], stems)])
-        cost[own] = np.clip(odd.max(axis=0), 0.0, _MOST)
+        stems = np.array([_stem_top(line) for line in own_y]) if letter in DOTTED else np.zeros(0)
+        odd = np.stack(
+            [_size_cost(sizes[own]), _likeness_cost(looks, length, own), _lost_stem_cost(letter, sizes[own], stems)]
+        )
+        cost[own] = np.clip(odd.max(axis=0), 0.0, SETTINGS.most)
     return cost
 
 
-def _short(letter: str, sizes: Array, stems: Array) -> Array:
+def _lost_stem_cost(letter: str, sizes: Array, stems: Array) -> Array:
     """(k,): cost of the sizes (k, 4) of glyphs of one letter for a stem that others have and they have not.
 
     stems : (k,) the tops of the stems of a letter with a dot.
@@ -58,32 +76,32 @@ def _short(letter: str, sizes: Array, stems: Array) -> Array:
     if letter not in ASCENDING | DESCENDING | DOTTED:
         return np.zeros(len(sizes))
     reach = stems if letter in DOTTED else sizes[:, 1] if letter in ASCENDING else -sizes[:, 2]
-    usual = float(np.percentile(reach, _LONG))
-    return np.asarray(_SHORT * (_CUT - reach / usual)) if usual > 0 else np.zeros(len(sizes))
+    usual = float(np.percentile(reach, SETTINGS.long))
+    return np.asarray(SETTINGS.short * (SETTINGS.cut - reach / usual)) if usual > 0 else np.zeros(len(sizes))
 
 
-def _stem(y: Array) -> float:
+def _stem_top(y: Array) -> float:
     """The top of what a line has under its dot."""
     rising = np.sort(y)
-    gaps = np.flatnonzero(np.diff(rising) > _APART)
+    gaps = np.flatnonzero(np.diff(rising) > SETTINGS.apart)
     return float(rising[gaps[0]] if len(gaps) else rising[-1])
 
 
-def _unusual(sizes: Array) -> Array:
+def _size_cost(sizes: Array) -> Array:
     """(k,): cost of the sizes (k, 4) of glyphs of one letter."""
-    if len(sizes) < _FEW:
+    if len(sizes) < SETTINGS.few:
         return np.zeros(len(sizes))
     away = np.abs(sizes - np.median(sizes, axis=0))
-    spread = 1.48 * np.median(away, axis=0) + _FLOOR
-    return np.asarray(_RISE * ((away / spread).max(axis=1) - _USUAL))
+    spread = 1.48 * np.median(away, axis=0) + SETTINGS.floor
+    return np.asarray(SETTINGS.rise * ((away / spread).max(axis=1) - SETTINGS.usual))
 
 
-def _strange(looks: Looks, length: Looks, own: NDArray[np.bool_]) -> Array:
+def _likeness_cost(looks: Looks, length: Looks, own: NDArray[np.bool_]) -> Array:
     """(k,): cost of the `own` glyphs, which are of one letter, for being nearer to those of others.
 
     length : (n,): squares of the lengths of looks (n, points).
     """
-    if own.sum() < _KIN or (~own).sum() < _NEAREST:
+    if own.sum() < SETTINGS.kin or (~own).sum() < SETTINGS.nearest:
         return np.zeros(int(own.sum()))
     others = -2 * looks[own] @ looks.T
     others += length[own][:, None]
@@ -92,11 +110,11 @@ def _strange(looks: Looks, length: Looks, own: NDArray[np.bool_]) -> Array:
     kin = others[:, own]
     np.fill_diagonal(kin, np.inf)
     others[:, own] = np.inf
-    near, far = (_nearest(part, _NEAREST).mean(axis=1) + 1e-9 for part in (kin, others))
-    like = max(_NEAREST, round(_SHARE * len(kin)))
+    near, far = (_nearest(part, SETTINGS.nearest).mean(axis=1) + 1e-9 for part in (kin, others))
+    like = max(SETTINGS.nearest, round(SETTINGS.share * len(kin)))
     most = _nearest(kin, like).max(axis=1) + 1e-9
-    alien = _STEEPER * (np.log(most / np.median(most)) - _ALIEN)
-    return np.asarray(np.maximum(_STEEP * (np.log(near / far) - _STRANGE), alien))
+    alien = SETTINGS.steeper * (np.log(most / np.median(most)) - SETTINGS.alien)
+    return np.asarray(np.maximum(SETTINGS.steep * (np.log(near / far) - SETTINGS.strange), alien))
 
 
 def _nearest(square: Looks, count: int) -> Looks:
@@ -127,7 +145,7 @@ def _sizes(x: Array, y: Array, each: Array, first: Indices) -> Array:
     )
 
 
-def _looks(x: Array, y: Array, each: Array, first: Indices) -> Looks:
+def _blurred_lines(x: Array, y: Array, each: Array, first: Indices) -> Looks:
     """(n, points): what lines look like from afar: square roots of their length around the points of a grid."""
     across, up = (
         np.exp(np.square(((at[:, None] - grid) / _BLUR).astype(np.float32)) / -2)

@@ -201,10 +201,10 @@ class SpacingModel:
         for k in np.flatnonzero(~own & (kind != WORDS)):
             i, j = int(first[k]), int(second[k])
             reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
-            away[k] = np.clip(self._met(i, j, float(away[k])), *reach)
-            away[k] += self._short(i, j, float(away[k]))
+            away[k] = np.clip(self._with_ligatures(i, j, float(away[k])), *reach)
+            away[k] += self._extra_room(i, j, float(away[k]))
         for k in np.flatnonzero(parted):
-            away[k] = self._bounded(numbers, new_word, away, int(k))
+            away[k] = self._word_distance(numbers, new_word, away, int(k))
         return np.asarray(away)
 
     def sourced(self, first: Indices, second: Indices, kind: Indices) -> NDArray[np.bool_]:
@@ -216,13 +216,13 @@ class SpacingModel:
         shares = 50 + _HALF * min(variation, 1.0) * rng.uniform(-1, 1, count)
         return np.percentile(self.gaps.words, shares) if len(self.gaps.words) else np.full(count, np.nan)
 
-    def _bounded(self, numbers: Indices, new_word: NDArray[np.bool_], away: Array, k: int) -> float:
+    def _word_distance(self, numbers: Indices, new_word: NDArray[np.bool_], away: Array, k: int) -> float:
         """How far the centres on both sides of a gap between words are, the words seen as the eye sees them.
 
         No further over the heights of small letters than the author's words come, and no nearer over all heights; bars
         and loops of the letters before the last, and after the first, count too.
         """
-        before, after = hanging(new_word, k)
+        before, after = letters_at_gap(new_word, k)
         first, second = (side.ravel() for side in np.meshgrid(before, after, indexing="ij"))
         place = np.concatenate([[0.0], np.cumsum(away)]) - self.lean[numbers]
         upright = place[second] - place[first]
@@ -238,7 +238,7 @@ class SpacingModel:
         one, other, kind = np.array([first]), np.array([second]), np.array([WORDS])
         return float(upright + self.sides.clearance(one, other, kind)[0] - self.gaps.low[WORDS])
 
-    def _met(self, first: int, second: int, away: float) -> float:
+    def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """A distance and that at which the ligatures meet, each as far as it can be trusted."""
         forms = self.forms[first], self.forms[second]
         found = [meets(forms[0].exits[i], forms[1].entries[j]) for i, j in matches(*forms)]
@@ -249,7 +249,7 @@ class SpacingModel:
         met = float(np.dot(ours, [distance for distance, _ in found]))
         return float((met + theirs * away) / (sum(ours) + theirs))
 
-    def _short(self, first: int, second: int, away: float) -> float:
+    def _extra_room(self, first: int, second: int, away: float) -> float:
         """What two letters must still be moved apart, since ink may meet from below too."""
         rise = self.forms.centre[second, 1] - self.forms.centre[first, 1]
         more = 0.0
@@ -268,7 +268,7 @@ def _sampled_gaps(estimates: Array, mean: Array, deviation: Array, rng: np.rando
     return np.where(np.isnan(low), mean + variation * normal * deviation, drawn)
 
 
-def hanging(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
+def letters_at_gap(new_word: NDArray[np.bool_], k: int) -> tuple[Indices, Indices]:
     """The letters next to the gap after letter `k` of a line, in the word before it and in the word after it."""
     before = [k - i for i in range(_OVER) if k - i >= 0 and not new_word[k - i + 1 : k + 1].any()]
     after = [k + 1 + i for i in range(_OVER) if k + 1 + i < len(new_word) and not new_word[k + 2 : k + 2 + i].any()]
@@ -315,11 +315,11 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
                 across = across[np.isfinite(across)]
                 zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
         elif len(own):
-            mean[one], low[one], high[one] = _few(own, float(deviation[one]))
+            mean[one], low[one], high[one] = _few_gaps(own, float(deviation[one]))
     return Gaps(mean, deviation, low, high, to_right, to_left, words, word, zone)
 
 
-def _few(own: Array, deviation: float) -> tuple[float, float, float]:
+def _few_gaps(own: Array, deviation: float) -> tuple[float, float, float]:
     """Middle, least and most of few clearances: one that was set far off must not be what is written every time."""
     middle = float(np.median(own))
     return middle, middle - deviation, middle + deviation

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from handout.errors import InputError
 from handout.profiles import Length, Margins
 from handout.simulated import spectra
-from handout.simulated.printer import FAULTS, PAPERS, Inkjet, Measured, faults, measured
+from handout.simulated.printer import FAULTS, PAPERS, Inkjet, Measured, faults, offset_press
 
 CORNERS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0], [0, 0, 0]], dtype=float)
 PRINTERS = [Inkjet(), Inkjet("cream"), Inkjet("recycled"), Inkjet("photo"), Measured()]
@@ -67,7 +67,7 @@ def test_patches_and_their_scans_lie_in_range(device):
 
 
 def test_measured_colours_are_the_measured_ones():
-    levels, colours = measured.table()
+    levels, colours = offset_press.table()
     assert len(levels) == 9 and colours.shape == (9, 9, 9, 3)
     device = 1 - np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     assert Measured().patches(device) == pytest.approx(colours.reshape(-1, 3), abs=1e-9)
@@ -78,8 +78,8 @@ def test_measured_colours_are_the_measured_ones():
 
 
 def test_a_damaged_table_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(measured.shipped, "folder", lambda name: tmp_path)
-    measured.table.cache_clear()
+    monkeypatch.setattr(offset_press.shipped, "folder", lambda name: tmp_path)
+    offset_press.table.cache_clear()
     try:
         with pytest.raises(InputError, match=r"fogra39-cmy\.csv cannot be read"):
             Measured()
@@ -88,7 +88,7 @@ def test_a_damaged_table_is_refused(tmp_path, monkeypatch):
             Measured()
     finally:
         monkeypatch.undo()
-        measured.table.cache_clear()
+        offset_press.table.cache_clear()
 
 
 @pytest.mark.parametrize("printer", [Inkjet(), Measured()], ids=["inkjet", "measured"])

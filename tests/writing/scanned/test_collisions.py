@@ -5,7 +5,7 @@ import pytest
 
 from handout.writing.scanned.bending import unbent
 from handout.writing.scanned.layout_model import bent, gaps, heights, resolve_collisions
-from handout.writing.scanned.spacing import LETTERS, apart, hanging, kinds
+from handout.writing.scanned.spacing import LETTERS, apart, kinds, letters_at_gap
 
 
 def _set(manner, numbers, new_word, seed):
@@ -47,14 +47,14 @@ def test_bars_do_not_hang_over_the_gap_between_words(small_manner, jumbles):
             upright = bends[i](xy) @ (1.0, -space.slant) + x[i]
             ends.append(((upright - radius).min(), (upright + radius).max()))
         for k in np.flatnonzero(new_word[1:]):
-            before, after = hanging(new_word, int(k))
+            before, after = letters_at_gap(new_word, int(k))
             assert min(ends[i][0] for i in after) - max(ends[i][1] for i in before) > space.gaps.word - 1e-9
 
 
 def test_what_hangs_is_of_the_two_words_alone():
     new_word = np.array([True, True, False, False, True, True])
     for k, left, right in ((0, [0], [1, 2]), (3, [3, 2], [4]), (4, [4], [5])):
-        before, after = hanging(new_word, k)
+        before, after = letters_at_gap(new_word, k)
         assert before.tolist() == left and after.tolist() == right
 
 

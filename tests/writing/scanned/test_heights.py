@@ -94,15 +94,15 @@ def test_marks_are_not_letters_nor_digits(letter, mark):
 def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
     """What is left of the heights when the letters' own are taken away; with the paper's weight it is far more."""
     flow = small_manner.heights
-    source = np.std((flow.height - flow.told)[~flow.marks])
+    source = np.std((flow.height - flow.predicted)[~flow.marks])
 
     def wander(used):
         left = []
         for seed in range(6):
             rng = np.random.default_rng(seed)
             numbers = rng.choice(np.flatnonzero(~flow.marks), 60)
-            y = used.over(numbers, np.arange(60) % 5 == 0, rng, 1.0)
-            left.append(y - used.told[numbers])
+            y = used.heights_of(numbers, np.arange(60) % 5 == 0, rng, 1.0)
+            left.append(y - used.predicted[numbers])
         return np.std(left)
 
     assert wander(flow) < 1.6 * source
@@ -112,16 +112,16 @@ def test_lines_wander_no_further_than_the_author_s(small_manner, jumbles):
 def test_shapes_tell_heights(small_manner):
     flow = small_manner.heights
     letters = ~flow.marks
-    miss = np.sqrt(np.mean((flow.height - flow.told)[letters] ** 2))
+    miss = np.sqrt(np.mean((flow.height - flow.predicted)[letters] ** 2))
     assert miss < 0.95 * np.std(flow.height[letters])
-    assert (flow.deviation >= LEAST).all() and flow.meets >= LEAST
+    assert (flow.deviation >= LEAST).all() and flow.ligature_deviation >= LEAST
 
 
 def test_what_a_glyph_has_itself_is_left_out(small_manner):
-    """One glyph a tenth higher is told to be where it was."""
-    from handout.writing.scanned.heights import _told
+    """One glyph a tenth higher is predicted to be where it was."""
+    from handout.writing.scanned.heights import _predicted_heights
 
     flow = small_manner.heights
     moved = flow.height.copy()
     moved[4] += 0.1
-    assert _told(flow.forms, moved, ~flow.marks)[4] == pytest.approx(flow.told[4], abs=1e-3)
+    assert _predicted_heights(flow.forms, moved, ~flow.marks)[4] == pytest.approx(flow.predicted[4], abs=1e-3)

@@ -152,7 +152,7 @@ def test_the_last_word_of_a_line_is_known(small_manner):
 
 def test_few_marks_are_no_rule(small_hand):
     """One full stop far off among three is not what every third is written like."""
-    from handout.writing.scanned.spacing import _few
+    from handout.writing.scanned.spacing import _few_gaps
 
-    mean, low, high = _few(np.array([0.1, 0.12, 0.9]), 0.08)
+    mean, low, high = _few_gaps(np.array([0.1, 0.12, 0.9]), 0.08)
     assert (mean, low, high) == pytest.approx((0.12, 0.04, 0.2))

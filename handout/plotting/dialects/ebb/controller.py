@@ -48,7 +48,7 @@ class EbbController(BaseController):
         self.conversation = EbbConversation(port, profile.port.timeout, log, self._answered)
         self._moves: deque[int] = deque(maxlen=QUEUE + 2)  # numbers of motions that were answered
         self._stopped = False
-        self._heeds = self._pressed = False
+        self._watches_button = self._pressed = False
         self._look_at = b"QM\r"  # what it is doing
         self._off = [0, 0]  # steps by which its count was off at the last look
         self._in_hand = QUEUE + 1  # commands that may be answered and not executed
@@ -71,7 +71,7 @@ class EbbController(BaseController):
         """Write a command as soon as few enough are unanswered."""
         self._wake()
         if data.startswith(_LOWER) and self.version >= POSITION:
-            self._prove()
+            self._check_steps()
         if data.startswith(_LIFT) and self._since_pen >= self._in_hand:
             self._ask_pen()
         while len(self.conversation.open) >= self._open:
@@ -87,39 +87,39 @@ class EbbController(BaseController):
             self.conversation.put(self._look_at)
         if self.version >= CURRENT and self.sent % _FEEL == 0:
             self.conversation.put(b"QC\r")
-        self._heed(self.sent % _TOUCH == 0)
+        self._check_button(self.sent % _TOUCH == 0)
 
     @property
     def proven(self) -> int:
-        """All up to the last look at its count of steps; of boards that do not tell it, all that is executed."""
+        """Commands before its count of steps was last compared; all executed ones if it does not tell that."""
         return self._proven if self.version >= POSITION else self.executed
 
     def wait(self) -> None:
-        """Hear what it says next; where nothing is left to be said it is asked what it is doing."""
+        """Hear the next answer; if none is open, ask what the board is doing."""
         if not self.conversation.open:
             self.conversation.put(self._look_at if self.version >= MOTION else REST)
-        self._heed(False)
+        self._check_button(False)
         self.conversation.hear()
 
     def heed_button(self) -> None:
-        """``QG`` tells what ``QM`` does, and whether it has been pressed since it was last asked, as ``QB`` does.
+        """Ask by ``QG``, which answers what ``QM`` and ``QB`` do: motion, and presses since the last question.
 
         What was pressed before does not count.
         """
-        self._heeds = self.version >= BUTTON
+        self._watches_button = self.version >= BUTTON
         self._look_at = b"QG\r" if self.version >= FLAGS else b"QM\r"
         self.pressed()
 
-    def _heed(self, ask: bool) -> None:
+    def _check_button(self, ask: bool) -> None:
         """Look at the button, now and then."""
-        if self._heeds and ask and self.version < FLAGS:
+        if self._watches_button and ask and self.version < FLAGS:
             self.conversation.put(b"QB\r")
-        if self._heeds and self._pressed:
+        if self._watches_button and self._pressed:
             self._pressed = False
             raise ButtonPressed
 
     def pressed(self) -> bool:
-        """Asked a moment after the last answer: a person takes longer."""
+        """Whether it was pressed; asked a moment after the last answer, for a person takes longer than that."""
         if self.version < BUTTON:
             return False
         self.conversation.drain()
@@ -133,11 +133,11 @@ class EbbController(BaseController):
         while self.conversation.open or self.executed < self.sent:
             self.wait()
         if self.sent and self.version >= POSITION:
-            self._prove()
+            self._check_steps()
             self._check_return(self._steps())
 
-    def _prove(self) -> None:
-        """See that it has counted the steps that it was told, while it stands with the pen lifted.
+    def _check_steps(self) -> None:
+        """Compare its count of steps with the steps that were sent, while it stands with the pen lifted.
 
         A stop drops what moves but not the pen that waits to be lowered behind it: another reason to let it stand.
         """
@@ -155,7 +155,7 @@ class EbbController(BaseController):
         self.queued = None  # that it is empty now says nothing about a stroke
 
     def _ask_pen(self) -> None:
-        """Ask whether the pen is as it was told last; it says so of the last command for it that has been begun."""
+        """Ask for the pen's state; the answer is that of the last pen command that has been begun."""
         if self.version >= POSITION and self._up is not None:
             self._pens.append(self._up)
             self.conversation.put(b"QP\r")
@@ -170,7 +170,7 @@ class EbbController(BaseController):
             )
 
     def _answered(self, asked: Asked, numbers: tuple[int, ...]) -> None:
-        """Each question has a handler; all else is a command of the program, or a rest that was told to find out."""
+        """Call the question's handler; anything else is a command of the program, or a rest that asked."""
         handlers = {
             "QB": self._button_answered,
             "QC": check_power,
@@ -212,7 +212,7 @@ class EbbController(BaseController):
                 self.listener(StateReport(self.taken, self.executed))
 
     def _look(self, busy: bool, waiting: bool) -> None:
-        """It was asked after all that is taken was in its queue."""
+        """Count what has been executed: the question was answered after all taken commands were in the queue."""
         self.queued = int(busy) + int(waiting)
         if self._stopped:  # what waited has been dropped
             return
@@ -253,7 +253,7 @@ class EbbController(BaseController):
             self.conversation.ask(b"CS\r")
 
     def go(self, x: float, y: float) -> None:
-        """Lift the pen and travel; how far that is, its counters tell."""
+        """Lift the pen and travel by what its counters say is missing."""
         if self._lost or self.version < POSITION:
             raise DeviceAlarm(
                 "The plotter no longer knows where it stands: stand its pen above its zero, and start again."
@@ -271,12 +271,12 @@ class EbbController(BaseController):
         self.conversation.settle()
 
     def pen(self, down: bool) -> None:
-        """As high and low as the profile says."""
+        """Send the profile's heights first, since a board forgets them."""
         self._ask_all([*protocol.reach(self.profile.pen), protocol.pen(down, self.profile.pen)])
         self.conversation.settle()
 
     def jog(self, dx: float, dy: float) -> None:
-        """Motions are relative."""
+        """Travel so far; motions of an EBB are relative anyway."""
         self._wake()
         motors = Motors(self.profile, self._steps() if self.version >= POSITION else (0, 0))
         self._travel(motors, motors.place + np.array([dx, dy]))
@@ -292,7 +292,7 @@ class EbbController(BaseController):
         stop = b"ES\r" if self.version >= STOP else b""
         try:
             conversation.port.write(b"".join([stop, *protocol.lifted(self.profile.pen), b"V\r"]))
-            self._until_about(
+            self._wait_for_about(
                 conversation.timeout + sum(asked.seconds for asked in conversation.open) + self.profile.pen.up_time
             )
             conversation.open.clear()
@@ -307,7 +307,7 @@ class EbbController(BaseController):
             self._pen_not_lifted()
 
     def _is_astray(self) -> bool:
-        """Whether it has been stopped beside the way of the commands that it may have been at."""
+        """Whether it has stopped away from the paths of all commands that may have been under way."""
         way = np.array(self._way, dtype=float)
         begin, along = way[:-1], np.diff(way, axis=0)
         to = np.array(self._steps(), dtype=float) - np.array(self._off) - begin
@@ -316,13 +316,13 @@ class EbbController(BaseController):
         return bool(off.min(initial=np.inf) > _BESIDE * self.profile.limits.steps_per_mm) and len(off) > 0
 
     def _forget(self) -> None:
-        """Leave it so that nobody believes that it knows where it is: motors off, counters zero."""
+        """Switch motors off and clear the counters: the next to connect will know that its place is lost."""
         self._lost = True
         self.conversation.ask(b"EM,0,0\r")
         if self.version >= POSITION:
             self.conversation.ask(b"CS\r")
 
-    def _until_about(self, patience: float) -> None:
+    def _wait_for_about(self, patience: float) -> None:
         """Pass over all answers until the one to V."""
         for replies in self.conversation.listen(patience, _HURRY / 4):
             if any(isinstance(reply, About) for reply in replies):

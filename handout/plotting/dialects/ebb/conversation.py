@@ -83,7 +83,7 @@ class EbbConversation(Conversation[Reply]):
         self.open.append(Asked(data, name, number, protocol.seconds(data)))
 
     def hear(self) -> None:
-        """Wait for the next answers and make sense of them."""
+        """Wait for the next answers and act on them."""
         waited, most, glance = 0.0, self.allowance, self.glance
         while waited < most:
             if self.heed(glance):
@@ -92,7 +92,7 @@ class EbbConversation(Conversation[Reply]):
         raise unanswered(f"{most:.0f}")
 
     def heed(self, patience: float) -> bool:
-        """Make sense of what is said within `patience` s; whether anything was."""
+        """Act on what is said within `patience` s; whether anything was."""
         replies = self.replies(patience)
         for reply in replies:
             self._take(reply)
@@ -100,7 +100,7 @@ class EbbConversation(Conversation[Reply]):
 
     @property
     def allowance(self) -> float:
-        """s that it may take to do all that it has been told."""
+        """How long it may take to do all that it has been sent, s."""
         return self.timeout + sum(asked.seconds for asked in self.open) + sum(self._recent)
 
     def ask(self, data: bytes) -> tuple[int, ...]:
@@ -134,7 +134,7 @@ class EbbConversation(Conversation[Reply]):
             )
 
     def _take_answer(self, asked: Asked, reply: Ok | About | Values) -> None:
-        """The oldest of what is open is answered, by one line or by its numbers and an OK."""
+        """Match a reply with the oldest open command, which ends with one line, or with numbers and an OK."""
         if isinstance(reply, Values):
             if not asked.has_values or (reply.name and reply.name != asked.name):
                 raise DeviceSilent(
@@ -179,7 +179,7 @@ class EbbConversation(Conversation[Reply]):
         )
 
     def settle(self) -> None:
-        """Wait until it has done what it was told before; a rest is answered when it and one more are left to do.
+        """Wait until all that was sent before is done; a rest is answered when it and one more command are left.
 
         Raises DeviceGarbled if that takes longer than anything that it was told.
         """

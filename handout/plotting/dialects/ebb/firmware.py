@@ -20,7 +20,7 @@ class Version(NamedTuple):
         return cls(*(int(part or 0) for part in match.groups())) if match else UNKNOWN
 
     @classmethod
-    def said(cls, text: str) -> Version | None:
+    def from_answer(cls, text: str) -> Version | None:
         """From what the board answers to V, such as "EBBv13_and_above EB Firmware Version 2.8.1"."""
         match = re.search(r"Firmware Version (\d+\.\d+(?:\.\d+)?)", text)
         return cls.of(match.group(1)) if match else None

@@ -80,7 +80,7 @@ def reply(line: bytes) -> Reply:
     text = line.decode("ascii", "replace").strip()
     if match := _ERROR.fullmatch(text):
         return Error(int(match.group(2) or -1), match.group(1))
-    if "EBB" in text and (version := Version.said(text)):
+    if "EBB" in text and (version := Version.from_answer(text)):
         return About(version, text.startswith("V,"))
     if text == "OK" or re.fullmatch(r"[A-Z][A-Z0-9]", text):
         return Ok("" if text == "OK" else text)
@@ -118,7 +118,7 @@ def pen(down: bool, profile: PenProfile) -> bytes:
 
 
 def _milliseconds(seconds: float) -> list[int]:
-    """No number for no time: 0 is refused."""
+    """The number of whole milliseconds as a parameter; none for 0, which is refused."""
     whole = min(round(1000 * seconds), _LONGEST)
     return [whole] if whole > 0 else []
 
@@ -135,7 +135,7 @@ def set_pen(profile: PenProfile, value: float) -> list[bytes]:
 
 
 def lifted(profile: PenProfile) -> list[bytes]:
-    """How high the pen goes and how fast, which a board forgets when it starts anew; and it is lifted."""
+    """Set how high and how fast the pen goes, which a board forgets when it restarts, and lift it."""
     return [*reach(profile), pen(False, profile)]
 
 
@@ -156,7 +156,7 @@ def opening(profile: Plotter) -> list[bytes]:
 
 
 def _zero(profile: Plotter) -> list[bytes]:
-    """Moves are told relative to where the carriage stands, which has to be its zero."""
+    """Bring the carriage to its zero, for all moves are relative to where it stands."""
     version = Version.of(profile.firmware)
     if version < HOME:  # zero is wherever it stands
         return []

@@ -147,7 +147,7 @@ class Motors:
                 Slice(*map(float, (places[index, a], places[index + 1, a], speeds[index, a], speeds[index + 1, a])))
                 for a in (0, 1)
             ]
-            yield index, self._told_as(parts, whole, index == 0)
+            yield index, self._encode(parts, whole, index == 0)
 
     def _whole(self, seconds: Array, unit: int) -> list[int]:
         """Durations in whole units; what is rounded off one is added to the next."""
@@ -158,7 +158,7 @@ class Motors:
         self._written = ends_rounded[-1]
         return [max(int(count), 1) for count in whole]
 
-    def _told_as(self, parts: list[Slice], whole: int, first: bool) -> bytes:
+    def _encode(self, parts: list[Slice], whole: int, first: bool) -> bytes:
         """One move, in so many ms or ticks."""
         if self.version < STEPS:
             return self._constant(parts, whole)

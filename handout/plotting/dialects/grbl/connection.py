@@ -40,7 +40,7 @@ class ControllerInfo:
 
     @property
     def scale(self) -> float:
-        """mm in what it tells places in: inches with ``$13=1``."""
+        """Millimetres in the unit of its reports, which are inches with ``$13=1``."""
         return 25.4 if self.settings.get(13) else 1.0
 
     def note(self, replies: list[Reply]) -> None:
@@ -86,7 +86,7 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, P
 
 
 def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
-    """Wait for the greeting, or a report of one that is awake already; whether it has started just now."""
+    """Wait for a greeting, or for the status of a controller that is awake already; whether it has just started."""
     waited, garbage = 0.0, False
     while waited < profile.port.start_up:
         replies = conversation.replies(GLANCE)
@@ -104,7 +104,7 @@ def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
 
 
 def _let_finish(conversation: GrblConversation, status: Status) -> None:
-    """It was left in the middle of something: let it come to an end, for a reset would lose its place."""
+    """Let it finish what it was left doing, for a reset would lose its place."""
     waited, announced = 0.0, False
     while status.state not in ("Idle", "Alarm"):
         if status.state in (*protocol.HELD, "Sleep"):  # from which only a reset wakes it
@@ -124,7 +124,7 @@ def _let_finish(conversation: GrblConversation, status: Status) -> None:
 
 
 def _questions(conversation: GrblConversation) -> ControllerInfo:
-    """Ask who it is.  The end of a line that somebody began may stand in front of the first question: it is refused."""
+    """Ask who it is, again if the first question is refused: half a line from before may stand in front of it."""
     info = ControllerInfo()
     for _ in range(3):
         with contextlib.suppress(DeviceAlarm):
@@ -166,7 +166,7 @@ def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
 
 
 def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float]:
-    """What the machine says in place of keys of the profile's `limits`."""
+    """The machine's own values of keys of the profile's `limits`."""
     limits = profile.limits
     own: dict[str, float] = {}
     if {110, 111} <= settings.keys():

@@ -54,11 +54,11 @@ class GrblController(BaseController):
 
     @property
     def proven(self) -> int:
-        """Where it says where it is; elsewhere all that is executed."""
+        """Commands found right by its reports of its place; all executed ones of a machine that does not report it."""
         return self._proven if self._tracking is not None else self.executed
 
     def wait(self) -> None:
-        """Hear what it says next; if it says nothing, it is asked for its state, of which place and queue are parts."""
+        """Hear the next reply; a silent machine is asked for its status, which tells place and queue."""
         self.conversation.hear(self._acknowledged, _SOON)
 
     def finish(self) -> None:
@@ -81,7 +81,7 @@ class GrblController(BaseController):
         return PositionTracking(place, (settings.get(31, 0.0), settings.get(30, 1000.0)))
 
     def _place(self, status: Status) -> Place | None:
-        """Where it says that it stands, mm, in the coordinates of the program."""
+        """The place that it reports, mm, in the coordinates of the program."""
         scale = self.info.scale
         work, machine, offset = (tuple(v * scale for v in status.field(name)) for name in ("WPos", "MPos", "WCO"))
         self._offset = offset or self._offset
@@ -96,7 +96,7 @@ class GrblController(BaseController):
         self.queued = max(size - int(free[0]), 0) if free else None
         place, tracking = self._place(status), self._tracking
         if tracking is None or place is None:
-            self._count_blindly(status)
+            self._count_by_queue(status)
             self.listener(StateReport(self.taken, self.executed, self.queued))
             return
         power = status.field("FS")
@@ -112,8 +112,8 @@ class GrblController(BaseController):
         tracking.forget(self.executed)
         self.listener(StateReport(self.taken, self.executed, self.queued, place[:2]))
 
-    def _count_blindly(self, status: Status) -> None:
-        """It does not say where it is: all that its queue could hold may still be there."""
+    def _count_by_queue(self, status: Status) -> None:
+        """Without a reported place: all that its queue can hold may still be waiting."""
         in_hand = (self.profile.port.queue if self.queued is None else self.queued) + self._ahead
         resting = status.state == "Idle" and self.taken == self.sent and not self.queued
         self.executed = self.taken if resting else max(self.executed, self.taken - in_hand)
@@ -126,12 +126,12 @@ class GrblController(BaseController):
     def zero(self) -> None:
         """``G92``, which it forgets with the next reset."""
         self.conversation.ask(b"G92X0Y0\n")
-        self._relearn()
+        self._read_offsets()
 
     def level(self) -> None:
         """``G92`` as well."""
         self.conversation.ask(b"G92Z0\n")
-        self._relearn()
+        self._read_offsets()
 
     def home(self) -> None:
         """``$H``; a servo is lifted before, since it may have been left on the paper (a Z axis is homed first)."""
@@ -139,10 +139,10 @@ class GrblController(BaseController):
             self._unlock()
             self._ask_all([*protocol.MODES, *protocol.pen(False, self.profile.pen)])
         self.conversation.home()
-        self._relearn()
+        self._read_offsets()
 
-    def _relearn(self) -> None:
-        """Its place has another name now."""
+    def _read_offsets(self) -> None:
+        """Read its offsets again, which have changed."""
         self.info.note(self.conversation.ask(b"$G\n") + self.conversation.ask(b"$#\n"))
         self._offset, self._knows, self._tracking = self.info.offset, True, None
 
@@ -154,13 +154,13 @@ class GrblController(BaseController):
         self._tracking = None
 
     def pen(self, down: bool) -> None:
-        """A machine that is locked until it is homed may move its pen."""
+        """Unlock a machine that has not been homed: it may move its pen."""
         self._unlock()
         self._ask_all([*protocol.MODES, *protocol.pen(down, self.profile.pen), *protocol.closing()])
         self._tracking = None
 
     def jog(self, dx: float, dy: float) -> None:
-        """From where it says that it is, right or wrong; it need not have been homed."""
+        """Travel relative to the place that it reports, even if that is wrong or it has not been homed."""
         self._unlock()
         place = self._place(self.conversation.status())
         if place is None:
@@ -173,7 +173,7 @@ class GrblController(BaseController):
             self.conversation.ask(b"$X\n")
 
     def release(self) -> None:
-        """``$SLP``, from which only a reset wakes it: its place does not outlive that."""
+        """``$SLP``; only a reset wakes it, and its place is lost then."""
         self._knows = False
         self.conversation.ask(protocol.SLEEP)
 
@@ -189,21 +189,21 @@ class GrblController(BaseController):
             except KeyboardInterrupt:
                 self._give_up()
             except DeviceError:
-                self._dropped()
+                self._leave_pen()
 
     def _give_up(self) -> None:
         self._knows = False
         try:
             self._lift(None)
         except DeviceError:
-            self._dropped()
+            self._leave_pen()
 
-    def _dropped(self) -> None:
+    def _leave_pen(self) -> None:
         self._knows = False
         self._pen_not_lifted()
 
     def _hold(self) -> Place | None:
-        """Brake, and wait until the machine stands: a reset while it moves would lose its place, which is returned."""
+        """Brake, wait until the machine stands, and return its place, which a reset in motion would lose."""
         conversation = self.conversation
         conversation.port.write(protocol.HOLD)
         conversation.forget()
@@ -213,14 +213,14 @@ class GrblController(BaseController):
                 for reply in conversation.attend():
                     if not isinstance(reply, Status) or reply.state == "Run" or reply.detail == "1":
                         continue
-                    return self._held(reply)
+                    return self._stopped(reply)
                 conversation.replies(_MOMENT)
         except DeviceSilent:  # after an alarm it hears nothing but the reset
             self._knows = False
         return None
 
-    def _held(self, status: Status) -> Place | None:
-        """What has been executed when it stands; its place if it still knows it."""
+    def _stopped(self, status: Status) -> Place | None:
+        """Count what has been executed when it stands; returns its place if it still knows it."""
         self._knows &= status.state in ("Hold", "Idle") and not self.conversation.restarted
         place = self._place(status) if self._knows else None
         if place is not None and self._tracking is not None:
@@ -231,14 +231,14 @@ class GrblController(BaseController):
         return place
 
     def _lift(self, place: Place | None) -> None:
-        """Reset it, which empties its queue, and lift the pen; its place keeps its name if it is known."""
+        """Reset it, which empties its queue, lift the pen, and set its coordinates again if its place is known."""
         conversation = self.conversation
         conversation.reset(_HURRY)
         self._unlock()
         offset = self._offset
         self.info.note(conversation.ask(b"$#\n"))
         self._offset = self.info.offset
-        again = [protocol.call_it(place)] if place is not None and _differ(offset, self._offset) else []
+        again = [protocol.set_place(place)] if place is not None and _differ(offset, self._offset) else []
         mark = [protocol.MARK] if self._knows else []
         lift = protocol.pen(False, self.profile.pen)
         self._ask_all([*protocol.MODES, *again, *lift, *mark, *protocol.closing()])

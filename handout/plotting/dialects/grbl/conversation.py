@@ -81,7 +81,7 @@ class GrblConversation(Conversation[Reply]):
             self.port.write(protocol.STATUS)
 
     def ask(self, line: bytes, patience: float = 0.0) -> list[Reply]:
-        """Send a line alone and wait for its answer; everything said until then.
+        """Send a line alone and wait for its ``ok``; returns all replies until then.
 
         patience : s to wait without asking for its state, for what it does with deaf ears (homing).
         """
@@ -119,7 +119,7 @@ class GrblConversation(Conversation[Reply]):
             if replies := self.replies(glance):
                 for reply in replies:
                     if isinstance(reply, Status) and not self.stopping:
-                        self._heed(reply)
+                        self._check_hold(reply)
                 return replies
             quiet += glance
             self._waited += glance
@@ -156,7 +156,7 @@ class GrblConversation(Conversation[Reply]):
         where = f"line {sent.number + 1}, {sent.line.decode().strip()!r}" if sent else "a line"
         return f"The plotter refused {where}: {error.description}."
 
-    def _heed(self, status: Status) -> None:
+    def _check_hold(self, status: Status) -> None:
         """See whether somebody holds it, and for how long."""
         if status.state == "Sleep":
             raise DeviceAlarm("The plotter is asleep, its motors without power: switch it off and on, and start again.")
@@ -172,7 +172,7 @@ class GrblConversation(Conversation[Reply]):
             )
 
     def _look(self, status: Status) -> None:
-        """Make sense of a state: at rest although lines are unanswered, something was lost."""
+        """Act on a status: a machine at rest that has not answered all lines has lost something."""
         self._asked = False
         if status.state == "Alarm":
             raise DeviceAlarm("The plotter is locked after an alarm: bring it back to its zero and start again.")

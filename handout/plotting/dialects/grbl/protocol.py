@@ -196,8 +196,8 @@ def move(x: float, y: float, speed: float) -> bytes:
     return f"G1X{number(x)}Y{number(y)}F{number(speed * 60, 1)}\n".encode()
 
 
-def call_it(place: tuple[float, float, float]) -> bytes:
-    """Where it stands is called so, mm."""
+def set_place(place: tuple[float, float, float]) -> bytes:
+    """Set the coordinates of the place where it stands, mm."""
     x, y, z = place
     return f"G92X{number(x)}Y{number(y)}Z{number(z)}\n".encode()
 
@@ -247,7 +247,7 @@ class _Memory:
         self.motion = self.feed = ""
 
     def pen(self, down: bool, profile: PenProfile) -> list[bytes]:
-        """The pen is moved, to a height that is told as it is."""
+        """Move the pen; heights are absolute."""
         lines = pen(down, profile)
         if profile.lift == "z":
             self.at["Z"] = round(1000 * (profile.down if down else profile.up))
@@ -257,7 +257,7 @@ class _Memory:
         return lines if profile.lift == "servo" else [*self.back(), *lines]
 
     def back(self) -> list[bytes]:
-        """Places are told as they are."""
+        """Return to absolute coordinates."""
         relative, self.relative = self.relative, False
         return [b"G90\n"] if relative else []
 

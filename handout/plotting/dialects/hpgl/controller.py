@@ -44,7 +44,7 @@ class PenPosition:
         self.at: tuple[int, int] | None = None
 
     def send(self, data: bytes) -> None:
-        """Instructions are sent: a relative list goes on from where the last one led."""
+        """Follow instructions that are sent; relative places continue from the last one."""
         for instruction in protocol.read(data):
             for x, y in instruction.points if instruction.name in ("PA", "PU", "PD", "PR") else []:
                 before = self.at if instruction.name == "PR" and self.at is not None else (0, 0)
@@ -90,9 +90,9 @@ class HpglController(BaseController):
         self.size = int(conversation.ask(protocol.SIZE)[0])
         conversation.ask(protocol.ERROR)
         self.model = conversation.hear(protocol.WHO).decode("ascii", "replace")
-        self.port.write(b"".join(protocol.turning(self.profile)))
+        self.port.write(b"".join(protocol.rotate(self.profile)))
         self.profile = _within(self.profile, conversation.ask(protocol.LIMITS, count=4), self.size, self.log)
-        self.started()
+        self.clear_start()
         self.drop()
 
     def send(self, data: bytes) -> None:
@@ -108,7 +108,7 @@ class HpglController(BaseController):
         self._room -= len(data)
         self._ends.append((self._bytes, sum(len(instruction.points) for instruction in protocol.read(data))))
         if data == protocol.START:
-            self.started()
+            self.clear_start()
             self.conversation.restarted = False
         elif data.startswith(protocol.PEN_DOWN):
             self._look()  # while it is lowered: one that starts anew between the two draws no more than it has
@@ -121,7 +121,7 @@ class HpglController(BaseController):
             self._rest()
             if not self._ends and self.executed < self.sent:
                 self._place(self._patience)
-                self._settled()
+                self._count_all()
 
     def finish(self) -> None:
         """Wait until its buffer is empty and it stands, then ask whether it heard and understood all it was sent."""
@@ -130,12 +130,12 @@ class HpglController(BaseController):
             if len(self._ends) <= 1:  # the question that follows waits for the last one by itself
                 break
             self._rest()
-        self._prove()
-        self._settled()
+        self._check_place()
+        self._count_all()
         self._proven = self.sent
 
-    def _prove(self) -> None:
-        """It stands with its pen lifted: see that it heard and understood all it was sent, and is where that led."""
+    def _check_place(self) -> None:
+        """See, while it stands with its pen lifted, that it understood all it was sent and stands where that led."""
         x, y, down = self._place(self._patience + _LONGEST)
         status = int(self.conversation.ask(protocol.STATUS)[0])
         if status & protocol.STARTED:
@@ -154,18 +154,18 @@ class HpglController(BaseController):
             )
 
     def _rest(self) -> None:
-        """Nothing has changed since it was last asked: see whether somebody holds it, and wait a moment."""
+        """Wait a moment when nothing has changed, and see whether somebody holds it."""
         self.port.read(_MOMENT)
         self.conversation.check_state()
         self._still = 0.0 if self.conversation.held else self._still + _MOMENT
-        self.conversation.stand(_MOMENT)
+        self.conversation.pass_time(_MOMENT)
         if self._still > self._patience + _LONGEST:
             raise DeviceSilent(
                 f"The plotter answers but has not drawn for {self._still:.0f} s: is its paper loaded, is it remote?"
             )
 
-    def _settled(self) -> None:
-        """It stands, with nothing left to do."""
+    def _count_all(self) -> None:
+        """Count everything as executed: it stands with nothing left to do."""
         self._ends.clear()
         self._read = self._bytes
         self._read_moves.clear()
@@ -204,18 +204,18 @@ class HpglController(BaseController):
         """Its zero is on its paper and cannot be elsewhere."""
 
     def go(self, x: float, y: float) -> None:
-        """As the beginning of a stroke would; a stroke that was stopped has left it counting from place to place."""
+        """Travel in absolute coordinates, which a stroke that was stopped has left switched off."""
         self.port.write(protocol.PEN_UP + protocol.ABSOLUTE + protocol.travel(x, y, self.profile))
         self._place(self._patience)
         self.conversation.restarted = False
 
     def pen(self, down: bool) -> None:
-        """A pen is fetched first, to be lowered."""
-        self.port.write(protocol.fetching(self.profile) + protocol.PEN_DOWN if down else protocol.PEN_UP)
+        """Fetch a pen before it is lowered."""
+        self.port.write(protocol.fetch_pen(self.profile) + protocol.PEN_DOWN if down else protocol.PEN_UP)
         self._place(self._patience)
 
     def jog(self, dx: float, dy: float) -> None:
-        """It always knows where it stands."""
+        """Travel relative to where it stands, which it always knows."""
         x, y, _ = self._place(self._patience)
         per_mm = self.profile.limits.steps_per_mm
         there = (x / per_mm + dx, y / per_mm + dy)
@@ -223,11 +223,11 @@ class HpglController(BaseController):
         self.go(*there)
 
     def release(self) -> None:
-        """There is no word for it."""
+        """InputError: there is no instruction for it."""
         raise InputError("An HP-GL plotter has no command that switches its motors off: use its own switch.")
 
-    def started(self) -> None:
-        """From now on, a plotter that says it was started has been off in between."""
+    def clear_start(self) -> None:
+        """Clear the sign of a start: a plotter that shows it again has been off in between."""
         self.conversation.restarted = bool(int(self.conversation.ask(protocol.STATUS)[0]) & protocol.STARTED)
 
     def drop(self) -> None:
@@ -268,7 +268,7 @@ class HpglController(BaseController):
 
     @property
     def _patience(self) -> float:
-        """s for an answer that comes when it stands; it may fetch a pen first."""
+        """How long to wait for an answer that comes when it stands, s; it may fetch a pen first."""
         return self.conversation.timeout + float(self.profile.hpgl.pen_time) + _LAST_LINE
 
     @property

@@ -38,7 +38,7 @@ class HpglConversation(Conversation[bytes]):
         self._marked = False  # whether its answers end in a way that it forgets when it is switched off
 
     def ask(self, question: bytes, patience: float = 0.0, count: int = 1) -> tuple[float, ...]:
-        """So many numbers that it answers."""
+        """Ask for `count` numbers."""
         numbers = protocol.numbers(self.hear(question, patience))
         if numbers is None or len(numbers) != count:
             raise DeviceSilent(_NO_PLOTTER)
@@ -51,8 +51,8 @@ class HpglConversation(Conversation[bytes]):
         while not (end := _END.search(self._partial)):
             if len(self._partial) > _ANSWER or (waited > patience and self._partial):
                 raise DeviceSilent(_NO_PLOTTER)
-            if waited > patience and question.startswith(b"O") and self._is_viewed():
-                self.stand(waited)
+            if waited > patience and question.startswith(b"O") and self._is_held():
+                self.pass_time(waited)
                 waited = 0.0
             elif waited > patience:
                 raise DeviceSilent(
@@ -69,8 +69,8 @@ class HpglConversation(Conversation[bytes]):
         self._marked |= question == protocol.STATE and end.group() == b"\n"
         return answer.strip()
 
-    def _is_viewed(self) -> bool:
-        """Whether it is on hold, where it still owes an answer, which may come first."""
+    def _is_held(self) -> bool:
+        """Whether it is on hold; the answer that it still owes may come before that to this question."""
         self.port.write(protocol.STATE)
         waited = 0.0
         while waited < self.timeout:
@@ -83,7 +83,7 @@ class HpglConversation(Conversation[bytes]):
         return False
 
     def check_state(self) -> None:
-        """Whether a person has a hand on it."""
+        """Ask whether the lever is raised (DeviceAlarm) or VIEW is pressed."""
         state = int(self.ask(protocol.STATE)[0])
         if state & protocol.LEVER:
             raise DeviceAlarm(
@@ -105,8 +105,8 @@ class HpglConversation(Conversation[bytes]):
         if number:
             self.log(f"The plotter reports {protocol.line_error(number)}.")
 
-    def stand(self, seconds: float) -> None:
-        """Time has passed; DeviceHeld if it has been on hold for too long by now."""
+    def pass_time(self, seconds: float) -> None:
+        """Count time on hold; DeviceHeld if it was too long."""
         self._stood = self._stood + seconds if self.held else 0.0
         if self._stood > self.patience:
             raise DeviceHeld(
@@ -114,7 +114,7 @@ class HpglConversation(Conversation[bytes]):
             )
 
     def forget(self) -> None:
-        """Pass over what was asked before and is answered now."""
+        """Discard answers to earlier questions."""
         for _ in range(_DREGS):
             if not self.port.read(_MOMENT):
                 break

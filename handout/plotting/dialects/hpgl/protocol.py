@@ -82,12 +82,12 @@ def line_error(number: int) -> str:
 
 
 def units(mm: float, profile: Plotter) -> int:
-    """Plotter units; they are called steps in a profile."""
+    """Plotter units of a length in mm; a profile calls them steps."""
     return round(mm * profile.limits.steps_per_mm)
 
 
 def travel(x: float, y: float, profile: Plotter) -> bytes:
-    """A way with the pen lifted, mm."""
+    """A move to a place, mm, with the pen lifted."""
     return f"PU{units(x, profile)},{units(y, profile)};".encode()
 
 
@@ -97,17 +97,17 @@ def velocity(block: Move) -> str:
 
 
 def opening(profile: Plotter) -> list[bytes]:
-    """As after power-on, in the direction the profile says, and a pen in the holder."""
-    return [START, *turning(profile), fetching(profile), PEN_UP]
+    """Reset to the state after power-on, turn the coordinates as the profile says, and fetch a pen."""
+    return [START, *rotate(profile), fetch_pen(profile), PEN_UP]
 
 
-def fetching(profile: Plotter) -> bytes:
+def fetch_pen(profile: Plotter) -> bytes:
     """A pen comes into the holder, if it is not there."""
     return f"SP{profile.hpgl.pen};".encode()
 
 
-def turning(profile: Plotter) -> list[bytes]:
-    """Coordinates turned, with the area that they reach; nothing for plotters that may not know how to."""
+def rotate(profile: Plotter) -> list[bytes]:
+    """Turn the coordinates and the area that they reach; nothing for plotters that need no turning."""
     return [f"RO{profile.hpgl.rotation};".encode(), b"IP;", b"IW;"] if profile.hpgl.rotation else []
 
 
@@ -149,7 +149,7 @@ def program(blocks: Sequence[Block], profile: Plotter, *, absolute: bool = False
 
 
 class _Stroke:
-    """What the pen draws, as the next instruction will tell it.
+    """The line under way, which the next instruction will draw.
 
     down : whether the pen is; points : the places that the instruction has so far.
     """
@@ -163,7 +163,7 @@ class _Stroke:
         self._unit: tuple[int, int] | None = None  # the same as it was told
 
     def ends_before(self, block: Block) -> bool:
-        """Whether the instruction has to be sent before the next block: it holds no more, or that is something else."""
+        """Whether the instruction must be sent before a block: it is full, or the block is no drawn move."""
         if not self.points:
             return False
         return not isinstance(block, Move) or velocity(block) != self._speed or not self.fits(block)
@@ -184,7 +184,7 @@ class _Stroke:
         return len(self.points) + len(self._point(block)) + 4 <= _LONGEST and self._ink + more <= _INK
 
     def add(self, block: Move) -> None:
-        """Draw on to a place."""
+        """Add a place to the instruction."""
         self.points = f"{self.points},{self._point(block)}".lstrip(",")
         self._ink += math.dist(self._at, block[:2])
         self._go(block)

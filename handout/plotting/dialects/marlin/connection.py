@@ -64,7 +64,7 @@ def _greeting(conversation: MarlinConversation, start_up: float) -> list[Reply]:
 
 
 def number(conversation: MarlinConversation, patience: float, before: Sequence[Reply] = ()) -> list[Reply]:
-    """Give the next line its number; everything heard."""
+    """Set the number of the next line; returns all replies."""
     waited, replies = 0.0, list[Reply]()
     while waited < patience:
         conversation.port.write(b"\n" + protocol.framed(_FIRST, protocol.NUMBER))
@@ -83,7 +83,7 @@ def _damaged(answer: list[Reply]) -> bool:
 
 
 def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
-    """Everything said within `patience` s, up to a silence."""
+    """All replies from the first, within `patience` s, to a silence."""
     answer = conversation.replies(patience)
     while replies := conversation.replies(GLANCE) if answer else []:
         answer += replies
@@ -91,7 +91,7 @@ def _answer(conversation: MarlinConversation, patience: float) -> list[Reply]:
 
 
 def _check_numbers(conversation: MarlinConversation, log: Log) -> None:
-    """A line out of order must be refused; what follows the refusal is learnt on the way.
+    """See that a line out of order is refused, and learn whether an ``ok`` follows the refusal.
 
     Some versions send an ``ok`` after their request for a line and some do not, and only a test can tell.
     """
@@ -145,7 +145,7 @@ def with_settings(profile: Plotter, replies: list[Reply], log: Log) -> Plotter:
 
 
 def _own_limits(profile: Plotter, settings: dict[str, float]) -> dict[str, float]:
-    """What the machine says in place of keys of the profile's `limits`."""
+    """The machine's own values of keys of the profile's `limits`."""
     limits = profile.limits
     own: dict[str, float] = {}
     if {"M203X", "M203Y"} <= settings.keys():

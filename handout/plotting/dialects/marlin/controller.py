@@ -57,7 +57,7 @@ class PlannerQueue:
         self._worked = 0
 
     def worked(self, data: bytes, command: int) -> None:
-        """A command was worked through; `command` have been executed when it and its move have."""
+        """Take note of a command that was worked through; `command` are executed when its move is done."""
         words = dict(_WORD.findall(data))
         if data.startswith(_WAITS):
             self._blocks.clear()
@@ -142,7 +142,7 @@ class MarlinController(BaseController):
 
     @property
     def proven(self) -> int:
-        """All that is executed: every line has its number and its check sum."""
+        """All executed commands: every line has its number and its checksum."""
         return self.executed
 
     def wait(self) -> None:
@@ -213,7 +213,7 @@ class MarlinController(BaseController):
         return True
 
     def _stop_dead(self) -> None:
-        """Stop at once; and once more as it begins what stood behind, a second later, before that moves far."""
+        """Stop at once, and again a second later, when it begins the commands that waited behind."""
         for _ in range(2):
             self.conversation.port.write(b"\n" + protocol.STOP_DEAD)
             deque(self.conversation.listen(_DROPS, _MOMENT), maxlen=0)
@@ -234,23 +234,23 @@ class MarlinController(BaseController):
         self.conversation.ask(protocol.LEVEL)
 
     def go(self, x: float, y: float) -> None:
-        """As the beginning of a program would."""
+        """Travel as at the beginning of a program."""
         way = (Pen(down=False), Move(x, y, float(self.profile.limits.travel_speed) * 60))
         for command in protocol.program(way, self.profile):
             if command.data != protocol.HERE:  # where it stands is no zero
                 self.conversation.ask(command.data)
 
     def pen(self, down: bool) -> None:
-        """As between two strokes."""
+        """Move the pen as between two strokes."""
         self._ask_all([*protocol.MODES[:2], *protocol.pen(down, self.profile.pen), *protocol.closing()])
 
     def jog(self, dx: float, dy: float) -> None:
-        """From where it says that it is, homed or not."""
+        """Travel relative to the place that it reports, homed or not."""
         place = next((reply for reply in self.conversation.ask(protocol.WHERE) if isinstance(reply, Position)), None)
         if place is None:
             raise DeviceSilent("The plotter did not say where it stands: something was lost on the way.")
         self.go(place.x + dx, place.y + dy)
 
     def release(self) -> None:
-        """``M84``; it is left in its zero, where it is not believed to know where it is."""
+        """``M84``; its place is set to zero, which nobody takes for a known place."""
         self._ask_all([protocol.STANDING, protocol.RELEASE, protocol.HERE])

@@ -101,12 +101,12 @@ class MarlinConversation(Conversation[Reply]):
             if self._next > self._last and self._room(line):
                 self._append(line)
                 return
-            self._on()
+            self._proceed()
 
     def drain(self) -> None:
         """Wait until every line has been worked through."""
         while self.under_way:
-            self._on()
+            self._proceed()
 
     def ask(self, data: bytes) -> list[Reply]:
         """Send a line and wait until it was worked through; everything said until then."""
@@ -119,7 +119,7 @@ class MarlinConversation(Conversation[Reply]):
             self._listener = None
         return replies
 
-    def _on(self) -> None:
+    def _proceed(self) -> None:
         """Write the next line that it wants again, or hear what it says."""
         if self._next <= self._last and self._room(self._line(self._next)):
             self._write(self._line(self._next))
@@ -160,7 +160,7 @@ class MarlinConversation(Conversation[Reply]):
         while not (replies := self.replies(glance)):
             self._quiet += glance
             self._wait(glance)
-            if self._is_told():
+            if self._questions_answered():
                 self._up_to(self._last, Ok())
                 return
             if self._quiet > self.timeout + self.grace:
@@ -177,8 +177,8 @@ class MarlinConversation(Conversation[Reply]):
             replies = self.replies(_SETTLE) if self._settling else []
         self._settling = False
 
-    def _is_told(self) -> bool:
-        """Whether only questions for its place are open, of which one was answered: it is silent, so all were.
+    def _questions_answered(self) -> bool:
+        """Whether only questions for its place are open and one was answered: then all were, since it is silent.
 
         They wait for nothing.  The ``ok`` of one was lost, or of a line before them; if one of themselves was lost, the
         controller will ask for it.
@@ -205,7 +205,7 @@ class MarlinConversation(Conversation[Reply]):
             raise DeviceSilent(f"The plotter has said for {self._busy:.0f} s that it is busy: switch it off and on.")
 
     def go_on(self) -> None:
-        """Press its button for it, as far as that can be done; it may wait no longer than for an answer."""
+        """Confirm a wait for its button, and wait for persons no longer than for an answer."""
         if self._waiting:
             self.port.write(b"\n" + protocol.GO_ON)
         self.patience, self._waiting, self._paused = self.timeout, False, 0.0
@@ -297,7 +297,7 @@ class MarlinConversation(Conversation[Reply]):
 
 
 def _trouble(reply: Reply) -> None:
-    """Stop where the machine has."""
+    """Raise DeviceAlarm for a reply that tells of trouble."""
     if isinstance(reply, protocol.Error):
         raise DeviceAlarm(f"The plotter reports {reply.description}.")
     if isinstance(reply, protocol.Unhomed):

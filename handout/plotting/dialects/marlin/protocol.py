@@ -181,7 +181,7 @@ def reply(line: bytes) -> Reply:
 
 
 def _information(text: str, plain: str) -> Reply:
-    """What it tells about itself."""
+    """What a line tells about the machine itself."""
     if text.startswith("FIRMWARE_NAME:"):
         return Identity(re.split(r" [A-Z_]+:", text[14:])[0])
     if match := re.fullmatch(r"Cap:(\w+):([01])", text):
@@ -207,7 +207,7 @@ def framed(number: int, data: bytes) -> bytes:
 
 
 def opening(profile: Plotter) -> list[bytes]:
-    """How numbers are meant; and the zero, if it is where the pen stands."""
+    """Units and modes; and the zero, if it is where the pen stands."""
     here = [HERE] if profile.bed.zero == "here" else []
     return [*MODES, *here]
 
@@ -257,7 +257,7 @@ def program(blocks: Sequence[Block], profile: Plotter) -> Iterator[Command]:
                 *first, last = pen(block.down, profile.pen)
                 yield from (Command(line, index) for line in first)
                 yield Command(last, index + 1)
-                memory.turned(profile.pen)
+                memory.pen_moved(profile.pen)
             down = block.down
         elif isinstance(block, Pause):
             yield Command(pause(block.seconds), index + 1)
@@ -286,15 +286,15 @@ class _Memory:
     def __init__(self) -> None:
         self.x = self.y = self.z = self.feed = ""
 
-    def turned(self, pen: PenProfile) -> None:
-        """The pen has been moved, by commands that may have changed all of it if they are the user's own."""
+    def pen_moved(self, pen: PenProfile) -> None:
+        """Forget what moving the pen may have changed: everything, if the commands are the user's own."""
         self.z = ""
         self.feed = self.feed if pen.lift == "servo" else ""
         if pen.lift == "command":
             self.x = self.y = ""
 
     def move(self, block: Move, pieces: int) -> Iterator[bytes]:
-        """The words of a move that the machine does not know yet.
+        """The lines of a move, with only the words that change something.
 
         A move that stands alone is cut into pieces, since Marlin would wait for more before it begins.
         """

@@ -85,9 +85,9 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
         With GRBL's error number; the modes are as they were.
     """
     words, codes = _words(line)
-    units = 25.4 if ("G20" in codes or (modes.inches and "G21" not in codes)) else 1.0
-    given = [None if axis not in words else words[axis] * units for axis in "XYZ"]
     kinds = {_GROUPS[code]: code for code in codes}  # a group has one code in a line
+    units = 25.4 if kinds.get("units", "G20" if modes.inches else "G21") == "G20" else 1.0
+    given = [None if axis not in words else words[axis] * units for axis in "XYZ"]
     motion, other = kinds.get("motion", modes.motion), kinds.get("other")
     feed = words["F"] * units if "F" in words else modes.feed
     moves = other is None and given != [None, None, None]

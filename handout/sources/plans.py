@@ -1,4 +1,4 @@
-"""Reads pages of plans in JSON, as `sinks.plans_json` writes and describes them, changed by hand or not."""
+"""Reads pages of plans in JSON, as `sinks.plans` writes and describes them, changed by hand or not."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def from_json(data: bytes) -> PlannedPage:
-    """Read what `sinks.plans_json.to_json` wrote.
+    """Read what `sinks.plans.to_json` wrote.
 
     Raises
     ------

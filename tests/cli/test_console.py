@@ -5,7 +5,7 @@ import threading
 import click
 import pytest
 
-from handout.cli.voice import Voice
+from handout.cli.console import BackgroundOutput
 
 
 @pytest.fixture
@@ -23,21 +23,21 @@ def terminal(monkeypatch):
 
 def test_nobody_waits_for_a_slow_terminal(terminal):
     free, shown = terminal
-    with Voice(quiet=False) as voice:
-        voice.say("one")
-        voice.say("two")
+    with BackgroundOutput(quiet=False) as output:
+        output.say("one")
+        output.say("two")
         assert shown == []
         free.set()
-        voice.wait()
+        output.wait()
         assert [text for text, _ in shown] == ["one", "two"]
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("voice")]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("console")]
 
 
 def test_what_waits_is_bounded_and_counted(terminal):
     free, shown = terminal
-    with Voice(quiet=False) as voice:
+    with BackgroundOutput(quiet=False) as output:
         for number in range(5000):
-            voice.say(f"{number}")
+            output.say(f"{number}")
         free.set()
     lines = [text for text, _ in shown]
     assert len(lines) < 450 and sum(int(text[1:].split()[0]) for text in lines if text.startswith("(")) > 4500
@@ -46,9 +46,9 @@ def test_what_waits_is_bounded_and_counted(terminal):
 def test_quiet_is_quiet(terminal):
     free, shown = terminal
     free.set()
-    with Voice(quiet=True) as voice:
-        voice.say("one")
-        voice.wait()
+    with BackgroundOutput(quiet=True) as output:
+        output.say("one")
+        output.wait()
     assert shown == []
 
 
@@ -57,6 +57,6 @@ def test_a_terminal_that_is_gone_stops_nothing(monkeypatch):
         raise BrokenPipeError
 
     monkeypatch.setattr(click, "echo", echo)
-    with Voice(quiet=False) as voice:
-        voice.say("one")
-        voice.say("two")
+    with BackgroundOutput(quiet=False) as output:
+        output.say("one")
+        output.say("two")

@@ -1,11 +1,23 @@
-"""How well plans explain a trace, as a picture: the trace and the fit with its targets, and the speeds below.
+"""Pages of plans: as JSON, to be looked at and changed, and as a picture of how well they fit a drawing.
 
-Upper part: the trace in grey, the path of the plan in blue over it, virtual targets as numbered circles joined by thin
-lines.  Lower part, row by row: the speed of the trace in grey, that of the plan in blue, and every stroke's own pulse.
+::
+
+    {"format": "handout-plans", "version": 1,
+     "page": {"width": 148.0, "height": 210.0, "name": "A5"},      mm
+     "timed": true,                                                whether the times are those of a recording
+     "about": {…},
+     "movements": [{"start": 0.0, "end": 0.81,                     s, pen down to pen up
+                    "targets": [[12.1, 30.4], [13.9, 27.0], …],    mm, y down; one more than strokes
+                    "strokes": [{"onset": 0.012, "duration": 0.21, s
+                                 "asymmetry": 0.08,                1 − mode / median of its speed
+                                 "theta": -0.6}, …],               rad, half of how far it turns
+                    "place_db": 38.2, "speed_db": 26.0,            how well it explains the trace; not read
+                    "word": 3}, …]}
 """
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 
 from handout.motion.reconstruction.planned_page import Fit, PlannedPage, sampled
@@ -19,10 +31,43 @@ _SECONDS = 3.0  # a row
 _COLOURS = ("#d1495b", "#edae49", "#66a182", "#8d5a97", "#2e86ab")
 
 
-def to_svg(drawing: Drawing, page: PlannedPage) -> bytes:
-    """The report.
+def to_json(page: PlannedPage) -> bytes:
+    """A page of plans in the form described at the top of this file."""
+    sheet = page.page
+    file = {
+        "format": "handout-plans",
+        "version": 1,
+        "page": {"width": float(sheet.width), "height": float(sheet.height), "name": about.plain(sheet.name)},
+        "timed": page.timed,
+        "about": about.plain(dict(page.about)),
+        "movements": [_movement(fit) for fit in page.fits],
+    }
+    return msgspec.json.format(msgspec.json.encode(file), indent=1) + b"\n"
 
-    drawing : the trace; page : its plans, made by `pages.fit`, a plan a stroke.
+
+def _movement(fit: Fit) -> dict[str, object]:
+    """A movement's fields in the order of the file; those that are not known are absent."""
+    plan, names = fit.plan, ("onset", "duration", "asymmetry", "theta")
+    rows = zip(*(getattr(plan, name).tolist() for name in names), strict=True)
+    decibels = {"place_db": fit.place if np.isfinite(fit.place) else None, "speed_db": fit.speed}
+    return {
+        "start": plan.start,
+        "end": plan.end,
+        "targets": plan.targets.tolist(),
+        "strokes": [dict(zip(names, row, strict=True)) for row in rows],
+        **{name: round(value, 2) for name, value in decibels.items() if value is not None},
+        **({} if fit.word == -1 else {"word": fit.word}),
+    }
+
+
+def fit_report(drawing: Drawing, page: PlannedPage) -> bytes:
+    """How well plans explain a drawing, as an SVG picture.
+
+    Upper part: the drawing in grey, the paths of the plans in blue over it, virtual targets as numbered circles joined
+    by thin lines.  Lower part, row by row: the speed of the drawing in grey, that of the plan in blue, and every
+    stroke's own pulse.
+
+    drawing : the trace; page : its plans, made by `planned_page.fit`, a plan a stroke.
     """
     bounds = drawing.bounds
     assert bounds is not None
@@ -36,27 +81,27 @@ def to_svg(drawing: Drawing, page: PlannedPage) -> bytes:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<svg xmlns="http://www.w3.org/2000/svg" width="190mm" height="{height:.1f}mm" viewBox="0 0 190 {height:.1f}" '
         'font-family="sans-serif" fill="none">',
-        f"<title>{about.escaped(_said(page))}</title>",
+        f"<title>{about.escaped(_figures(page))}</title>",
         f'<rect width="190" height="{height:.1f}" fill="#fff"/>',
         f'<svg width="190" height="{upper:.1f}">',  # which hides targets far outside
         *_shapes(drawing, page, np.array([left, top]), scale),
         "</svg>",
-        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{about.escaped(_said(page))}</text>',
+        f'<text x="{_MARGIN}" y="{upper + 5:.1f}" font-size="3.2" fill="#333">{about.escaped(_figures(page))}</text>',
         *_speeds(drawing, page, upper + 12, rows),
         "</svg>\n",
     ]
     return "\n".join(parts).encode("utf-8")
 
 
-def _said(page: PlannedPage) -> str:
+def _figures(page: PlannedPage) -> str:
     """One line of figures."""
     moved = [fit for fit in page.fits if fit.plan.strokes]
     if not moved:
         return f"{len(page.fits)} dots, nothing that moves"
     strokes = sum(fit.plan.strokes for fit in moved)
-    said = f"{len(page.fits)} movements, {strokes} strokes; path {np.median([fit.place for fit in moved]):.1f} dB"
+    text = f"{len(page.fits)} movements, {strokes} strokes; path {np.median([fit.place for fit in moved]):.1f} dB"
     speeds = [fit.speed for fit in moved if fit.speed is not None]
-    return said + (f", speed {np.median(speeds):.1f} dB" if speeds else "") + " (medians)"
+    return text + (f", speed {np.median(speeds):.1f} dB" if speeds else "") + " (medians)"
 
 
 def _line(xy: Array, colour: str, width: float, more: str = "") -> str:

@@ -71,11 +71,11 @@ def test_a_plot_lifts_its_pen_and_keeps_its_job(call, monkeypatch, number, code)
 
 
 def test_a_signal_that_is_ignored_stays_so(monkeypatch):
-    from handout.cli import ending
+    from handout.cli import signals
 
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with ending.orderly():
+        with signals.orderly():
             assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
             assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from handout.errors import InputError
 from handout.values import Page
 
-_POINTS = 72.0
+_POINTS = 72.0  # an inch
 _OBJECT = re.compile(rb"(?:^|\n)(\d+) 0 obj\n")
 _STREAM = b"stream\n"
 _NUMBER = rb"(-?[\d.]+)"

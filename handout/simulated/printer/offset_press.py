@@ -12,7 +12,7 @@ from handout import shipped
 from handout.errors import InputError
 from handout.simulated import spectra
 from handout.simulated.printer.faults import MORE_GAIN
-from handout.simulated.printer.neugebauer import gained
+from handout.simulated.printer.inkjet import gained
 from handout.simulated.printer.press import Press
 from handout.values import Array, readonly
 

@@ -1,4 +1,4 @@
-"""How a command ends that is told to: Ctrl-C, SIGTERM and SIGHUP all unwind it, so that nothing is left half done."""
+"""Signals that end a command: Ctrl-C, SIGTERM and SIGHUP all unwind it, so that nothing is left half done."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _OF_SIGNALS = 128  # what a shell adds to the number of the signal that ended a 
 
 
 class Stopped(KeyboardInterrupt):
-    """The program was told to stop; whatever puts things in order after Ctrl-C does so now.
+    """A signal asked the program to stop; it is handled as Ctrl-C is, so the same clean-up runs.
 
     code : with which the command ends.
     """
@@ -46,10 +46,10 @@ def _stop(number: int, _frame: FrameType | None) -> None:
     raise Stopped(number)
 
 
-def told(stop: BaseException) -> tuple[str, int]:
-    """What is said at the end, and the exit code."""
+def last_words(stop: BaseException) -> tuple[str, int]:
+    """The last sentence, and the exit code."""
     cause = stop.__cause__ or stop.__context__ or stop
-    stopped = next((one for one in (stop, cause) if isinstance(one, Stopped)), None)
-    notes = list(dict.fromkeys(note for one in (cause, stop) for note in getattr(one, "__notes__", [])))
-    said = "Interrupted." if stopped is None else f"Stopped by {stopped}."
-    return " ".join([said, *notes]), INTERRUPTED if stopped is None else stopped.code
+    stopped = next((error for error in (stop, cause) if isinstance(error, Stopped)), None)
+    notes = list(dict.fromkeys(note for error in (cause, stop) for note in getattr(error, "__notes__", [])))
+    sentence = "Interrupted." if stopped is None else f"Stopped by {stopped}."
+    return " ".join([sentence, *notes]), INTERRUPTED if stopped is None else stopped.code

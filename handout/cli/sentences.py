@@ -1,0 +1,35 @@
+"""Sentences that several verbs end with, made of the figures of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from handout import units
+from handout.pipeline.results import Tally
+
+
+def names(files: Iterable[object]) -> str:
+    """The names of some files."""
+    return ", ".join(map(str, files))
+
+
+def writing_time(tally: Tally) -> str:
+    """How long the writing would take by hand; "" where strokes are not known."""
+    return f"{units.duration(tally.duration)} of writing; " if tally.strokes else ""
+
+
+def lent(tally: Tally) -> str:
+    """What was written for characters that the hand lacks, in a sentence or two; "" where there are none."""
+    forms = [f"{letter} ({source}{_times(count)})" for (letter, source), count in tally.lent.items()]
+    gone = [letter + _times(count) for letter, count in tally.left_out.items()]
+    sentence = f" Lent to the hand: {', '.join(forms)}." if forms else ""
+    return sentence + (f" Left out, since the hand has no form for it: {', '.join(gone)}." if gone else "")
+
+
+def slipped(tally: Tally) -> str:
+    """One sentence about the words that were struck out; "" where there are none."""
+    return f" {units.count(len(tally.slips), 'slip')} of the pen struck out." if tally.slips else ""
+
+
+def _times(count: int) -> str:
+    return f", {count} times" if count > 1 else ""

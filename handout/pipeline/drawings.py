@@ -1,0 +1,244 @@
+"""Drawings and their movements: a drawing in another handstyle, a tag in letters of no alphabet, plans of strokes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import numpy as np
+
+from handout import atomic, units
+from handout.errors import InputError
+from handout.motion.styles.style import Style, checked, find
+from handout.page_sizes import page
+from handout.pipeline import pictures
+from handout.pipeline.options import PictureOptions, StyleOptions
+from handout.pipeline.results import Facts
+from handout.pipeline.writing import seed_of
+from handout.sinks import Look, check_outputs, write_drawings
+from handout.sources import read_drawing
+from handout.tables import Angle
+from handout.values import Drawing
+
+if TYPE_CHECKING:
+    from handout.motion.reconstruction.planned_page import Fit, PlannedPage
+
+_NOISE = 0.02  # heights of a letter: motor noise at --jitter 1; set by eye
+
+
+@dataclass(frozen=True)
+class Styled:
+    """A drawing in a handstyle.
+
+    source : the drawing before, if there was one; losses : sentences on what of it the style cannot show.
+    """
+
+    drawing: Drawing
+    style: str
+    seed: int
+    files: tuple[Path, ...]
+    source: Drawing | None = None
+    letters: int = 0
+    losses: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def left_out(self) -> list[str]:
+        """What of the file was not drawn."""
+        return [] if self.source is None else [str(part) for part in self.source.about.get("left_out", [])]
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        count, seconds = len(self.drawing.strokes), round(self.drawing.duration, 2)
+        files = [str(path) for path in self.files]
+        facts: Facts = {"style": self.style, "seed": self.seed}
+        if self.source is None:
+            return {**facts, "letters": self.letters, "strokes": count, "duration_s": seconds, "files": files}
+        return {
+            **facts,
+            "strokes_before": len(self.source.strokes),
+            "strokes": count,
+            "duration_s": seconds,
+            "left_out": self.left_out,
+            "warnings": list(self.losses),
+            "files": files,
+        }
+
+
+def restyle(
+    source: str | Path,
+    outputs: Sequence[str | Path],
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
+) -> Styled:
+    """Draw a drawing (SVG, InkML, JSON, UNIPEN, SVC or GML) in another handstyle, to files.
+
+    Raises
+    ------
+    InputError
+        The drawing cannot be read, or the style cannot draw it; a file that cannot be written.
+    """
+    from handout.motion.styles import restyling
+
+    check_outputs(outputs)
+    look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
+    try:
+        drawing = read_drawing(source)
+        styled = restyling.restyle(drawing, style, np.random.default_rng(seed))
+    except InputError as error:
+        raise InputError(str(error) if str(source) in str(error) else f"{source}: {error}") from error
+    styled = replace(styled, about={**styled.about, "seed": seed})
+    files = write_drawings([styled], outputs, look)
+    losses = restyling.losses(drawing, styled, style)
+    return Styled(styled, style.name, seed, tuple(files), drawing, losses=tuple(losses))
+
+
+def asemic(
+    outputs: Sequence[str | Path],
+    letters: int = 5,
+    styling: StyleOptions = StyleOptions(),
+    picture: PictureOptions = PictureOptions(),
+    *,
+    page_name: str = "148x105mm",
+) -> Styled:
+    """Invent letters that mean nothing, 1 to 60, and write them as a tag, to files."""
+    from handout.motion.styles.asemic import tag
+
+    check_outputs(outputs)
+    look, style, seed = _look(picture), style_of(styling), seed_of(styling.seed)
+    drawing = tag(letters, style, page(page_name), np.random.default_rng(seed))
+    drawing = replace(drawing, about={**drawing.about, "seed": seed})
+    return Styled(drawing, style.name, seed, tuple(write_drawings([drawing], outputs, look)), letters=letters)
+
+
+def style_of(styling: StyleOptions) -> Style:
+    """The style that is asked for, changed as asked.
+
+    Raises
+    ------
+    InputError
+        There is no such style, or a number is outside its bounds.
+    """
+    style = find(styling.style)
+    if styling.smooth is not None:
+        movement = msgspec.structs.replace(style.movement, smooth=styling.smooth)
+        style = msgspec.structs.replace(style, movement=movement)
+    if styling.shear is not None:
+        lean = Angle(units.parse(styling.shear, "angle", "shear", default="deg"))
+        style = msgspec.structs.replace(style, form=msgspec.structs.replace(style.form, shear=lean))
+    if styling.jitter is not None:
+        noise = msgspec.structs.replace(style.jitter, size=_NOISE * styling.jitter)
+        style = msgspec.structs.replace(style, jitter=noise)
+    try:
+        return checked(style)
+    except ValueError as error:
+        raise InputError(f"style {style.name}: {error}") from error
+
+
+def _look(picture: PictureOptions) -> Look:
+    """How pictures look: a style brings its own widths, so that an even ink is the usual one."""
+    return pictures.look(replace(picture, pen=picture.pen or "plain"))
+
+
+@dataclass(frozen=True)
+class FittedStrokes:
+    """The plans behind the strokes of a drawing."""
+
+    page: PlannedPage
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def _moved(self) -> list[Fit]:
+        """The movements that are no dots."""
+        return [fit for fit in self.page.fits if fit.plan.strokes]
+
+    @property
+    def strokes(self) -> int:
+        """How many aimed pulses there are."""
+        return sum(fit.plan.strokes for fit in self._moved)
+
+    @property
+    def path_db(self) -> float | None:
+        """How well the paths are explained: the median, dB."""
+        return round(float(np.median([fit.place for fit in self._moved])), 2) if self._moved else None
+
+    @property
+    def speeds_db(self) -> list[float]:
+        """How well the speeds are explained, dB, where times are known."""
+        return [fit.speed for fit in self._moved if fit.speed is not None]
+
+    @property
+    def speed_db(self) -> float | None:
+        """The median of `speeds_db`."""
+        return round(float(np.median(self.speeds_db)), 2) if self.speeds_db else None
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints: counts, and medians of how well the movements are explained."""
+        return {
+            "movements": len(self.page.fits),
+            "dots": len(self.page.fits) - len(self._moved),
+            "strokes": self.strokes,
+            "timed": self.page.timed,
+            "path_db": self.path_db,
+            "speed_db": self.speed_db,
+            "speed_db_least": round(min(self.speeds_db), 2) if self.speeds_db else None,
+            "files": [str(path) for path in self.files],
+        }
+
+
+def fit_strokes(
+    trace: str | Path, output: Path | None = None, report: Path | None = None, *, shape_only: bool = False
+) -> FittedStrokes:
+    """Find the plan behind every stroke of a drawing; `output` (JSON) keeps the plans, `report` (SVG) shows the fit.
+
+    Raises
+    ------
+    InputError
+        The drawing cannot be read or has no strokes; a file of another format is asked for.
+    """
+    from handout.motion.reconstruction import planned_page
+    from handout.sinks import plans
+
+    for path, suffix in ((output, ".json"), (report, ".svg")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise InputError(f"{path}: this is written as {suffix[1:].upper()}; give a name that ends in {suffix}.")
+    drawing = read_drawing(trace)
+    if not drawing.strokes:
+        raise InputError(f"{trace} has no strokes.")
+    timed = drawing.timed and not shape_only and "timing" not in drawing.about
+    fitted = planned_page.fit(drawing, timed=timed)
+    files = {}
+    if output is not None:
+        files[output] = plans.to_json(fitted)
+    if report is not None:
+        files[report] = plans.fit_report(drawing, fitted)
+    for path, data in files.items():
+        atomic.write(path, data)
+    return FittedStrokes(fitted, tuple(files))
+
+
+def draw_plans(plans: Path, outputs: Sequence[str | Path]) -> list[Path]:
+    """Draw the plans of a JSON file that `fit_strokes` wrote, changed by hand or not, to files.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or holds no plans.
+    """
+    from handout.motion.reconstruction import planned_page
+    from handout.sources.plans import from_json
+
+    check_outputs(outputs)
+    try:
+        data = plans.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {plans}: {error.strerror or error}.") from error
+    try:
+        fitted = from_json(data)
+    except InputError as error:
+        raise InputError(f"{plans}: {error}") from error
+    return write_drawings([planned_page.drawing(fitted)], outputs)

@@ -1,0 +1,386 @@
+"""Hands that are kept: listed, shown, checked, corrected, given away and removed; and pens for scanned hands."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from handout import atomic, units
+from handout.completion.completed_hand import Outlook as Outlook
+from handout.completion.completed_hand import complete_hand, outlook
+from handout.errors import InputError
+from handout.hand import file, library, report
+from handout.hand.report import LEAST as LEAST
+from handout.pipeline import pictures, writing
+from handout.pipeline.inputs import hand_path
+from handout.pipeline.options import PictureOptions, SheetOptions, WritingOptions
+from handout.pipeline.results import Facts, Tally
+from handout.prompting.coverage import Lack, lacks
+from handout.sinks import check_outputs, write_drawings
+from handout.values import Hand
+
+if TYPE_CHECKING:
+    from handout.hand.scanned import ScannedHand
+
+_SHEET_DPI = 200.0  # of pictures of letters side by side
+_SPECIMEN = """\
+{name}: {title}
+
+The quick brown fox jumps over the lazy dog. Sphinx of black quartz, judge my vow! \
+Two driven jocks help fax my big quiz; all questions asked by five watch experts amazed the judge.
+
+à á â ã ä å æ ç è é ê ë ì í î ï ñ ò ó ô õ ö ø œ ß ù ú û ü ý ÿ ¿Qué? ¡Ñandú! Čapek, Škoda, Åsa, Øre, Élan, Übermut.
+
+Minimum, aluminium, hill, letter, little, coffee, good food, off, address, bubble, happy, running, skiing, vacuum, \
+success: how doubled letters look. The, and, of, to, in, that, is, was, he, for, it, with, as, his, on, be, at, by, \
+I, this, had, not, are, but, from, or, have, an, they. 0123456789, 24 May, 7:30, £9.50, €12, 100 %."""
+_ENLARGED = 3  # times the size in which one writes, on the specimen sheet of a drawn hand
+_SPECIMEN_WIDTH = 420.0  # mm, that of a sheet of A3
+
+
+@dataclass(frozen=True)
+class CheckedHand:
+    """What a scanned hand holds.
+
+    lacking, supply : letters of a text that the hand lacks, and how it would come by them; None without a text.
+    """
+
+    hand: ScannedHand
+    files: tuple[Path, ...]
+    lacking: Sequence[Lack] | None = None
+    supply: Sequence[Outlook] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def doubtful(self) -> int:
+        """How many letters are doubtful."""
+        return len(report.doubtful(self.hand))
+
+    @property
+    def rare(self) -> list[str]:
+        """Letters that are there less than `LEAST` times."""
+        return [letter for letter, count in self.hand.letters.items() if count < LEAST]
+
+    def table(self) -> str:
+        """How often each letter is there, in each place of a word."""
+        return report.table(self.hand)
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        facts: Facts = {**report.facts(self.hand), "files": [str(path) for path in self.files]}
+        if self.lacking is None:
+            return facts
+        fields = ("letter", "place", "needed", "here", "anywhere")
+        facts["lacks"] = [{field: getattr(lack, field) for field in fields} for lack in self.lacking]
+        facts["supply"] = [{"letter": way.letter, "how": way.how, "from": way.source} for way in self.supply]
+        return facts
+
+
+def check_hand(name: str, output: str | Path | None = None, text: str | None = None) -> CheckedHand:
+    """What a scanned hand holds and what of it is doubtful, with a picture of its pages where one is asked for.
+
+    Parameters
+    ----------
+    output : a PNG file; several pages are numbered.
+    text : one that is to be written, of which it is told how it comes by letters that are missing.
+    """
+    path = None if output is None else _png_path(output, "Overlays are written as PNG, not {suffix}: use {stem}.png.")
+    hand = file.load(library.scanned_file(name))
+    supply = outlook(hand, text) if text else ()
+    lacking = (lacks(text, hand.instances, least=1) if text else ()) if text is not None else None
+    files: list[Path] = []
+    if path is not None:
+        count = len(hand.pages)
+        numbered = [path.with_name(f"{path.stem}-{n}{path.suffix}") for n in range(1, count + 1)]
+        files = [path] if count == 1 else numbered
+        for number, picture in enumerate(files):
+            _write_png(picture, report.overlay(hand, number), hand.pages[number].dpi)
+    return CheckedHand(hand, tuple(files), lacking, supply)
+
+
+def _png_path(output: str | Path, refusal: str) -> Path:
+    """The path of a picture that is to be written; `refusal` says why another suffix will not do."""
+    path = Path(output)
+    if path.suffix.lower() != ".png":
+        raise InputError(refusal.format(suffix=path.suffix or "without a suffix", stem=path.stem))
+    atomic.check_writable(path)
+    return path
+
+
+def _write_png(path: Path, pixels: NDArray[np.uint8], dpi: float) -> None:
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG", dpi=(dpi, dpi), compress_level=4)
+    atomic.write(path, stream.getvalue())
+
+
+@dataclass(frozen=True)
+class KeptHand:
+    """A hand in a file, and what else is told of it (`details`, for ``--json``)."""
+
+    path: Path
+    name: str | None = None
+    details: Mapping[str, int | float] = field(default_factory=dict)
+    letters: int = 0
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {
+            **({} if self.name is None else {"name": self.name}),
+            "files": [str(self.path)],
+            **self.details,
+        }
+
+
+def edit_hand(name: str, corrections: str | Path, output: str | Path | None = None) -> KeptHand:
+    """Make the corrections of a JSON file to a scanned hand, after those that it has already; `details` counts them.
+
+    Raises
+    ------
+    InputError
+        The hand comes with the program and no `output` is given; corrections that cannot be read or made.
+    """
+    from handout.hand.corrections import apply, read_corrections
+
+    source = library.scanned_file(name)
+    path = hand_path(output) if output else source
+    if library.comes_with_program(path):
+        raise InputError(f"{path.stem} comes with the program: give a .hand file for the result with --output.")
+    try:
+        data = Path(corrections).read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {corrections}: {error.strerror or error}.") from error
+    new = read_corrections(data, str(corrections))
+    hand, earlier = file.read(source)
+    atomic.check_writable(path)
+    # made on the corrected hand, so that a message counts as the file does
+    corrected = apply(apply(hand, earlier), new)
+    file.save(hand, path, (*earlier, *new))
+    counts = {"made": len(new), "corrections": len(earlier) + len(new), "glyphs": len(corrected.glyphs)}
+    return KeptHand(path, details=counts)
+
+
+def keep_pen(scans: Sequence[str | Path], output: str | Path, dpi: float | None = None) -> KeptHand:
+    """Keep a pen to write in a scanned hand with, from scans of anything drawn with it; `details` has its width, mm."""
+    from handout.inking.swatches import swatches
+    from handout.scanning.picture_files import read_scan
+    from handout.scanning.written_page import read_page
+    from handout.tagging.page_tagging import pen_of_pages
+
+    path = hand_path(output)
+    atomic.check_writable(path)
+    # the size of what is drawn tells nothing of the resolution
+    pages = [read_page(replace(read_scan(Path(scan), dpi), told=True)) for scan in scans]
+    hand = pen_of_pages(path.stem, pages)
+    samples = swatches(hand)
+    file.save(hand, path)
+    pieces = sum(len(sample.start) for sample in samples)
+    return KeptHand(path, details={"pieces": pieces, "width": round(2 * samples[0].radius, 3)})
+
+
+def export_hand(name: str, output: str | Path) -> KeptHand:
+    """Copy a scanned hand into a file, to be given to somebody or kept."""
+    source, path = library.scanned_file(name), hand_path(output)
+    file.check(source)
+    atomic.write(path, source.read_bytes())
+    return KeptHand(path)
+
+
+def import_hand(source: str | Path, name: str | None = None, *, replaced: bool = False) -> KeptHand:
+    """Put a .hand file among the user's own hands, in place of one of that name where it may be `replaced`."""
+    hand = file.check(Path(source))  # its ink too: a damaged one would be found when it is written with
+    name = name or Path(source).stem
+    path = library.own_file(name)
+    if path.exists() and not replaced:
+        raise InputError(f"There is a hand {name!r} already: give another --name, or --replace it.")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"Cannot make the folder {path.parent}: {error.strerror or error}.") from error
+    atomic.write(path, Path(source).read_bytes())
+    return KeptHand(path, name, letters=len(hand.glyphs))
+
+
+def remove_hand(name: str) -> KeptHand:
+    """Delete a scanned hand from among the user's own hands."""
+    own = library.own_scanned()
+    if name not in own:
+        others = f"; there are {', '.join(sorted(own))}" if own else ""
+        raise InputError(f"Among your own hands there is none called {name!r}{others}.")
+    try:
+        own[name].unlink()
+    except OSError as error:
+        raise InputError(f"Cannot delete {own[name]}: {error.strerror or error}.") from error
+    return KeptHand(own[name], name)
+
+
+@dataclass(frozen=True)
+class ListedHand:
+    """A hand that is known by name; `about` says how much it holds, or why it cannot be read.
+
+    forms : of its letters, if it is drawn; glyphs : its letters, if it was scanned.
+    """
+
+    name: str
+    title: str
+    characters: str
+    about: str
+    forms: int | None = None
+    glyphs: int = 0
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        facts: Facts = {"name": self.name, "title": self.title, "characters": self.characters}
+        return {**facts, "forms": self.forms} if self.forms is not None else {
+            **facts, "glyphs": self.glyphs, "said": self.about
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class HandList:
+    """The hands that are known by name, drawn ones and scanned ones."""
+
+    drawn: Sequence[ListedHand]
+    scanned: Sequence[ListedHand]
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {
+            "hands": [hand.facts() for hand in self.drawn],
+            "scanned": [hand.facts() for hand in self.scanned],
+        }
+
+
+def list_hands() -> HandList:
+    """The hands that are known by name, the program's and the user's own."""
+    drawn = [_listed(library.load(name)) for name in library.names()]
+    return HandList(drawn, [_listed_scan(name, path) for name, path in library.scanned().items()])
+
+
+def _listed(hand: Hand) -> ListedHand:
+    forms = sum(len({glyph.form for glyph in glyphs}) for glyphs in hand.glyphs.values())
+    about = f"{units.count(len(hand.glyphs), 'character')}, {units.count(forms, 'form')}"
+    return ListedHand(hand.name, hand.title, "".join(hand.glyphs), about, forms)
+
+
+def _listed_scan(name: str, path: Path) -> ListedHand:
+    """A scanned hand; of one that cannot be read the reason."""
+    try:
+        hand = file.load(path)
+    except InputError as error:
+        return ListedHand(name, "cannot be read", "", str(error))
+    about = (
+        f"{units.count(len(hand.letters), 'character')}, {units.count(len(hand.glyphs), 'letter')} "
+        f"from {units.count(len(hand.pages), 'scanned page')}"
+    )
+    return ListedHand(name, hand.title, "".join(hand.letters), about, glyphs=len(hand.glyphs))
+
+
+@dataclass(frozen=True)
+class ShownHand:
+    """A picture of a hand's letters.
+
+    forms : of a drawn hand; hand : a scanned one; reasons : of letters that would write a text, why each was taken.
+    """
+
+    files: tuple[Path, ...]
+    found: Facts
+    tally: Tally = field(default_factory=Tally)
+    seed: int | None = None
+    forms: int = 0
+    hand: ScannedHand | None = None
+    reasons: Sequence[str] = ()
+    notes: tuple[str, ...] = ()
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {**self.found, "files": [str(path) for path in self.files]}
+
+
+def show_hand(
+    name: str,
+    outputs: Sequence[str | Path],
+    text: str | None = None,
+    writing_options: WritingOptions = WritingOptions(),
+    picture: PictureOptions = PictureOptions(),
+) -> ShownHand:
+    """A specimen sheet of a drawn hand at three times its size; or the letters of a scanned hand side by side.
+
+    Parameters
+    ----------
+    text : of a scanned hand: show which of its letters would write this, and why.
+    """
+    if name.endswith(file.SUFFIX) or name in library.scanned():
+        return _show_scanned(file.load(library.scanned_file(name)), outputs, text, writing_options)
+    if text is not None:
+        raise InputError(f"--text shows how letters of a scanned hand are chosen, and {name} is a drawn one.")
+    return _show_drawn(name, outputs, writing_options, picture)
+
+
+def _show_drawn(
+    name: str, outputs: Sequence[str | Path], writing_options: WritingOptions, picture: PictureOptions
+) -> ShownHand:
+    from handout.writing.specimen import specimen
+
+    check_outputs(outputs)
+    look = pictures.look(picture)
+    task = writing.prepare(replace(writing_options, hand=name), SheetOptions("A4"), picture)
+    hand = task.hand
+    assert isinstance(hand, Hand)
+    text = _SPECIMEN.format(name=hand.name, title=hand.title)
+    rng = np.random.default_rng(task.seed)
+    sheet = specimen(hand, text, rng, width=_SPECIMEN_WIDTH, x_height=_ENLARGED * task.layout.x_height)
+    drawing = writing.draw(sheet, task, rng, {"title": f"Specimen of {hand.name}"})
+    look = replace(look, pen=replace(look.pen, width=_ENLARGED * look.pen.width))
+    files = write_drawings([drawing], outputs, look)
+    listed = _listed(hand)
+    tally = Tally.of([sheet], [drawing])
+    facts = {**tally.facts(task.seed, hand.name, files), **listed.facts()}
+    return ShownHand(tuple(files), facts, tally, task.seed, listed.forms or 0)
+
+
+def _show_scanned(
+    hand: ScannedHand, outputs: Sequence[str | Path], text: str | None, writing_options: WritingOptions
+) -> ShownHand:
+    """The letters of a scanned hand, or those that would write a text, as PNG files."""
+    refusal = "The letters of a scanned hand are written as PNG: use {stem}.png."
+    files = tuple(_png_path(output, refusal) for output in outputs)
+    if text is None:
+        pixels, shown = report.contact_sheet(hand), ShownHand(files, report.facts(hand), hand=hand)
+    else:
+        pixels, shown = _choices(hand, text, writing_options, files)
+    for path in files:
+        _write_png(path, pixels, _SHEET_DPI)
+    return shown
+
+
+def _choices(
+    hand: ScannedHand, text: str, writing_options: WritingOptions, files: tuple[Path, ...]
+) -> tuple[NDArray[np.uint8], ShownHand]:
+    """Which letters of a hand would write a text: a picture, and why in words."""
+    from handout.hand.scanned import ScannedHand
+    from handout.writing.scanned.explaining import choices_sheet, reasons
+    from handout.writing.scanned.line_writer import ScannedLineWriter
+
+    seed = writing.seed_of(writing_options.seed)
+    completed, letters = complete_hand(hand, text, fallback=writing_options.fallback, seed=seed)
+    assert isinstance(completed, ScannedHand)
+    hand = completed
+    borrowed = [writing.letter_facts(letter) for letter in letters]
+    writer = ScannedLineWriter(hand, np.random.default_rng([seed]), writing_options.jitter)
+    explained = writer.explained(text)
+    why = reasons(writer.index, explained)
+    facts: Facts = {"hand": hand.name, "text": text, "seed": seed, "why": why}
+    if borrowed:
+        facts["borrowed"] = borrowed
+    tally = Tally(borrowed=borrowed)
+    return choices_sheet(hand, explained), ShownHand(files, facts, tally, seed, reasons=why)

@@ -1,0 +1,97 @@
+"""Sheets for an author to write on: sentences that hold every letter and pair often, set on ruled pages, as a PDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from handout import atomic
+from handout.errors import InputError
+from handout.pipeline.options import PromptOptions, millimetres
+from handout.pipeline.results import Facts
+from handout.prompting import corpus, prompt_pages, sentence_choice, sheet_codes, sheet_pdf
+from handout.prompting.coverage import coverage
+from handout.prompting.sheet_layout import SheetLayout, paper_of_name
+
+if TYPE_CHECKING:
+    from handout.prompting.coverage import Coverage
+    from handout.prompting.prompt_pages import Prompt
+
+# Letters copied a minute in the ninth grade, the mean of girls (121) and boys (114) rounded: Graham, Berninger,
+# Weintraub and Schafer 1998.  In seed 000, §4, authors took 10 to 30 minutes for four pages on every other line.
+_LETTERS_A_MINUTE = 117
+
+
+@dataclass(frozen=True)
+class PromptSheets:
+    """The sheets that were made; `coverage` says how often each letter and pair will be there."""
+
+    path: Path
+    prompt: Prompt
+    layout: SheetLayout
+    coverage: Coverage
+    notes: tuple[str, ...] = ()
+
+    @property
+    def minutes(self) -> float:
+        """What it takes to copy the text."""
+        letters = sum(not char.isspace() for page in self.prompt.pages for line in page for char in line)
+        return letters / _LETTERS_A_MINUTE
+
+    def facts(self) -> Facts:
+        """What ``--json`` prints."""
+        return {
+            "files": [str(self.path)],
+            "key": sheet_codes.key(self.prompt.pages),
+            "pages": len(self.prompt.pages),
+            "lines": sum(map(len, self.prompt.pages)),
+            "words": self.prompt.words,
+            "minutes": round(self.minutes, 1),
+            "page": self.layout.page.name,
+            "ruling_mm": self.layout.pitch,
+            "ruled": self.layout.printed,
+            "text": ["\n".join(page) for page in self.prompt.pages],
+            "coverage": self.coverage.as_json(),
+        }
+
+
+def prompt(output: str | Path, options: PromptOptions = PromptOptions()) -> PromptSheets:
+    """Make sheets to write on, so that a scan of them becomes a hand.
+
+    Raises
+    ------
+    InputError
+        No PDF is asked for, a file that cannot be read or written, a ruling or a number of pages out of bounds.
+    """
+    path = Path(output)
+    if path.suffix.lower() != ".pdf":
+        raise InputError(f"Sheets are written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
+    atomic.check_writable(path)
+    layout = SheetLayout(paper_of_name(options.page), millimetres(options.ruling, "ruling"), printed=options.ruled)
+    width = layout.width(millimetres(options.letter_width, "letter width") if options.letter_width else None)
+    file = options.corpus_file
+    sentences = corpus.sentences(corpus.read(Path(file))) if file else list(corpus.shipped())
+    target, characters = _wanted(sentences, options)
+    pages = prompt_pages.prompt(
+        sentences,
+        sentence_choice.frequencies(target),
+        characters,
+        pages=options.pages,
+        lines=layout.lines,
+        width=width,
+    )
+    atomic.write(path, sheet_pdf.to_pdf(pages, layout))
+    texts = (" ".join(page) for page in pages.pages)
+    return PromptSheets(path, pages, layout, coverage(texts, target, characters))
+
+
+def _wanted(sentences: list[str], options: PromptOptions) -> tuple[list[str], str]:
+    """The texts whose letters and pairs count, and the characters of which each has to occur."""
+    wished = corpus.typed(options.characters or corpus.PRINTABLE) + corpus.typed(options.also)
+    if options.target:
+        target = [corpus.read(Path(options.target))]
+        wished += "".join(char for char in dict.fromkeys(target[0]) if char.isprintable())
+    else:
+        target = corpus.usable(sentences, frozenset(corpus.PRINTABLE + wished + " "))
+    return target, "".join(dict.fromkeys(char for char in wished if not char.isspace()))

@@ -1,0 +1,64 @@
+"""Plotting from a script: no command, nobody at the plotter."""
+
+import json
+
+import pytest
+
+import handout
+from handout.errors import DeviceAlarm, InputError
+from handout.pipeline import plot_jobs
+from handout.pipeline.plotting import Unattended, preview
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+
+
+class Heard:
+    def __init__(self):
+        self.sentences, self.shares = [], []
+
+    def say(self, *sentences):
+        self.sentences += sentences
+
+    note = say
+
+    def progress(self, share, stage):
+        self.shares.append((share, stage))
+
+
+def test_a_text_is_plotted_previewed_and_gone_on_with():
+    heard = Heard()
+    with pytest.raises(DeviceAlarm, match="go on with: handout plot --resume"):
+        handout.plot("ill", "sim:?fault=alarm&after=30", listener=heard)
+    (state,) = plot_jobs.list_jobs()
+    assert not state.finished and 0 <= state.share < 1 and "goes on with sheet 1 of 1" in state.outlook
+    assert any("1 sheet" in sentence for sentence in heard.sentences)
+    result = handout.resume(port="sim:", listener=heard)
+    assert result.job.name == state.name and result.facts()["finished"]
+    assert heard.shares[-1] == (1.0, "plotting") and result.fidelity.startswith("Measured: ")
+    assert plot_jobs.show_job(state.name).share == pytest.approx(1.0)
+    request = handout.PlotRequest(handout.pipeline.inputs.Source("ill"), handout.WritingOptions(seed=1))
+    shown = preview(request, ["ill.svg"])
+    assert json.loads(json.dumps(shown.facts()))["planned_s"] > 0 and shown.files[0].is_file()
+
+
+def test_a_hand_in_memory_has_all_its_pages_made_at_once():
+    hand = handout.load("house-print")
+    writing = handout.WritingOptions(hand=hand, seed=2)
+    sheet = handout.SheetOptions("60x40mm", "6mm")
+    request = handout.PlotRequest(handout.pipeline.inputs.Source("ill oh\n" * 6), writing, sheet)
+    result = handout.plot(request, "sim:")
+    assert result.job.pages >= 2 and result.sheets == result.job.pages and result.job.whole
+
+
+def test_where_nobody_is_only_a_person_can_push_the_pen_to_its_zero():
+    person = Unattended("/dev/ttyUSB0")
+    person.do("Put in sheet 2")
+    with pytest.raises(InputError, match="--at-zero"):
+        person.do("Lift the pen and push it above the plotter's zero")
+    assert not person.try_again(DeviceAlarm("stopped"))
+    Unattended("sim:").do("push it above the plotter's zero")
