@@ -1,4 +1,4 @@
-"""Ordering the vertices of a graph along its paths."""
+"""A graph cut into its branches: the vertices in order along each path from junction or end to junction or end."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     degree = np.bincount(edges.ravel(), minlength=count)
     through = degree == 2
     touching = edges[~(through[edges[:, 0]] & through[edges[:, 1]])]
-    # a vertex with two edges leads from either neighbour to the other: what both add up to, less the one
+    # of a vertex with two edges this is the sum of both neighbours: less the one it is the other
     both = np.bincount(edges.ravel(), edges[:, ::-1].ravel(), minlength=count).astype(np.intp).tolist()
     runs = _between(touching, through, both)
     if sum(map(len, runs)) - 2 * len(runs) < np.count_nonzero(through):

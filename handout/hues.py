@@ -17,7 +17,7 @@ _MOST = 4
 def kinds(directions: NDArray[np.float64], share: float) -> NDArray[np.intp]:
     """Number of the ink of every direction (n, 3), unit vectors, in which a colour lies from the paper.
 
-    share : of all, that none is looked for any more once only so many are left.
+    share : of all directions; the search ends when no more than these are left without an ink.
     """
     centres: list[NDArray[np.float64]] = []
     rest = np.ones(len(directions), dtype=bool)

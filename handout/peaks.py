@@ -11,8 +11,7 @@ Indices = NDArray[np.intp]
 
 
 def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> Indices:
-    """Places of values higher than those on either side; of a level top its middle.  What `scipy.signal.find_peaks`
-    finds.
+    """Places of values higher than those on either side, of a level top its middle, as `scipy.signal.find_peaks`.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def _parted(found: Indices, height: NDArray[np.float64], apart: int) -> Indices:
 
 
 def _falls(row: list[float], way: Iterable[int], top: float, by: float) -> bool:
-    """Whether a way leads down so far before it leads higher than where it begins."""
+    """Whether the values along `way` fall by `by` from `top` before one is higher."""
     for place in way:
         if row[place] > top:
             return False

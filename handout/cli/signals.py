@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from types import FrameType
 
-INTERRUPTED = 130
+INTERRUPTED = 130  # the exit code of shells for a program that Ctrl-C ended: 128 + SIGINT
 _OF_SIGNALS = 128  # what a shell adds to the number of the signal that ended a program
 
 

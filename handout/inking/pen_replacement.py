@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,15 +149,15 @@ def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, w
     """Words in the pen's ink, two layers each; half the width of the line is `usual`, mm, and shall be `wanted`."""
     larger = wanted / pen.radius  # than the pen's own line
     cut = [_pieces_of(word, usual, wanted, pen.length * larger) for word in words]
-    each = [piece for pieces in cut for track in pieces for piece in track]
-    if not each:
+    lines = list(chain.from_iterable(cut))
+    if not lines:
         return [[] for _ in words]
-    follows = [b.track is a.track for a, b in pairwise(each)]
-    features = [_features(track, wanted) for pieces in cut for track in pieces]
+    follows = [b.track is a.track for a, b in pairwise(chain.from_iterable(lines))]
+    features = [_features(pieces, wanted) for pieces in lines]
     chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
     made = []
-    for word, tracks_of_word in zip(words, cut, strict=True):
-        pieces = [piece for track in tracks_of_word for piece in track]
+    for word, lines_of_word in zip(words, cut, strict=True):
+        pieces = list(chain.from_iterable(lines_of_word))
         choice = [next(chosen) for _ in pieces]
         inks = (_layer(pieces, choice, layer, pen, larger) for layer in (0, 1))
         made.append([replace(word[0], ink=ink) for ink in inks if ink is not None])

@@ -1,0 +1,31 @@
+"""Tables of addresses, and pages on their way to a printer.
+
+A table becomes rows with addresses:
+
+    table_files.py     the cells of a file: delimited text, Excel workbooks (a new file format: here)
+    column_names.py    the names that columns have (a new name of a column: here)
+    columns.py         what columns hold, by their names or as the user says
+    address_rows.py    the cells of a row as the fields of an address
+    address_table.py   `read_addresses`: the whole table, and how it was read
+    address.py         fields as lines; countries.py the order of lines by country (a new country: here)
+    rows.py            a row, and the choice of rows by number
+    envelope.py        where the address stands
+
+Pages become jobs:
+
+    batch.py       `print_rows`: every row written and checked, then sent or written to files
+    sending.py     jobs one after the other, what became of them, what is left of a batch that broke off
+    journal.py     what became of every envelope, on the disk
+    media.py       how a page lies as it is fed, what its sheet is called (sizes are in `handout.page_sizes`)
+    documents.py   a page as PDF, PWG Raster, URF, PNG (a new format: here)
+    charts.py      the calibration chart as files
+
+Ways to a printer:
+
+    printers.py    a printer by its name, and the way to it (a new way is opened here)
+    queue.py       what every way can do, and folders as queues
+    cups.py        the print system of Linux and macOS; ipp/ a printer that is spoken to directly
+
+The colour of a printed pixel is decided in `handout.inking.device_pixels`.  Printers are files in `devices/`, and
+``handout.simulated`` has printers that are not there.  `handout.pipeline.printing` puts this room together.
+"""

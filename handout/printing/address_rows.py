@@ -107,13 +107,10 @@ def _unreadable(texts: Sequence[str], columns: Sequence[Column], cells: Sequence
 
 def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Account) -> tuple[str, list[str]]:
     """Which of a row's addresses is written, and what to warn of; the others are noted."""
-    kinds = list(dict.fromkeys(cell.column.kind for cell in cells if cell.role in PLACES))
-    if len(kinds) > 1 and not _complete_without_kind(cells):
-        kinds = [kind for kind in kinds if kind]
+    kinds = _kinds_held(cells)
     if not kinds:
         return "", []
     labels = {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
-    kinds.sort(key=lambda kind: _PREFERRED.index(kind) if kind in _PREFERRED else len(_PREFERRED))
     matching = [kind for kind in kinds if wanted and wanted in (kind, labels.get(kind))]
     chosen = (matching or kinds)[0]
     for other in kinds:
@@ -123,6 +120,14 @@ def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
         called = labels.get(chosen) or chosen or "other"
         return chosen, [f"it has no {wanted} address: its {called} address is written"]
     return chosen, []
+
+
+def _kinds_held(cells: Sequence[Cell]) -> list[str]:
+    """The kinds of address that a row holds, the usual one first."""
+    kinds = list(dict.fromkeys(cell.column.kind for cell in cells if cell.role in PLACES))
+    if len(kinds) > 1 and not _complete_without_kind(cells):
+        kinds = [kind for kind in kinds if kind]
+    return sorted(kinds, key=lambda kind: _PREFERRED.index(kind) if kind in _PREFERRED else len(_PREFERRED))
 
 
 def _complete_without_kind(cells: Sequence[Cell]) -> bool:

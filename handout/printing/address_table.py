@@ -116,21 +116,25 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
         raise TableError(f"{path} is empty.")
     headers = {n: [_one_line(cell) for cell in sheet.records[n - 1].cells] for n in candidates}
     found = {n: columns(cells) for n, cells in headers.items()}
-    likely = [
-        n for n in candidates if addressable(found[n]) and sum(column.role is not None for column in found[n]) > 1
-    ]
     named = [n for n in candidates if names_any(assignments, headers[n])]
+    likely = [n for n in candidates if _like_a_header(found[n])]
     by_place = bool(assignments) and all(assignment.place for assignment in assignments)
     if by_place and not named and likely[:1] != candidates[:1]:
         width = max(len(record.cells) for record in sheet.records)
         note = f"there is no header: row {candidates[0]} is the first address"
         return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
-    if not named and addressable(found[candidates[0]]):
-        likely = candidates
-    header = (named or likely or candidates)[0]
-    above = [n for n in candidates if n < header]
-    note = f"{rows.named(above)} above the header {'is' if len(above) == 1 else 'are'} not read" if above else ""
-    return _Table(path, sheet, header, found[header], (note,) if note else ())
+    first = candidates[:1] if addressable(found[candidates[0]]) else []
+    header = (named or first or likely or candidates)[0]
+    return _Table(path, sheet, header, found[header], _skipped_note([n for n in candidates if n < header]))
+
+
+def _like_a_header(found: Sequence[Column]) -> bool:
+    """Whether a row names columns of an address, and more than one."""
+    return addressable(found) and sum(column.role is not None for column in found) > 1
+
+
+def _skipped_note(above: Sequence[int]) -> tuple[str, ...]:
+    return (f"{rows.named(above)} above the header {'is' if len(above) == 1 else 'are'} not read",) if above else ()
 
 
 def _one_line(cell: str) -> str:
@@ -169,19 +173,32 @@ def _addresses(table: _Table, records: Sequence[tuple[int, Record]], kind: str, 
         raise TableError(_nameless(table))
     cells, numbers = [record.cells for _, record in records], [row.number for row in addressed]
     notes = address_rows.notes(table.columns, cells, account, numbers)
-    filled = {column.number for column in table.columns if address_rows.holds(column, cells)}
-    used = [
-        column
-        for column in table.columns
-        if column.role == LABEL or column.number in account.written or (column.role and column.number not in filled)
-    ]
-    unused = [column for column in table.columns if column not in used and (column.header or column.number in filled)]
+    used, unused = _used_and_unused(table.columns, cells, account)
     return Addresses(
         tuple(addressed),
-        tuple((column.header or f"column {column.number}", str(column.role)) for column in used),
-        tuple(column.header or f"column {column.number}" for column in unused),
+        tuple((_called(column), str(column.role)) for column in used),
+        tuple(map(_called, unused)),
         (*table.sheet.notes, *table.notes, *notes, *doubts),
     )
+
+
+def _used_and_unused(
+    columns: Sequence[Column], cells: Sequence[Sequence[str]], account: Account
+) -> tuple[list[Column], list[Column]]:
+    """The columns of which something is written (or would be, were they not empty), and the others with content."""
+    filled = {column.number for column in columns if address_rows.holds(column, cells)}
+    used, unused = [], []
+    for column in columns:
+        empty = column.role and column.number not in filled
+        if column.role == LABEL or column.number in account.written or empty:
+            used.append(column)
+        elif column.header or column.number in filled:
+            unused.append(column)
+    return used, unused
+
+
+def _called(column: Column) -> str:
+    return column.header or f"column {column.number}"
 
 
 def _with_encoding_warning(row: Row, sheet: Sheet, record: Record) -> Row:

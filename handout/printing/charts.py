@@ -12,7 +12,7 @@ from handout.errors import InputError
 from handout.profiles import Printer
 from handout.sinks import picture_pdf
 
-_LEAST_DPI = 300
+_LEAST_DPI = 300  # a chart is drawn at least so finely; set by eye
 
 
 def chart_for(printer: Printer, paper: str = "A4", pages: int | None = None) -> Chart:

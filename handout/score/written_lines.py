@@ -33,7 +33,7 @@ def read_page(path: Path, dpi: float | None = None) -> NDArray[np.uint8]:
     Parameters
     ----------
     path : Path
-        Any image that a scan may be, see `scanning.page`.
+        Any image that a scan may be, see `scanning.picture_files`.
     dpi : float, optional
         Resolution; otherwise the file's own, and 300 where it says none.
 

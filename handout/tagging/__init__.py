@@ -11,7 +11,7 @@ The way of a scan: `page_sources` → `page_tagging.tag_page` → `alignment.ali
 - `alphabet`: the letters that the networks tell apart; add one here, then train anew
 - `line_space`: straightened lines and features of their columns; `network`: reads these; `decoder`: lays letters along
 - `letter_assignment`: which letter every vertex of the line graph belongs to
-- `glyph_extraction`: what a hand keeps of a page; `overlay`: an aligned page as a picture
+- `glyph_extraction`: what a hand keeps of a page
 - `recording`, `recorded_pages`: recorded pens and single-line fonts as pages
 - `synthetic_writers`, `synthetic_lines`: lines of known letters, for training and for adapting to a page
 - `networks/`: the shipped networks, which `handout.training.letter_networks` trains

@@ -46,7 +46,7 @@ class AssignmentSettings:
 
 
 _SETTINGS = AssignmentSettings()
-_NEVER = 1e6
+_NEVER = 1e6  # cost that no path takes
 
 
 @dataclass(frozen=True, eq=False)

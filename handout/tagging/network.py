@@ -45,7 +45,7 @@ _RECIPE = Recipe()
 class LabelledColumns:
     """Columns of straightened lines and what they show: what a network learns from.
 
-    features : (n, COUNT) uint8, as `features.describe` gives them.
+    features : (n, COUNT) uint8, as `line_space.describe` gives them.
     states : (n,) int, as `alphabet.state` numbers them.
     """
 

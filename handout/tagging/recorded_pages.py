@@ -40,7 +40,7 @@ def recorded_pages(recordings: Sequence[Recording], say: Say) -> list[Recording]
 
     Parameters
     ----------
-    recordings : as `sources.read_drawing` gives their drawings; without a text, a recording's own labels are taken.
+    recordings : with drawings of any format; without a text, a recording's own labels are taken.
     say : takes sentences to show the user.
 
     Raises

@@ -12,7 +12,7 @@ from handout.writing.line_writer import Unit, W
 
 LEAST_GAP = 0.55  # between the ink of two words, x-heights
 _SQUEEZE = 0.22  # people bunch the words of a line by at most this share of its gaps to get one more word in
-_BUNCH = 0.25  # of the usual gap, that one near the edge gives up before those further from it give anything
+_BUNCH = 0.25  # share of the usual gap that a gap near the edge gives up before those further from it do
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def _gaps(units: Sequence[Unit[W]]) -> list[float]:
 
 
 def _squeezed(units: Sequence[Unit[W]], room: float, squeeze: float) -> list[float] | None:
-    """Gaps with which the units fit in `room`, bunched if need be; None if they do not."""
+    """The gaps with which the units fit into `room`, narrowed where they must be; None where they cannot."""
     gaps = _gaps(units)
     over = extent(units, gaps) - room
     if over <= 0:

@@ -122,12 +122,13 @@ def test_a_sheet_is_much_shorter_than_nearest_neighbours_make_it():
     rng = np.random.default_rng(3)
     start = rng.uniform(0, 100, (300, 2))
     strokes = tuple(Stroke([0, 1], np.array([a, a + rng.normal(0, 3, 2)])) for a in start)
-    left, at, way = list(strokes), strokes[0].xy[0], 0.0
+    ends = np.array([[stroke.xy[0], stroke.xy[-1]] for stroke in strokes])
+    left, at, way = list(range(len(strokes))), ends[0, 0], 0.0
     while left:
-        gaps = [min((np.hypot(*(s.xy[0] - at)), 0), (np.hypot(*(s.xy[-1] - at)), 1)) for s in left]
-        index = min(range(len(left)), key=lambda i: gaps[i])
-        way += gaps[index][0]
-        at = left.pop(index).xy[0 if gaps[index][1] else -1]
+        gaps = np.hypot(*(ends[left] - at).transpose(2, 0, 1))
+        index, end = np.unravel_index(gaps.argmin(), gaps.shape)
+        way += gaps[index, end]
+        at = ends[left.pop(index), 1 - end]
     assert travel(by_tour(strokes)) < 0.85 * way
 
 

@@ -39,7 +39,7 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     profile = profiles.find(lift, "plotter")
     limits = msgspec.structs.replace(profile.limits, acceleration=Acceleration(acceleration))
     profile = msgspec.structs.replace(profile, limits=limits)
-    drawing = page(seed=acceleration, words=10)
+    drawing = page(seed=acceleration, words=6)
     made, report, port = executed(drawing, profile)
     found = fidelity.compare(drawing, port.executed())
     assert found.deviation < 0.1
@@ -177,7 +177,7 @@ def awkward(draw):
     return Drawing(tuple(strokes), Page(148, 210))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(awkward(), st.sampled_from([1.0, 0.2, 5.0, "fast"]), st.sampled_from(["simulated", "grbl-z"]))
 def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):
     profile = profiles.find(name, "plotter")

@@ -99,9 +99,11 @@ def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, 
     judged(plotter, 1, exact=True)
 
 
+# every fault at each way to a zero: early in a job at two of them, late at the others
 @pytest.mark.parametrize("fault", ["reset", "power-cut", "alarm", "jam", "error", "lost-byte"])
-@pytest.mark.parametrize("profile", [PROFILE, ON_Z, HOMING, HERE], ids=["servo", "z", "homing", "here"])
-@pytest.mark.parametrize("after", [40, 170])
+@pytest.mark.parametrize(
+    ("profile", "after"), [(PROFILE, 40), (ON_Z, 170), (HOMING, 40), (HERE, 170)], ids=["servo", "z", "homing", "here"]
+)
 def test_a_machine_that_forgot_its_place_is_asked_about(tmp_path, fault, profile, after):
     plotter = SimulatedPlotter(profile, Simulated(fault=fault, after=after))
     job, person = made(tmp_path, profile), Somebody(plotter)

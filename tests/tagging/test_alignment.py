@@ -13,7 +13,6 @@ from handout.tagging.alignment import align_strips
 from handout.tagging.alphabet import SPACE
 from handout.tagging.decoder import decode
 from handout.tagging.line_space import X_HEIGHT, Frame, Strip
-from handout.tagging.overlay import overlay
 from handout.tagging.segmentation import Adaptation, PageReader, by_segments, confidence
 from handout.tagging.synthetic_lines import write_lines
 from handout.tagging.synthetic_writers import WriterHabits
@@ -166,20 +165,3 @@ def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
     assert np.array_equal(both[0][1].left, alone.left)
     single = PageReader([strips[0].image], nets[:1])
     assert len(by_segments(single, lines[:1], np.random.default_rng(1), adapting=False)[0]) == 1
-
-
-def test_the_overlay_marks_letters_where_they_are(aligned):
-    blank = np.full((100 * len(page()[0]) + 100, 1200, 3), 255, np.uint8)
-    # the lines lie 100 pixels apart, the first at the top: moved down to be seen
-    moved = replace(
-        aligned,
-        lines=tuple(
-            replace(one, frame=replace(one.frame, baseline=(100.0 * one.number + 60,))) for one in aligned.lines
-        ),
-    )
-    picture = overlay(blank, moved, 2.0)
-    assert picture.shape == (2 * blank.shape[0], 2 * blank.shape[1], 3)
-    letter = aligned.lines[0].letters[0]
-    column = picture[2 * 50, round(2 * letter.left) - 1 : round(2 * letter.left) + 4]
-    assert (column != 255).any()
-    assert (picture[:, -100:] == 255).all()

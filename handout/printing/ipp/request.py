@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from handout.errors import ProfileError
 from handout.printing.ipp.message import Attribute, Message, Range, Resolution, Tag, Value, attribute
 
-_DOTS_AN_INCH = 3
+_DOTS_AN_INCH = 3  # the unit of a resolution, see `message.Resolution`
 _HUNDREDTHS = 100  # PWG 5100.7: media-col has its lengths in 1/100 mm
 _PLAIN = (Tag.KEYWORD, Tag.ENUM, Tag.INTEGER, Tag.BOOLEAN, Tag.NAME)
 

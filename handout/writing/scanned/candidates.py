@@ -36,7 +36,7 @@ class TargetLetter:
 
 
 def substitute_letter(index: GlyphIndex, letter: str) -> str:
-    """The letter whose glyphs are written for one: itself, a small one for a capital there is none of, "" for none."""
+    """The letter whose glyphs are written for `letter`: itself, or the small letter for a missing capital, or ""."""
     if letter and len(index.of(letter)):
         return letter
     small = letter.lower()
@@ -44,12 +44,12 @@ def substitute_letter(index: GlyphIndex, letter: str) -> str:
 
 
 def check_letters(index: GlyphIndex, targets: Sequence[TargetLetter]) -> None:
-    """See that there is something to write for every letter.
+    """Check that every letter has a glyph, or that of another letter.
 
     Raises
     ------
     MissingCharacters
-        There is not; the message lists all such letters with their places.
+        Some have none; the message lists them with their places.
     """
     missing: dict[str, list[int]] = {}
     for one in targets:

@@ -64,9 +64,9 @@ def choose(
 class Solved:
     """A part of a text that was solved as one chain.
 
-    first : its first letter's index among those targets.
+    first : index of its first letter among the targets.
     numbers : (m,) int: the glyphs taken.
-    noise, again : m of (k,) float: what was added to the costs of each letter's each.
+    noise, again : m of (k,) float: what was added to the costs of each letter's candidates.
     """
 
     first: int

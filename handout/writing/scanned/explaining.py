@@ -28,16 +28,16 @@ _TAKEN, _GREY = (0, 120, 60), (110, 110, 110)  # RGB of the frame of what was ta
 class Explained:
     """One place of a text and what might have been written there; all arrays are over the candidates, (k,).
 
-    targets : the letter.
+    target : the letter.
     numbers : the candidates.
-    own : cost of not being quite what is targets: from another place in its word, of the other case, doubtful.
+    own : cost of not being quite what is wanted: from another place in its word, of the other case, doubtful.
     again : cost of having been written not long ago.
     noise : what chance added.
     left, right : costs beside the glyphs taken before and after; 0 where the choice did not know of one.
     taken : index of the one taken.
     """
 
-    targets: TargetLetter
+    target: TargetLetter
     numbers: Indices
     own: Array
     again: Array
@@ -112,17 +112,17 @@ def reasons(index: GlyphIndex, explained: Sequence[Explained]) -> list[str]:
     lines = []
     for i, one in enumerate(explained):
         number, k = taken[i], one.taken
-        said = [f"{one.own[k]:.2f} for itself"] if one.own[k] else ["exactly what is wanted"]
+        terms = [f"{one.own[k]:.2f} for itself"] if one.own[k] else ["exactly what is wanted"]
         if one.again[k] > 0:
-            said.append(f"{one.again[k]:.2f} for having been written lately")
+            terms.append(f"{one.again[k]:.2f} for having been written lately")
         beside = index.before[number]
         if i and beside != NOBODY and beside == taken[i - 1]:
-            said.append("it followed the one before it in the source")
+            terms.append("it followed the one before it in the source")
         elif i:
-            said.append(f"{one.left[k]:.2f} beside the one before it")
+            terms.append(f"{one.left[k]:.2f} beside the one before it")
         rank = int(np.flatnonzero(one.order == k)[0]) + 1
         lines.append(
-            f"{one.targets.letter} {one.targets.place}: glyph {number}, {rank} of {len(one.numbers)}, {'; '.join(said)}"
+            f"{one.target.letter} {one.target.place}: glyph {number}, {rank} of {len(one.numbers)}, {'; '.join(terms)}"
         )
     return lines
 
@@ -148,8 +148,8 @@ def choices_sheet(hand: ScannedHand, explained: Sequence[Explained], most: int =
     draw, large, small = ImageDraw.Draw(image), ImageFont.load_default(26.0), ImageFont.load_default(11.0)
     for row, (one, shown) in enumerate(zip(explained, rows, strict=True)):
         y = _MARGIN + _HIGH * row
-        draw.text((_MARGIN, y + 2.3 * UNIT), one.targets.letter, fill=(150, 0, 0), font=large, anchor="ls")
-        draw.text((_MARGIN, y + 2.9 * UNIT), f"{one.targets.place}, {len(one.numbers)}", fill=_GREY, font=small)
+        draw.text((_MARGIN, y + 2.3 * UNIT), one.target.letter, fill=(150, 0, 0), font=large, anchor="ls")
+        draw.text((_MARGIN, y + 2.9 * UNIT), f"{one.target.place}, {len(one.numbers)}", fill=_GREY, font=small)
         for column, k in enumerate(shown):
             x = _MARGIN + _WIDE * (column + 1)
             if k == one.taken:

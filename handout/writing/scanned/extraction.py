@@ -136,7 +136,7 @@ class ExtractedStrokes:
         return np.concatenate([np.zeros(0, dtype=np.intp), *found])
 
     def _steps(self, codes: Indices) -> Indices:
-        """One number for each pair (m, 2) of vertices of one glyph, whichever comes first."""
+        """(m,): one number for each pair of vertices (m, 2) of one glyph, the same in either order."""
         low, high = np.minimum(*codes.T), np.maximum(*codes.T)
         return np.asarray(low * self._count + high % self._count)
 
@@ -166,13 +166,13 @@ class ExtractedStrokes:
 
 
 def _rising(codes: Indices) -> Indices:
-    """All that there is, each once; numpy's own hashes numbers, which takes ten times as long for these."""
+    """The distinct codes, sorted; `np.unique` hashes numbers, which takes ten times as long for these."""
     codes = np.sort(codes)
     return codes[np.diff(codes, prepend=-1) > 0]
 
 
 def _among(codes: Indices, rising: Indices) -> NDArray[np.bool_]:
-    """Which codes there are among others, for the same reason."""
+    """(n,): which codes occur in a sorted array of others; by search, since `np.isin` is slower here."""
     if not len(rising):
         return np.zeros(len(codes), dtype=bool)
     return np.asarray(rising[np.minimum(np.searchsorted(rising, codes), len(rising) - 1)] == codes)
