@@ -43,16 +43,16 @@ def choose(printer: str, paper: str = "", asked: str = "") -> tuple[Calibration 
     """
     if asked == NONE:
         return None, []
-    found = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
-    return found, _doubts(found, printer, paper) if found is not None else []
+    calibration = _asked(asked) if asked else store.newest(printer, paper) or store.newest(printer)
+    return calibration, _doubts(calibration, printer, paper) if calibration is not None else []
 
 
-def pen_of(found: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
+def pen_of(calibration: Calibration, hand: str, say: Callable[[str], None]) -> Reference:
     """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
-    known = of_calibration(found, hand)
-    if known.kind is not Kind.DRAWN:
-        say(f"{'warning: ' if known.doubtful and known.kind is not Kind.CORRECTED else ''}{known.said}")
-    return known
+    reference = of_calibration(calibration, hand)
+    if reference.kind is not Kind.DRAWN:
+        say(f"{'warning: ' if reference.doubtful and reference.kind is not Kind.CORRECTED else ''}{reference.said}")
+    return reference
 
 
 def _asked(asked: str) -> Calibration:
@@ -68,22 +68,23 @@ def _asked(asked: str) -> Calibration:
     return store.wanted(printer, paper)
 
 
-def _doubts(found: Calibration, printer: str, paper: str) -> list[str]:
-    said = []
-    if found.printer != store.key(printer):
-        said.append(f"The calibration is of {found.printer}, and this is {store.key(printer)}: colours may be far off.")
-    if paper and found.paper != store.key(paper):
-        said.append(
-            f"The calibration was made on {found.paper}, and {store.key(paper)} is in the printer: colours are off by "
-            f"as much as these papers differ. Calibrate it: handout calibrate wizard --printer {found.printer} --paper "
-            f"{store.key(paper)}"
+def _doubts(calibration: Calibration, printer: str, paper: str) -> list[str]:
+    doubts, calibrated = [], calibration.printer
+    if calibrated != store.key(printer):
+        doubts.append(f"The calibration is of {calibrated}, and this is {store.key(printer)}: colours may be far off.")
+    if paper and calibration.paper != store.key(paper):
+        loaded = store.key(paper)
+        doubts.append(
+            f"The calibration was made on {calibration.paper}, and {loaded} is in the printer: colours are off by as "
+            f"much as these papers differ. Calibrate it: handout calibrate wizard --printer {calibrated} "
+            f"--paper {loaded}"
         )
-    if (days := found.age()) > _OLD:
-        said.append(
+    if (days := calibration.age()) > _OLD:
+        doubts.append(
             f"The calibration is {days} days old; inks and print heads change: verify it (handout calibrate verify "
-            f"--printer {found.printer}), or make a new one."
+            f"--printer {calibration.printer}), or make a new one."
         )
-    return said
+    return doubts
 
 
 @dataclass
@@ -120,21 +121,21 @@ class CalibratedInk:
 
     def facts(self) -> dict[str, object]:
         """What ``--json`` prints: the calibration and what it cannot reach."""
-        found = self._reach
+        reach = self._reach
         return {
             "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
-            "age_days": self.calibration.age(), "out_of_reach": round(found.out, 4) if found else 0.0,
-            "lost": round(found.mean, 2) if found else 0.0,
+            "age_days": self.calibration.age(), "out_of_reach": round(reach.out, 4) if reach else 0.0,
+            "lost": round(reach.mean, 2) if reach else 0.0,
             "pen": self.reference.facts() if self.reference is not None else None,
         }  # fmt: skip
 
     def said(self) -> str:
         """One sentence about the calibration, and how much of the ink it cannot reach."""
-        found = self._reach
-        if found is None:
+        reach = self._reach
+        if reach is None:
             return f"{self.calibration.described()}."
         whose = f"of {self.hand}" if self.hand else ""
-        return f"{self.calibration.described()}. {gamut.said(found.out, found.mean, whose)}"
+        return f"{self.calibration.described()}. {gamut.said(reach.out, reach.mean, whose)}"
 
     @cached_property
     def _reach(self) -> Reach | None:

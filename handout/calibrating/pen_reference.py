@@ -95,10 +95,10 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
 
     hand = find(name) if name else None
     if hand is not None and not isinstance(hand, ScannedHand):
-        said = (
+        sentence = (
             f"The hand {hand.name} is drawn: there is no scan of its ink, and its pen's colour is taken as it stands."
         )
-        return Reference(Kind.DRAWN, said)
+        return Reference(Kind.DRAWN, sentence)
     if scribble is None:
         return Reference(Kind.NOTHING, _NOTHING)
     if hand is None:
@@ -110,11 +110,11 @@ def compared(scribble: Scribble | None, name: str, writer: str = "") -> Referenc
     if common < LEAST_DPI:
         coarse = "The chart was" if scribble.dpi <= dpi else f"The pages of {hand.name} were"
         return Reference(Kind.COARSE, _COARSE.format(what=coarse, dpi=common))
-    found = match(
+    ink = match(
         at_dpi(density, dpi, common), paper, at_dpi(scribble.density, scribble.dpi, common), scribble.paper, common,
         scribble.contrast,
     )  # fmt: skip
-    return _judged(found, hand.name)
+    return _judged(ink, hand.name)
 
 
 _UNKNOWN = (
@@ -148,24 +148,24 @@ _CORRECTED = (
 )
 
 
-def _judged(found: InkMatch | None, hand: str) -> Reference:
-    if found is None:
+def _judged(ink: InkMatch | None, hand: str) -> Reference:
+    if ink is None:
         return Reference(Kind.FAINT, _FAINT.format(hand=hand))
-    if not found.same_ink:
+    if not ink.same_ink:
         return Reference(Kind.OTHER_PEN, _OTHER_PEN.format(hand=hand))
-    if found.alike:
-        return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=found.difference), found)
-    how = "lighter" if found.lighter > 1 else "darker" if found.lighter < -1 else "in other colours"
-    said = _CORRECTED.format(hand=hand, how=how, off=found.difference, lighter=found.lighter, why=_why(found))
-    return Reference(Kind.CORRECTED, said, found)
+    if ink.alike:
+        return Reference(Kind.ALIKE, _ALIKE.format(hand=hand, off=ink.difference), ink)
+    how = "lighter" if ink.lighter > 1 else "darker" if ink.lighter < -1 else "in other colours"
+    sentence = _CORRECTED.format(hand=hand, how=how, off=ink.difference, lighter=ink.lighter, why=_why(ink))
+    return Reference(Kind.CORRECTED, sentence, ink)
 
 
-def _why(found: InkMatch) -> str:
-    if found.contrast_differs:
+def _why(ink: InkMatch) -> str:
+    if ink.contrast_differs:
         return (
             "the chart's scan has an S-shaped contrast curve that the hand's has not, as its patches and the pen show"
         )
-    if found.difference > _SURE:
+    if ink.difference > _SURE:
         return "the scanner's settings differ"
     return "the scanner's settings or the pen's pressure differ"
 

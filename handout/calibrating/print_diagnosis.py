@@ -16,33 +16,33 @@ _EFFECTS = ("managed", "ramp", "identical", "tone")
 
 
 def diagnose(
-    reading: Reading, known: Reference | None = None, before: Calibration | None = None, accept: bool = False
+    reading: Reading, pen: Reference | None = None, before: Calibration | None = None, accept: bool = False
 ) -> Reading:
     """A reading with what is wrong with the print itself, its cause in the place of its effects.
 
     Parameters
     ----------
-    known : what the pen in the chart's frame says of the scanner's settings.
+    pen : what the pen in the chart's frame says of the scanner's settings.
     before : the calibration of this printer on this paper that was made last.
     accept : the user knows, and wants the calibration all the same: nothing is refused for it.
     """
     solids = solids_of(reading.device, reading.scanned)
-    others = [one for one in reading.findings if one.severity == "refuse" and one.code not in _EFFECTS]
+    others = [finding for finding in reading.findings if finding.severity == "refuse" and finding.code not in _EFFECTS]
     if solids is None or others:
         return reading
-    found = _cause(solids, known, before)
-    if found is None:
+    cause = _cause(solids, pen, before)
+    if cause is None:
         return reading
-    effects = [one for one in reading.findings if one.code not in _EFFECTS]
-    made = replace(found, severity="warn" if accept else "refuse")
-    return replace(reading, findings=(*effects, made))
+    effects = [finding for finding in reading.findings if finding.code not in _EFFECTS]
+    finding = replace(cause, severity="warn" if accept else "refuse")
+    return replace(reading, findings=(*effects, finding))
 
 
-def _cause(solids: Solids, known: Reference | None, before: Calibration | None) -> Finding | None:
-    if known is not None and known.match is not None and not known.match.alike:
-        solids = without_tone(solids, float(known.match.tone.powers.mean()))
-    if (found := of_strength(solids)) is not None:
-        return found
+def _cause(solids: Solids, pen: Reference | None, before: Calibration | None) -> Finding | None:
+    if pen is not None and pen.match is not None and not pen.match.alike:
+        solids = without_tone(solids, float(pen.match.tone.powers.mean()))
+    if (finding := of_strength(solids)) is not None:
+        return finding
     earlier = None if before is None else _earlier(before)
     if before is None or earlier is None:
         return None
@@ -60,10 +60,14 @@ def _earlier(before: Calibration) -> Solids | None:
 
 def last(printer: str, paper: str, scanner: str) -> Calibration | None:
     """The calibration of a printer on a paper that the same scanner made last; None if there is none."""
-    same = [one for one in store.every() if one.printer == store.key(printer) and one.paper == store.key(paper)]
-    return next((one for one in same if one.scanner == scanner), None)
+    same = [
+        calibration
+        for calibration in store.every()
+        if calibration.printer == store.key(printer) and calibration.paper == store.key(paper)
+    ]
+    return next((calibration for calibration in same if calibration.scanner == scanner), None)
 
 
 def warned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Those that are no reason to refuse."""
-    return tuple(one for one in findings if one.severity == "warn")
+    return tuple(finding for finding in findings if finding.severity == "warn")

@@ -140,8 +140,8 @@ def opened(printer: str, paper: str, sheet: str, pages: int, scanner: str = "", 
 def _read(home: Path) -> State | None:
     """What was left; None if there is nothing that can be gone on with."""
     try:
-        told = json.loads((home / _STATE).read_text(encoding="utf-8"))
-        state = State(**(told | {"step": Step(told["step"]), "scans": tuple(told["scans"])}))
+        facts = json.loads((home / _STATE).read_text(encoding="utf-8"))
+        state = State(**(facts | {"step": Step(facts["step"]), "scans": tuple(facts["scans"])}))
     except (OSError, ValueError, TypeError, KeyError):
         return None
     return state if all((home / name).is_file() for name in state.scans) else None

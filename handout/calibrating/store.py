@@ -151,12 +151,12 @@ class Calibration:
 def read_json(path: Path) -> dict[str, Any]:
     """A file of a calibration; raises InputError."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be read as part of a calibration: make a new one.") from error
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise InputError(f"{path} cannot be read as part of a calibration: make a new one.")
-    return found
+    return content
 
 
 def now() -> datetime:
@@ -182,12 +182,12 @@ def key(name: str) -> str:
     InputError
         Nothing is left of it.
     """
-    bare = Path(name).stem if name.endswith(".toml") else name
-    made = re.sub(r"[^a-z0-9._]+", "-", bare.strip().lower()).strip("-.")
-    made = profiles.full(made.removeprefix("printer-"))[:_MOST_NAME]
-    if not made:
+    stem = Path(name).stem if name.endswith(".toml") else name
+    cleaned = re.sub(r"[^a-z0-9._]+", "-", stem.strip().lower()).strip("-.")
+    cleaned = profiles.full(cleaned.removeprefix("printer-"))[:_MOST_NAME]
+    if not cleaned:
         raise InputError(f"{name!r} cannot be the name of a printer or a paper: use letters and digits.")
-    return made
+    return cleaned
 
 
 def build(
@@ -208,12 +208,12 @@ def build(
         "printer": key(printer), "paper": key(paper), "made": now().isoformat(timespec="seconds"),
         "scanner": scanner,
     }  # fmt: skip
-    made = table.build(model, about)
+    colour_table = table.build(model, about)
     with _new_folder(place) as work:
-        table.save(made, work / TABLE)
+        table.save(colour_table, work / TABLE)
         _write_patches(patches, about, work / PATCHES)
-        said = {name: made.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
-        atomic.write(work / ABOUT, json.dumps(said, indent=1).encode())
+        facts = {name: colour_table.about.get(name, "") for name in _FACTS} | {"misses": _mean(model)}
+        atomic.write(work / ABOUT, json.dumps(facts, indent=1).encode())
     return load(place)
 
 
@@ -258,18 +258,25 @@ def load(place: Path) -> Calibration:
 
 def every() -> list[Calibration]:
     """All stored calibrations, the newest first; folders that are none are passed over."""
-    found = []
+    calibrations = []
     # a name with a dot in front is a folder that was never finished
     for path in folder().glob("*/*/[!.]*/" + ABOUT):
         with contextlib.suppress(InputError):
-            found.append(load(path.parent))
-    return sorted(found, key=lambda one: (one.made, str(one.folder)), reverse=True)
+            calibrations.append(load(path.parent))
+    return sorted(calibrations, key=lambda calibration: (calibration.made, str(calibration.folder)), reverse=True)
 
 
 def newest(printer: str, paper: str = "") -> Calibration | None:
     """The newest of a printer, and of a paper if one is named; None if there is none."""
-    wanted = (key(printer), key(paper) if paper else None)
-    return next((one for one in every() if one.printer == wanted[0] and wanted[1] in (None, one.paper)), None)
+    names = (key(printer), key(paper) if paper else None)
+    return next(
+        (
+            calibration
+            for calibration in every()
+            if calibration.printer == names[0] and names[1] in (None, calibration.paper)
+        ),
+        None,
+    )
 
 
 def wanted(printer: str, paper: str = "") -> Calibration:
@@ -280,12 +287,12 @@ def wanted(printer: str, paper: str = "") -> Calibration:
     InputError
         There is none; the message lists what there is.
     """
-    found = newest(printer, paper)
-    if found is not None:
-        return found
-    there = sorted({one.name for one in every()})
+    calibration = newest(printer, paper)
+    if calibration is not None:
+        return calibration
+    names = sorted({stored.name for stored in every()})
     which = f"{key(printer)}/{key(paper)}" if paper else key(printer)
-    near = difflib.get_close_matches(which, there, 3, 0.3) or there
+    near = difflib.get_close_matches(which, names, 3, 0.3) or names
     have = f"there are calibrations for {', '.join(near)}" if near else "nothing is calibrated yet"
     raise InputError(
         f"There is no calibration for {which}; {have}. Make one with: handout calibrate wizard --printer "
@@ -322,8 +329,8 @@ def _write_patches(patches: Patches, about: Mapping[str, str], path: Path) -> No
     from handout.colour import cgats
     from handout.colour.chart_files import ti3
 
-    said = {name.upper(): value for name, value in about.items() if value}
-    cgats.write(path, ti3(patches, said))
+    keywords = {name.upper(): value for name, value in about.items() if value}
+    cgats.write(path, ti3(patches, keywords))
 
 
 def read_patches(path: Path) -> Patches:

@@ -130,10 +130,10 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
     if len(opened) != 1:
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
     seen, findings = _seen(opened[0], strip, calibration)
-    made = _judged(strip, seen, findings)
+    verified = _judged(strip, seen, findings)
     calibration.keep_strip({**strip.facts(), "seen": seen.round(6).tolist()})
-    calibration.keep_verification(made.facts())
-    return made
+    calibration.keep_verification(verified.facts())
+    return verified
 
 
 def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, list[Finding]]:
@@ -157,10 +157,10 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
         *_of_pen(strip, scan, placement, sampled.values, calibration),
     ]
     # few colours make few tones; the chart's scan was judged by that already
-    findings = [one for one in findings if one.code != "edited"]
-    for one in findings:
-        if one.severity == "refuse":
-            raise refused(one.code, one.sentence, scan.source)
+    findings = [finding for finding in findings if finding.code != "edited"]
+    for finding in findings:
+        if finding.severity == "refuse":
+            raise refused(finding.code, finding.sentence, scan.source)
     return sampled.values, findings
 
 
@@ -192,12 +192,15 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibra
         return []
     dpi = min(now.dpi, before.dpi)
     first, other = (pen_reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
-    found = match(first, before.paper, other, now.paper, dpi)
-    if found is None or found.difference <= _SAME_PEN:
+    difference = match(first, before.paper, other, now.paper, dpi)
+    if difference is None or difference.difference <= _SAME_PEN:
         return []
-    return [Finding("settings-differ", "warn", f"The pen in the strip's frame looks other than in the chart's (ΔE00 "
-        f"{found.difference:.1f} on the mean): the scanner's settings changed between the two scans, or another pen "
-        "wrote. Scan the strip just like the chart.", scan.source)]  # fmt: skip
+    sentence = (
+        f"The pen in the strip's frame looks other than in the chart's (ΔE00 {difference.difference:.1f} on the mean): "
+        "the scanner's settings changed between the two scans, or another pen wrote. Scan the strip just like the "
+        "chart."
+    )
+    return [Finding("settings-differ", "warn", sentence, scan.source)]
 
 
 def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:
@@ -217,7 +220,7 @@ def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verificat
 def _verdict(before: float, after: float) -> str:
     if after >= before:
         return _NO_HELP
-    return next((said for bound, said in _VERDICTS if after <= bound), _POOR)
+    return next((sentence for bound, sentence in _VERDICTS if after <= bound), _POOR)
 
 
 def _difference(lost: Array) -> Difference:
@@ -255,13 +258,13 @@ def write_report(calibration: Calibration, path: Path) -> None:
     atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
 
 
-def _before_and_after(made: Strip, seen: Array) -> str:
+def _before_and_after(strip: Strip, seen: Array) -> str:
     parts = []
     for name, grey in (("Ink", False), ("Greys", True)):
-        which = np.flatnonzero(made.matched & (made.grey == grey))
-        plain = which - int(made.matched.sum())
-        order = np.argsort(made.wanted[which].sum(axis=1))
-        rows = np.stack([seen[plain], made.wanted[which], seen[which]])[:, order]
+        which = np.flatnonzero(strip.matched & (strip.grey == grey))
+        plain = which - int(strip.matched.sum())
+        order = np.argsort(strip.wanted[which].sum(axis=1))
+        rows = np.stack([seen[plain], strip.wanted[which], seen[which]])[:, order]
         alt = f"{name}: sent as it is, as wanted, through the table"
         parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
     return "".join(parts)
@@ -273,16 +276,16 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
     return flat.repeat(_TILE, axis=0).repeat(_TILE, axis=1)
 
 
-def _reach(made: Strip, table: ColourTable) -> str:
+def _reach(strip: Strip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
     labs = conversions.lab(np.asarray(table.seen, dtype=np.float64).reshape(-1, 3))
     outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(_hull(labs[:, 1:])))
-    which = made.matched
+    which = strip.matched
     dots = "".join(
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="rgb({r},{g},{b})" stroke="#555" stroke-width=".5"/>'
         for (x, y), (r, g, b) in zip(
-            _on_diagram(conversions.lab(made.wanted[which])[:, 1:]),
-            np.rint(np.clip(made.wanted[which], 0, 1) * 255).astype(int).tolist(), strict=True,
+            _on_diagram(conversions.lab(strip.wanted[which])[:, 1:]),
+            np.rint(np.clip(strip.wanted[which], 0, 1) * 255).astype(int).tolist(), strict=True,
         )
     )  # fmt: skip
     half = _SIDE / 2
@@ -293,12 +296,12 @@ def _reach(made: Strip, table: ColourTable) -> str:
     )
     shade = np.linspace(0, 1, 400)[:, None] * np.asarray(table.paper, dtype=np.float64)
     darkest = float(labs[:, 0].min())
-    found = gamut.reach(np.clip(shade, 0, 1), table)
+    greys = gamut.reach(np.clip(shade, 0, 1), table)
     return (
         "<p>What the printer can print on this paper, seen from above (a* to the right, b* up), and the verified "
         f"colours. Its darkest black has L* {darkest:.0f}; of the greys from black to the paper it reaches "
-        f"{1 - found.out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is printed for "
-        f"them:</p>{image(gamut.swatches(found), 'greys and what is printed for them')}"
+        f"{1 - greys.out:.0%}.</p>{drawn}<p>Some of the colours of the paper's own grey scale over what is printed for "
+        f"them:</p>{image(gamut.swatches(greys), 'greys and what is printed for them')}"
     )
 
 

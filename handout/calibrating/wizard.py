@@ -171,13 +171,13 @@ class Wizard:
             A file that cannot be read.
         """
         reading = self._read(scans)
-        known = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
+        pen = pen_reference.compared(reading.scribble, self.task.hand, self.writer)
         state = self.session.state
         before = print_diagnosis.last(state.printer, state.paper, state.scanner)
-        reading = print_diagnosis.diagnose(reading, known, before, self.task.accept)
+        reading = print_diagnosis.diagnose(reading, pen, before, self.task.accept)
         self._report(reading)
-        refusing = [one for one in reading.findings if one.severity == "refuse"]
-        missing = [one for one in refusing if one.code == "page-missing"]
+        refusing = [finding for finding in reading.findings if finding.severity == "refuse"]
+        missing = [finding for finding in refusing if finding.code == "page-missing"]
         if len(missing) < len(refusing) or not reading.sheets:
             raise ScansRefused(reading.findings, len(self.session.scans), self.session.report)
         self.session.keep(scans)
@@ -185,7 +185,7 @@ class Wizard:
         if missing:
             return ChartScanned(warned, missing[0].sentence)
         self._measured(reading)
-        return ChartScanned(warned, reference=known)
+        return ChartScanned(warned, reference=pen)
 
     def build(self, method: str = "forward") -> Calibration:
         """Build the table of what was measured.
@@ -197,11 +197,11 @@ class Wizard:
         """
         state = self.session.state
         patches = store.read_patches(self.session.patches)
-        made = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
+        built = store.build(self.session.built, patches, state.printer, state.paper, state.scanner, method)
         if self.session.scribble.is_file():
-            made.keep_scribble(self.session.scribble, self.writer)
+            built.keep_scribble(self.session.scribble, self.writer)
         self._at(Step.STRIP)
-        return made
+        return built
 
     def print_strip(self, out: Path | None = None, queue: Queue | None = None) -> tuple[Path, ...]:
         """Print the verification strip, or write it to `out`.
@@ -213,11 +213,11 @@ class Wizard:
         """
         built = store.load(self.session.built)
         strip = strips.prepare(built, self.task.hand, self.session.state.sheet)
-        made = strips.pages_of(strip, built, self.task.profile)
+        printed = strips.pages_of(strip, built, self.task.profile)
         if (path := out or self._unprinted("strip", queue)) is not None:
-            files = pages.write(made, path)
+            files = pages.write(printed, path)
         else:
-            pages.send(made, self.task.profile, queue)
+            pages.send(printed, self.task.profile, queue)
             files = ()
         self._at(Step.VERIFY)
         return files
@@ -232,10 +232,10 @@ class Wizard:
         InputError
             A file that cannot be read.
         """
-        made = verification.verify(store.load(self.session.built), [scan])
-        if made.helps:
+        verified = verification.verify(store.load(self.session.built), [scan])
+        if verified.helps:
             self._at(Step.STORE)
-        return made
+        return verified
 
     def store(self) -> Calibration:
         """Keep the calibration; what was needed on the way is removed.
@@ -250,10 +250,10 @@ class Wizard:
         built = store.load(self.session.built)
         self._report(self._read(), built)
         built.keep_report(self.session.report)
-        kept = store.add(built)
+        stored = store.add(built)
         self.session.close()
         self._done = True
-        return kept
+        return stored
 
     def back(self) -> None:
         """Return to the scan of the chart, without the scans that were taken."""
@@ -273,8 +273,8 @@ class Wizard:
         if reading.scribble is not None:
             save_scribble(reading.scribble, self.session.scribble)
         state = self.session.state
-        said = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
-        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in said.items() if value}))
+        keywords = {"PRINTER": state.printer, "PAPER": state.paper, "SCANNER": state.scanner}
+        cgats.write(self.session.patches, ti3(reading, {name: value for name, value in keywords.items() if value}))
         self._at(Step.BUILD)
 
     def _unprinted(self, name: str, queue: Queue | None) -> Path | None:

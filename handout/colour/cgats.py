@@ -66,16 +66,16 @@ class Table:
             if name not in self.fields:
                 raise InputError(f"The {self.kind} table has no field {name}; it has {', '.join(self.fields)}.")
         places = [self.fields.index(name) for name in names]
-        found = np.empty((len(self.rows), len(names)))
+        columns = np.empty((len(self.rows), len(names)))
         for i, row in enumerate(self.rows):
             for k, place in enumerate(places):
                 try:
-                    found[i, k] = float(row[place])
+                    columns[i, k] = float(row[place])
                 except ValueError as error:
                     raise InputError(
                         f"{self.kind}: {names[k]} of set {i + 1} is {row[place]!r}, which is no number."
                     ) from error
-        return found
+        return columns
 
 
 def table(kind: str, keywords: Mapping[str, str], columns: Mapping[str, Sequence[str]]) -> Table:

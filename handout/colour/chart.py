@@ -195,8 +195,8 @@ def chart(
     DoesNotFit
         The printer does not reach as far as the chart does.
     """
-    known = {sheet.paper.name.lower() for sheet in _SHEETS}
-    if paper.lower() not in known:
+    names = {sheet.paper.name.lower() for sheet in _SHEETS}
+    if paper.lower() not in names:
         raise InputError(f"The chart is made for A4 and letter, not for {paper!r}: print it on one of these.")
     if pages not in (None, 1, 2):
         raise InputError(f"The chart has 1 or 2 pages, not {pages}.")
@@ -204,9 +204,9 @@ def chart(
     reasons = []
     for index in fitting:
         if pages in (None, _SHEETS[index].pages):
-            made = _chart(VERSION, index)
-            if not (reason := _outside(made, margins)):
-                return made
+            layout = _chart(VERSION, index)
+            if not (reason := _outside(layout, margins)):
+                return layout
             reasons.append(reason)
     raise DoesNotFit(
         f"The chart does not fit: {reasons[-1]}. Use a printer, or a tray, with smaller margins"

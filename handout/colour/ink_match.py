@@ -71,8 +71,8 @@ def chart_contrast(device: ArrayLike, scanned: ArrayLike) -> float:
     white = (levels == _FULL).all(axis=1)
     if not white.any():
         return 0.0
-    seen = np.asarray(scanned, dtype=np.float64)
-    ramps = list(_ramps(levels, np.clip(seen / seen[white].mean(axis=0), _DARKEST, 1)))
+    shown = np.asarray(scanned, dtype=np.float64)
+    ramps = list(_ramps(levels, np.clip(shown / shown[white].mean(axis=0), _DARKEST, 1)))
     if len(ramps) < _LEAST_RAMPS:
         return 0.0
     errors = np.sqrt([sum(_bent(ramp, leading, c) for ramp, leading in ramps) for c in _STRENGTHS])
@@ -261,18 +261,18 @@ def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
         for one, other in zip(hand.rings, chart.rings, strict=True)
         if min(len(one), len(other)) >= LEAST
     ]
-    given, wanted = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
-    held = _TIGHT * np.sqrt(len(given))
+    shares, goals = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
+    held = _TIGHT * np.sqrt(len(shares))
 
     def tone(x: Array) -> Tone:
         return Tone(np.exp(x[:3]), x[3:], plain.papers, plain.contrasts)
 
     def off(x: Array) -> Array:
         pull = held * np.concatenate([_HELD[0] * (x[:3] - x[:3].mean()), _HELD[1] * x[3:]])
-        return np.concatenate([(tone(x)(given) - wanted).ravel(), pull])
+        return np.concatenate([(tone(x)(shares) - goals).ravel(), pull])
 
-    found = tone(least_squares(off, np.zeros(6)).x)
-    return found, float(np.sqrt(np.mean((found(given) - wanted) ** 2)))
+    fitted = tone(least_squares(off, np.zeros(6)).x)
+    return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 
 def _apart(one: Tone, other: Tone, shares: Array, paper: Array) -> float:

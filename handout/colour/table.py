@@ -91,9 +91,9 @@ def build(model: Model, about: Mapping[str, str] | None = None, size: int = SIZE
     if not _SIZES[0] <= size <= _SIZES[1]:
         raise InputError(f"colour table: {size} nodes a side are outside {_SIZES[0]} to {_SIZES[1]}.")
     device = model.nodes(size)
-    said = {**(about or {}), "method": model.method, "version": __version__}
+    about_table = {**(about or {}), "method": model.method, "version": __version__}
     nodes = device.reshape(size, size, size, 3).astype(np.float32)
-    return ColourTable(nodes, model.forward.grid.astype(np.float32), said)
+    return ColourTable(nodes, model.forward.grid.astype(np.float32), about_table)
 
 
 def save(table: ColourTable, path: Path) -> None:
@@ -105,8 +105,8 @@ def save(table: ColourTable, path: Path) -> None:
         The file cannot be written.
     """
     out = io.BytesIO()
-    said = json.dumps({"format": _FORMAT, "about": dict(table.about)}, ensure_ascii=False, sort_keys=True)
-    about = np.frombuffer(said.encode(), dtype=np.uint8)
+    header = json.dumps({"format": _FORMAT, "about": dict(table.about)}, ensure_ascii=False, sort_keys=True)
+    about = np.frombuffer(header.encode(), dtype=np.uint8)
     np.savez_compressed(out, nodes=table.nodes, seen=table.seen, about=about)
     atomic.write(path, out.getvalue())
 
@@ -121,10 +121,12 @@ def load(path: Path) -> ColourTable:
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
-            said = json.loads(stored["about"].tobytes())
-            if said["format"] != _FORMAT:
-                raise InputError(f"{path} is a colour table of format {said['format']}; this program reads {_FORMAT}.")
-            return ColourTable(stored["nodes"], stored["seen"], said["about"])
+            header = json.loads(stored["about"].tobytes())
+            if header["format"] != _FORMAT:
+                raise InputError(
+                    f"{path} is a colour table of format {header['format']}; this program reads {_FORMAT}."
+                )
+            return ColourTable(stored["nodes"], stored["seen"], header["about"])
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from error
     except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:

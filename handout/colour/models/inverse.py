@@ -65,10 +65,10 @@ def nearest(forward: Forward, wanted: Array) -> Array:
     near = KDTree(conversions.evened(labs)).query(conversions.evened(aim), k=_CANDIDATES)[1]
     far = conversions.delta_e(labs[near], aim[:, None, :])
     rows, best = np.arange(len(aim)), far.argmin(axis=1)
-    found, cost = device[near[rows, best]], far[rows, best]
+    device_best, cost = device[near[rows, best]], far[rows, best]
     for step in _STEPS:
-        found, cost = _refined(forward, aim, found, cost, step)
-    return np.asarray(found)
+        device_best, cost = _refined(forward, aim, device_best, cost, step)
+    return np.asarray(device_best)
 
 
 def _refined(forward: Forward, aim: Array, device: Array, cost: Array, step: float) -> tuple[Array, Array]:
@@ -114,7 +114,7 @@ def invert(forward: Forward, wanted: Array) -> Array:
     return out
 
 
-def _better(forward: Forward, wanted: Array, found: Array, lost: Array) -> Array:
+def _better(forward: Forward, wanted: Array, current: Array, lost: Array) -> Array:
     """(n, 3) device RGB: `found`, which loses (n,) ΔE00 when it is cut, or what loses clearly less."""
     printed = nearest(forward, wanted)
     short = missed(forward, printed, wanted)
@@ -123,7 +123,7 @@ def _better(forward: Forward, wanted: Array, found: Array, lost: Array) -> Array
     again[near] = solve(forward, wanted[near], printed[near])
     least = missed(forward, again, wanted)
     best = np.where((least <= short)[:, None], again, printed)
-    return np.where((np.minimum(least, short) < lost - _CLEARLY)[:, None], best, found)
+    return np.where((np.minimum(least, short) < lost - _CLEARLY)[:, None], best, current)
 
 
 def printable(forward: Forward, wanted: Array) -> tuple[Array, Array]:

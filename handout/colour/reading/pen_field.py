@@ -76,9 +76,9 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
     if shading is not None:
         factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
         seen /= _between(factor, height, width).astype(np.float32)
-    made = Scribble(np.asarray(seen, dtype=np.float32), paper, placement.dpi)
-    lines = strokes_in(made.density, made.dpi)
-    return made if lines is not None and lines.length >= _SHORTEST else None
+    scribble = Scribble(np.asarray(seen, dtype=np.float32), paper, placement.dpi)
+    lines = strokes_in(scribble.density, scribble.dpi)
+    return scribble if lines is not None and lines.length >= _SHORTEST else None
 
 
 def _framed(scan: Scan, placement: Placement) -> bool:

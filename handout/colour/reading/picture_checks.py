@@ -53,11 +53,11 @@ class ScannedPage:
 
 def of_place(scanned: ScannedPage) -> list[Finding]:
     """Findings about where and how the page lies."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     placement, source = scanned.placement, scanned.source
 
     def say(code: str, severity: Any, sentence: str) -> None:
-        found.append(Finding(code, severity, sentence, source))
+        findings.append(Finding(code, severity, sentence, source))
 
     side = placement.page.pitch / placement.pixel
     if side < LEAST_PIXELS:
@@ -91,7 +91,7 @@ def of_place(scanned: ScannedPage) -> list[Finding]:
             f"The page is bent by up to {placement.warp:.1f} mm; the patches were found all the same. "
             "Press it flat under a closed lid: paper that does not touch the glass is scanned darker.",
         )
-    return found
+    return findings
 
 
 def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
@@ -143,7 +143,7 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
     page, source = scanned.page, scanned.source
     names = np.array(page.names)
     missing = names[~sampled.inside]
-    found = []
+    findings = []
     if len(missing):
         edges = _edges(page.cells, sampled.inside, page.columns, page.rows)
         sentence = (
@@ -151,7 +151,7 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
             f"{units.count(len(names), 'patch', 'patches')} ({listed(missing)}): lay the page so that "
             f"all of it is scanned."
         )
-        found.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
+        findings.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
     hidden = [i for i in range(MARKS) if i not in placement.found]
     middles = placement.pixels(page.marks[hidden].mean(axis=1)) if hidden else np.zeros((0, 2))
@@ -161,8 +161,8 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
             f"{int(seen.sum())} of the chart's {MARKS} marks cannot be read "
             "though they should be in the picture: something covers them, or they are badly printed."
         )
-        found.append(Finding("marks-hidden", "warn", sentence, source))
-    return found
+        findings.append(Finding("marks-hidden", "warn", sentence, source))
+    return findings
 
 
 def _edges(cells: NDArray[np.intp], inside: NDArray[np.bool_], columns: int, rows: int) -> str:
@@ -181,32 +181,32 @@ def _edges(cells: NDArray[np.intp], inside: NDArray[np.bool_], columns: int, row
 def of_pixels(scanned: ScannedPage) -> list[Finding]:
     """Findings about how the picture was taken and stored."""
     scan, sampled = scanned.scan, scanned.sampled
-    known = {one.code for one in scan.findings}
-    found = []
+    codes = {one.code for one in scan.findings}
+    findings = []
     blocks = sampled.blocks[sampled.inside]
     if sampled.distinct <= 4:
         sentence = (
             "The scan holds black and white only: choose colour (24 or 48 bits) in "
             "the scanner's program, not text or line art."
         )
-        found.append(Finding("grey", "refuse", sentence, scan.source))
-    elif "grey" not in known and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < _GREY:
-        found.append(Finding("grey", "refuse", GREY, scan.source))
+        findings.append(Finding("grey", "refuse", sentence, scan.source))
+    elif "grey" not in codes and len(blocks) and float(np.ptp(blocks, axis=-1).max()) < _GREY:
+        findings.append(Finding("grey", "refuse", GREY, scan.source))
     if scan.full == 255:
         if not scan.jpeg and (strength := blockiness(scan.pixels)) > _BLOCKY:
             sentence = (
                 "The picture was a JPEG before it was saved as it is (blocks of 8 "
                 f"pixels stand out by {strength - 1:.0%}): let the scanner save the scan as TIFF or PNG."
             )
-            found.append(Finding("jpeg", "warn", sentence, scan.source))
+            findings.append(Finding("jpeg", "warn", sentence, scan.source))
         if (holes := _holes(scan.pixels)) > _HOLES and sampled.distinct > 64:
             sentence = (
                 f"{holes:.0%} of the tones between dark and light do not occur: the "
                 "scan was changed after it was taken (gamma, contrast or colour). Switch all corrections off, and "
                 "scan the chart just as the handwriting."
             )
-            found.append(Finding("edited", "warn", sentence, scan.source))
-    return found
+            findings.append(Finding("edited", "warn", sentence, scan.source))
+    return findings
 
 
 def blockiness(pixels: NDArray[np.uint8]) -> float:

@@ -185,13 +185,13 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
 
 def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
     """Findings about all scans together: pages that are missing, scans that differ."""
-    found = []
+    findings = []
     pages = {sheet.page.number for sheet in sheets}
     if missing := sorted(set(range(1, len(chart.pages) + 1)) - pages):
         sentence = (
             f"Page {missing[0]} of the chart's {len(chart.pages)} pages is missing: scan it too, and give both scans."
         )
-        found.append(Finding("page-missing", "refuse", sentence))
+        findings.append(Finding("page-missing", "refuse", sentence))
     for first, second in itertools.pairwise(sheets):
         if first.page is second.page:
             both = first.used & second.used
@@ -206,8 +206,8 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
                 "scanner's settings changed between them, or are automatic. Switch automatic exposure and "
                 "colour off, and scan all pages again."
             )
-            found.append(Finding("settings-differ", "refuse", sentence, second.scan.source))
-    return found
+            findings.append(Finding("settings-differ", "refuse", sentence, second.scan.source))
+    return findings
 
 
 def _merged(sheets: Sequence[SheetReading]) -> tuple[Array, Array, Array]:

@@ -59,7 +59,7 @@ def of_tones(seen: ReadPage) -> list[Finding]:
             "off, and scan the chart with the settings of the handwriting's scan."
         )
         return [Finding("automatic", "refuse", sentence, seen.source)]
-    found = []
+    findings = []
     for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
         if share > _CLIPPED:
             severity: Any = "refuse" if share > _LOST else "warn"
@@ -67,8 +67,8 @@ def of_tones(seen: ReadPage) -> list[Finding]:
                 f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
                 "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
-            found.append(Finding(code, severity, sentence, seen.source))
-    return found + _of_gamma(seen, white, black) + _of_shading(seen)
+            findings.append(Finding(code, severity, sentence, seen.source))
+    return findings + _of_gamma(seen, white, black) + _of_shading(seen)
 
 
 def _of_gamma(seen: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
@@ -181,18 +181,18 @@ def _again(seen: ReadPage) -> NDArray[np.bool_]:
     """Patches (n,) unlike others of the very same colour."""
     _, group = np.unique(seen.page.device, axis=0, return_inverse=True)
     group = group.ravel()
-    found = np.zeros(len(group), dtype=bool)
+    unlike = np.zeros(len(group), dtype=bool)
     for index in np.flatnonzero(np.bincount(group[seen.sampled.inside]) >= 5):
         mine = np.flatnonzero((group == index) & seen.sampled.inside)
         off = np.abs(seen.values[mine] - np.median(seen.values[mine], axis=0))
-        found[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), _AGAIN_FAR)).any(axis=1)
-    return found
+        unlike[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), _AGAIN_FAR)).any(axis=1)
+    return unlike
 
 
 def _blemishes(
     seen: ReadPage, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
 ) -> list[Finding]:
-    found = []
+    findings = []
     kinds = (
         ("glare or a spot without ink", bad & bright, "they were left out"),
         ("a fold, a shadow or dirt", bad & ~bright, "they were left out"),
@@ -206,8 +206,8 @@ def _blemishes(
                 f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
-            found.append(Finding("blemish", "warn", sentence, seen.source, names))
-    return found
+            findings.append(Finding("blemish", "warn", sentence, seen.source, names))
+    return findings
 
 
 def _names(seen: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
@@ -243,11 +243,11 @@ def of_stripes(seen: ReadPage, ideal: Array) -> list[Finding]:
 
 def _profile(parts: Array, line: NDArray[np.intp]) -> Array:
     """(lines, 6): medians over the patches (n, 6) of each line; 0 where there are few."""
-    found = np.zeros((int(line.max()) + 1, parts.shape[1]))
-    for index in range(len(found)):
-        if (mine := line == index).sum() >= 6:
-            found[index] = np.median(parts[mine], axis=0)
-    return found
+    medians = np.zeros((int(line.max()) + 1, parts.shape[1]))
+    for index in range(len(medians)):
+        if (on_line := line == index).sum() >= 6:
+            medians[index] = np.median(parts[on_line], axis=0)
+    return medians
 
 
 def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
@@ -258,14 +258,14 @@ def ideal_of(device: Array, values: Array, usable: NDArray[np.bool_]) -> Array:
     x = 2 * device - 1
     design = np.column_stack([np.prod(x ** np.array(e), axis=1) for e in powers])
     weight = usable.astype(np.float64)
-    said = np.zeros_like(values)
+    fitted = np.zeros_like(values)
     for _ in range(6):
         root = np.sqrt(weight)[:, None]
-        said = design @ np.linalg.lstsq(design * root, values * root, rcond=None)[0]
-        off = np.abs(values - said).max(axis=1)
+        fitted = design @ np.linalg.lstsq(design * root, values * root, rcond=None)[0]
+        off = np.abs(values - fitted).max(axis=1)
         scale = max(1.4826 * float(np.median(off[usable])), 1e-4)
         weight = np.where(usable, np.clip(1 - (off / (6 * scale)) ** 2, 0, 1) ** 2, 0.0)
-    return np.asarray(said)
+    return np.asarray(fitted)
 
 
 _RANK, _FLAT_STEPS = 0.97, 0.12  # a real inkjet (Canon PRO-1000 on an Epson V850) has 0.9996 and 0.002
@@ -304,23 +304,23 @@ def _of_rank(device: Array, scanned: Array, _: Array) -> list[Finding]:
 
 
 def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
-    found = []
+    findings = []
     for channel, ink in enumerate(("cyan", "magenta", "yellow")):
         others = [k for k in range(3) if k != channel]
-        mine = (device[:, others] == 1).all(axis=1)
-        ramp = scanned[mine][device[mine, channel].argsort(), channel]
+        alone = (device[:, others] == 1).all(axis=1)
+        ramp = scanned[alone][device[alone, channel].argsort(), channel]
         if len(ramp) > 2 and ramp[-1] - ramp[0] < _INK:
             sentence = (
                 f"The ramp of {ink} is flat ({ramp[-1] - ramp[0]:.0%} of the scale "
                 "from paper to full ink): a nozzle is clogged or the cartridge is empty. Print a nozzle check, "
                 "clean the head, and print the chart again."
             )
-            found.append(Finding("clogged", "refuse", sentence))
+            findings.append(Finding("clogged", "refuse", sentence))
     neutral = np.ptp(device, axis=1) == 0
     order = device[neutral, 0].argsort()
     grey, level = scanned[neutral].mean(axis=1)[order], np.rint(device[neutral, 0][order] * 255)
     if len(grey) < 32:
-        return found
+        return findings
     # the greatest of many errors, and both of the greys have one
     chance = _CHANCE * deviation[neutral][order]
     fall = np.maximum(np.maximum.accumulate(grey) - grey - chance, 0.0)
@@ -330,15 +330,15 @@ def _of_ramps(device: Array, scanned: Array, deviation: Array) -> list[Finding]:
             f"wrong, at grey {level[int(fall.argmax())]:.0f}): the print is banded, or the paper takes the ink "
             "unevenly. Print the chart again in the best quality."
         )
-        found.append(Finding("ramp", "warn", sentence))
+        findings.append(Finding("ramp", "warn", sentence))
     run, at = _longest_run(grey, level)
     if run >= _RUN:
         sentence = (
             f"Greys {at:.0f} to {at + run:.0f} look alike: the printer's or the scanner's "
             "driver cuts tones off. Switch its corrections off, and choose the paper that is in the printer."
         )
-        found.append(Finding("ramp", "warn", sentence))
-    return found
+        findings.append(Finding("ramp", "warn", sentence))
+    return findings
 
 
 def _longest_run(grey: Array, level: Array) -> tuple[float, float]:

@@ -211,8 +211,8 @@ def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp]
     scale, stretch = _scales(affine, scan.dpi)
     flat = corners - np.column_stack([mm, np.ones(len(mm))]) @ affine.T
     warp = float(np.linalg.norm(flat.reshape(-1, 4, 2).mean(axis=1), axis=1).max()) / pixels_a_mm
-    made = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
-    return replace(made, doubt=_doubt(mm, off))
+    placement = Placement(page, mirrored, to_pixels, _spline(mm, off), order, corners, scale, stretch, warp, 0.0)
+    return replace(placement, doubt=_doubt(mm, off))
 
 
 def _affine(mm: Array, pixels: Array) -> Array:
@@ -243,8 +243,8 @@ def _doubt(mm: Array, off: Array) -> float:
     for i in range(0, len(mm), 4):
         rest = np.ones(len(mm), dtype=bool)
         rest[i : i + 4] = False
-        said = _spline(mm[rest], off[rest])(mm[i : i + 4])
-        worst = max(worst, float(np.linalg.norm((said - off[i : i + 4]).mean(axis=0))))
+        foreseen = _spline(mm[rest], off[rest])(mm[i : i + 4])
+        worst = max(worst, float(np.linalg.norm((foreseen - off[i : i + 4]).mean(axis=0))))
     return worst
 
 

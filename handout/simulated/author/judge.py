@@ -203,9 +203,9 @@ def owners(truth: Truth, places: Array) -> Indices:
     column, row = np.rint(np.asarray(places)).astype(np.intp).T
     height, width = truth.labels.shape
     inside = (row >= 0) & (column >= 0) & (row < height) & (column < width)
-    found = np.full(len(row), NOBODY, dtype=np.intp)
-    found[inside] = truth.labels[row[inside], column[inside]] - 1
-    return found
+    letters = np.full(len(row), NOBODY, dtype=np.intp)
+    letters[inside] = truth.labels[row[inside], column[inside]] - 1
+    return letters
 
 
 def letters_right(truth: Truth, places: Array, said: Sequence[str]) -> float:

@@ -183,13 +183,13 @@ def _spelt(manuscript: Manuscript) -> Iterator[tuple[str, int, int, int]]:
 
 def baselines(manuscript: Manuscript, place: Placement) -> tuple[Array, ...]:
     """For each line (n, 2) pixels, every 2 mm from its first letter to its last."""
-    found = []
+    lines = []
     for line in manuscript.lines:
         points = [stroke[:, 0] for placed in line.placed for stroke in placed.strokes]
         left, right = min(p.min() for p in points), max(p.max() for p in points)
         x = np.linspace(left, right, max(2, round((right - left) / 2)))
-        found.append(place.pixels(np.column_stack([x, line.height_at(x)])))
-    return tuple(found)
+        lines.append(place.pixels(np.column_stack([x, line.height_at(x)])))
+    return tuple(lines)
 
 
 def rule(manuscript: Manuscript) -> float:

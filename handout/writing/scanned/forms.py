@@ -111,7 +111,7 @@ class Connector:
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
     own : how many of its vertices, counted from the anchor, belong to the glyph.
-    loose : how many of them it has where nothing meets it; see `tails`.
+    loose : how many of them it has where nothing meets it; see `forms.tails`.
     height : of its middle over the source's baseline, line space.
     """
 

@@ -233,7 +233,7 @@ def resolve_collisions(
 
     Parameters
     ----------
-    numbers : (n,) int; new_word : (n,) bool: see `setting.gaps`.
+    numbers : (n,) int; new_word : (n,) bool: see `gaps`.
     apart : (n − 1,) float, line space: the same of glyphs that are as they were in the source.
     y : (n,) float, line space: how high the centres stand.
     bends : n, of the glyphs.
@@ -295,7 +295,7 @@ class _BentGlyph:
         return self.side(WORDS)[2:]
 
     def apart(self, other: _BentGlyph, shift: Array) -> float:
-        """See `sides.apart`."""
+        """See `spacing.apart`."""
         return apart(self._body, other._body, shift)
 
     @cached_property
