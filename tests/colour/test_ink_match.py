@@ -9,7 +9,7 @@ from handout.colour.ink_match import Tone, match
 from handout.colour.pen_lines import density_of, strokes_in
 from handout.simulated import spectra
 from handout.simulated.printer import PAPERS
-from handout.simulated.scanner.flatbed import SETTINGS, Flatbed
+from handout.simulated.scanner import SETTINGS, Flatbed
 from handout.values import Raster
 
 DPI = 300

@@ -17,8 +17,8 @@ from handout.motion.trace import trace, written
 from handout.page_sizes import page
 from handout.simulated.author import owning
 from handout.simulated.author.truth import Simulated, Truth
+from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner import written as scanned
-from handout.simulated.scanner.flatbed import Flatbed
 from handout.simulated.scanner.placement import Placement, dust, lay
 from handout.values import Drawing, Hand, Manuscript, Page
 from handout.writing.compose import compose

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner import Flatbed
 from handout.simulated.sheet import Sheet, Written
 from handout.simulated.spectra import WAVELENGTHS
 from handout.values import Array

@@ -12,7 +12,7 @@ from handout.errors import InputError
 from handout.profiles import Margins
 from handout.simulated import spectra
 from handout.simulated.printer import faults
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner import Flatbed
 from handout.simulated.sheet import Sheet
 from handout.values import Array
 

@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from handout.errors import InputError
-from handout.simulated.sheet import Sheet
 from handout.simulated.spectra import WAVELENGTHS
 from handout.values import Array
 
@@ -51,7 +50,7 @@ _STILL = ((0.0, 0.0), (0.0, 0.0))
 
 
 @dataclass(frozen=True)
-class Flatbed:
+class FlatbedSettings:
     """What a flatbed scanner does to a sheet.
 
     crosstalk : share of its light that each colour gets from each neighbour.
@@ -129,12 +128,12 @@ class Flatbed:
             raise InputError(f"flatbed: crop {self.crop} must be four lengths of 0 mm and more.")
 
     @classmethod
-    def ideal(cls) -> Flatbed:
+    def ideal(cls) -> Self:
         """One that shows the sheet where it lies, sharp, even and without noise; its colours are a scanner's still."""
         return cls(blur=0.0, noise=0.0, shading=0.0, rotation=0.0, offset=(0.0, 0.0))
 
     @classmethod
-    def of_handwriting(cls) -> Flatbed:
+    def of_handwriting(cls) -> Self:
         """The one that scans a person's pages: paper is shown as white, light goes as it comes."""
         return cls(
             shadow=0.3, blur=0.042, noise=0.003, misregistration=((-0.002, 0.008), (0.001, -0.004)), white=0.955,
@@ -142,12 +141,12 @@ class Flatbed:
         )  # fmt: skip
 
     @classmethod
-    def exact(cls) -> Flatbed:
+    def exact(cls) -> Self:
         """One that shows a written sheet as it is."""
         return replace(cls.ideal(), gamma=1.0)
 
     @classmethod
-    def worn(cls) -> Flatbed:
+    def worn(cls) -> Self:
         """An old one with its lid up: dust, tired lamp, dark border, paper not shown as white."""
         return cls(
             skew=0.009, slack=1.0, border=2.0, lid=0.25, shadow=0.5, blur=0.05, noise=0.010, white=1.0, gamma=1 / 1.05,
@@ -173,12 +172,6 @@ class Flatbed:
         span = np.float32(1 / (self.white - self.black))
         between = np.clip((light - np.float32(self.black)) * span, 0, 1)
         return np.asarray(self.toned(between, 1 / self.gamma))
-
-    def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8 | np.uint16]:
-        """The picture of a printed sheet: see `printed.scan`."""
-        from handout.simulated.scanner import printed
-
-        return printed.scan(sheet, dpi, self, rng)
 
     def toned(self, light: Any, power: float) -> Any:
         """(…, 3) what is shown, 0–1, of light (…, 3) between black and white, 0–1."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner.flatbed import FlatbedSettings
 from handout.values import Array
 
 Floats = NDArray[np.float32]
@@ -37,7 +37,7 @@ def lamp(loss: float, field: Field, sampled: NDArray[np.floating]) -> Lamp:
     return lit
 
 
-def kernels(flatbed: Flatbed, dpi: float) -> Kernels:
+def kernels(flatbed: FlatbedSettings, dpi: float) -> Kernels:
     """For red, green and blue the blur along x and along y, moved by the channel's misregistration."""
     scale = dpi / 25.4
     red, blue = flatbed.misregistration

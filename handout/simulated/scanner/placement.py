@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner.flatbed import FlatbedSettings
 from handout.values import Array, Drawing, Page, readonly
 
 Floats = NDArray[np.float32]
@@ -78,7 +78,7 @@ class Placement:
         return across.astype(np.float32), down.astype(np.float32)
 
 
-def lay(page: Page, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -> Placement:
+def lay(page: Page, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> Placement:
     """Lay a sheet on the glass.  The same state of `rng` gives the same place at any resolution."""
     turned, aside = rng.normal(0.0, flatbed.skew), rng.normal(0.0, flatbed.slack, 2)
     angle = turned if flatbed.rotation is None else flatbed.rotation
@@ -112,7 +112,7 @@ def smooth_field(cosines: Array, u: Array, v: Array) -> Array:
     return np.asarray(np.cos(np.pi * np.outer(v, order)) @ cosines @ np.cos(np.pi * np.outer(order, u)))
 
 
-def dust(place: Placement, flatbed: Flatbed, rng: np.random.Generator) -> Floats | None:
+def dust(place: Placement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Floats | None:
     """(h, w) float32 in 0–1: light that specks and short hairs on the glass let pass; None where it is clean."""
     import cv2
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from handout.errors import InputError
 from handout.simulated.scanner import optics
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner.flatbed import FlatbedSettings
 from handout.simulated.scanner.placement import Placement, dust, lay, smooth_field
 from handout.simulated.sheet import Sheet
 from handout.values import Array, Page
@@ -30,7 +30,15 @@ _TAIL = 0.2  # per cent of the pixels that automatic levels give up at either en
 _MIDDLE = 0.55  # to which automatic gamma brings the mean
 
 
-def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -> Picture:
+class Flatbed(FlatbedSettings):
+    """A simulated flatbed, which scans printed sheets; what it is like: see `FlatbedSettings`."""
+
+    def scan(self, sheet: Sheet, dpi: float, rng: np.random.Generator) -> Picture:
+        """The picture of a printed sheet: see `scan` of this file."""
+        return scan(sheet, dpi, self, rng)
+
+
+def scan(sheet: Sheet, dpi: float, flatbed: FlatbedSettings, rng: np.random.Generator) -> Picture:
     """(h, w, 3) uint8, or uint16 with 16 bits: the picture of a printed sheet at `dpi` pixels an inch.
 
     The same state of `rng` lays the sheet, its warp, its dust and the lamp alike at any resolution.
@@ -66,7 +74,7 @@ def scan(sheet: Sheet, dpi: float, flatbed: Flatbed, rng: np.random.Generator) -
     return _kept(_cropped(picture, dpi, flatbed), flatbed)
 
 
-def _lamp(flatbed: Flatbed, rng: np.random.Generator) -> optics.Lamp:
+def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
     """The lamp over a picture, places counted 0–1: a few cosines."""
     cosines = rng.normal(0.0, 1.0, (3, 3)) * [[0.0, 1.0, 0.6], [1.0, 0.4, 0.2], [0.6, 0.2, 0.1]]
     u = np.linspace(0, 1, 41)
@@ -77,7 +85,7 @@ def _lamp(flatbed: Flatbed, rng: np.random.Generator) -> optics.Lamp:
     return optics.lamp(flatbed.shading, field, field(u, u))
 
 
-def _glare(place: Placement, flatbed: Flatbed, rng: np.random.Generator) -> Callable[[Array], Floats]:
+def _glare(place: Placement, flatbed: FlatbedSettings, rng: np.random.Generator) -> Callable[[Array], Floats]:
     """What (n, w) a bright streak adds in rows (n,)."""
     angle, at = rng.uniform(0, math.pi), rng.uniform((0.25, 0.25), (0.75, 0.75))
     unit = 25.4 / place.dpi
@@ -103,7 +111,7 @@ def _sharp_enough(light: Floats, sheet_dpi: float, dpi: float) -> Floats:
     return np.asarray(cv2.resize(light, (width, height), interpolation=cv2.INTER_AREA))
 
 
-def _flare(light: Floats, page: Page, flatbed: Flatbed) -> Floats | None:
+def _flare(light: Floats, page: Page, flatbed: FlatbedSettings) -> Floats | None:
     """(h', w', 3) light of the surroundings, a pixel a millimetre."""
     import cv2
 
@@ -114,7 +122,9 @@ def _flare(light: Floats, page: Page, flatbed: Flatbed) -> Floats | None:
     return np.asarray(cv2.GaussianBlur(coarse, (0, 0), _FLARE * _FLARE_DPI / 25.4, borderType=cv2.BORDER_REPLICATE))
 
 
-def _seen(light: Floats, flare: Floats | None, place: Placement, rows: Array, page: Page, flatbed: Flatbed) -> Floats:
+def _seen(
+    light: Floats, flare: Floats | None, place: Placement, rows: Array, page: Page, flatbed: FlatbedSettings
+) -> Floats:
     """(n, w, 3) what lies under the pixels of `rows`."""
     import cv2
 
@@ -140,12 +150,12 @@ def _seen(light: Floats, flare: Floats | None, place: Placement, rows: Array, pa
 _Tone = tuple[Floats, Floats, float]  # black and white of each colour, power
 
 
-def _tone(_: Floats, flatbed: Flatbed) -> _Tone:
+def _tone(_: Floats, flatbed: FlatbedSettings) -> _Tone:
     black, white = (np.full(3, value, dtype=np.float32) for value in (flatbed.black, flatbed.white))
     return black, white, 1 / flatbed.gamma
 
 
-def _middled(light: Floats, flatbed: Flatbed) -> _Tone:
+def _middled(light: Floats, flatbed: FlatbedSettings) -> _Tone:
     """The gamma that the scanner chooses for this sheet."""
     black, white, _ = _tone(light, flatbed)
     shown = np.clip((light[::4, ::4] - black) / (white - black), 0, 1)
@@ -163,7 +173,7 @@ def _automatic(light: Floats) -> _Tone:
     return black, white, min(max(power, 1 / 3), 1.0)
 
 
-def _numbers(light: Floats, tone: _Tone, flatbed: Flatbed) -> Floats:
+def _numbers(light: Floats, tone: _Tone, flatbed: FlatbedSettings) -> Floats:
     """(n, w, 3) numbers of the picture, rounded."""
     black, white, power = tone
     shown = np.asarray(flatbed.toned(np.clip((light - black) / (white - black), 0, 1), power))
@@ -171,7 +181,7 @@ def _numbers(light: Floats, tone: _Tone, flatbed: Flatbed) -> Floats:
     return np.asarray(np.rint(shown, out=shown))
 
 
-def _cropped(picture: Picture, dpi: float, flatbed: Flatbed) -> Picture:
+def _cropped(picture: Picture, dpi: float, flatbed: FlatbedSettings) -> Picture:
     top, right, bottom, left = (round(edge * dpi / 25.4) for edge in flatbed.crop)
     height, width = picture.shape[:2]
     if top + bottom >= height or left + right >= width:
@@ -179,7 +189,7 @@ def _cropped(picture: Picture, dpi: float, flatbed: Flatbed) -> Picture:
     return np.ascontiguousarray(picture[top : height - bottom, left : width - right])
 
 
-def _kept(picture: Picture, flatbed: Flatbed) -> Picture:
+def _kept(picture: Picture, flatbed: FlatbedSettings) -> Picture:
     """The picture after it was kept in a file."""
     import cv2
 

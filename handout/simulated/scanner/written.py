@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.simulated.scanner import optics
-from handout.simulated.scanner.flatbed import Flatbed
+from handout.simulated.scanner.flatbed import FlatbedSettings
 from handout.simulated.scanner.placement import Placement
 
 Floats = NDArray[np.float32]
@@ -25,7 +25,7 @@ _SEEN = 6.0  # mm of the shadow beside a sheet
 _DEPTH = 1.1  # mm: the shadow's, which falls off as exp(−d / depth); set by eye beside real scans
 
 
-def ground(place: Placement, paper: NDArray[np.uint8], flatbed: Flatbed) -> NDArray[np.uint8]:
+def ground(place: Placement, paper: NDArray[np.uint8], flatbed: FlatbedSettings) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: what lies on the glass: the paper (h', w', 3), turned, and the lid with the sheet's shadow."""
     import cv2
 
@@ -47,7 +47,7 @@ def ground(place: Placement, paper: NDArray[np.uint8], flatbed: Flatbed) -> NDAr
     return np.asarray(turned, dtype=np.uint8)
 
 
-def _shade(around: NDArray[np.uint8], margin: int, unit: float, flatbed: Flatbed) -> None:
+def _shade(around: NDArray[np.uint8], margin: int, unit: float, flatbed: FlatbedSettings) -> None:
     """The shadow of the sheet's edge on the lid, which is a little further away than the glass."""
     away = (np.arange(margin) + 0.5)[::-1] * unit
     light = 255 * flatbed.lid * (1 - flatbed.shadow * np.exp(-away / _DEPTH))
@@ -76,7 +76,7 @@ def layers(
     paper: NDArray[np.uint8],
     light: NDArray[np.uint16],
     specks: Floats | None,
-    flatbed: Flatbed,
+    flatbed: FlatbedSettings,
     rng: np.random.Generator,
 ) -> Iterator[Rows]:
     """Scan, some rows at a time.
@@ -106,7 +106,7 @@ def layers(
         yield Rows(start, flatbed.shown(noisy), flatbed.shown(sheet), flatbed.shown(shown))
 
 
-def _lamp(flatbed: Flatbed, rng: np.random.Generator) -> optics.Lamp:
+def _lamp(flatbed: FlatbedSettings, rng: np.random.Generator) -> optics.Lamp:
     """The lamp over a picture, places counted −1 to 1: it falls off along a random direction."""
     w = rng.normal(0.0, [1.0, 1.0, 0.6, 0.6, 0.4])
     u = np.linspace(-1, 1, 33)
