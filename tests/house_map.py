@@ -7,7 +7,7 @@ import ast
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from test_architecture import GROUND, PACKAGE, arrows
+from test_architecture import GROUND, MAY, PACKAGE, arrows
 
 DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
@@ -41,7 +41,13 @@ def mermaid() -> str:
     graph = reduced(rooms())
     lines = [f"    {room} --> {to}" for room in sorted(graph) for to in sorted(graph[room])]
     lonely = [f"    {room}" for room in sorted(graph) if not graph[room] and not any(room in t for t in graph.values())]
-    return "\n".join(["```mermaid", "graph TD", *lines, *lonely, "```"])
+    return "\n".join(["```mermaid", "graph TD", *lines, *lonely, "```", "", *table()])
+
+
+def table() -> list[str]:
+    """The rooms that each room may import, as the architecture test has it; all may import the ground floor."""
+    rows = [f"| `{room}` | {', '.join(sorted(MAY[room])) or 'the ground floor alone'} |" for room in sorted(rooms())]
+    return ["| room | may import |", "|---|---|", *rows]
 
 
 def said(path: Path) -> str:

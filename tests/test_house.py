@@ -1,4 +1,4 @@
-"""The shape of the code: functions that fit on a screen, constants that give their reason, sources that exist, no circles."""
+"""The shape of the code: functions fit on a screen, constants give their reason, sources exist, no file is in a circle."""
 
 import ast
 import re
