@@ -1,4 +1,4 @@
-"""The shape of the code: functions fit on a screen, constants give their reason, sources exist, no file is in a circle."""
+"""The shape of the code: functions fit on a screen, constants give a reason, sources exist, no file is in a circle."""
 
 import ast
 import re
