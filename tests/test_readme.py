@@ -27,6 +27,7 @@ def test_the_script_runs(tmp_path, monkeypatch):
     assert Path("card.svg").stat().st_size > 1000 and Path("card.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_path, monkeypatch, capsys):
     code, _ = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
     assert (ROOT / "examples" / "own_hand.py").read_text(encoding="utf-8").endswith(code)
