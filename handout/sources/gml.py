@@ -3,7 +3,7 @@
 Both spellings in use are read: ``<GML>`` and ``<gml>``, ``<time>`` and ``<t>``, ``screenBounds`` in any case.  Where
 the environment names a real scale with its unit, that is the size; otherwise the longer side of the screen is 200 mm.
 
-Source: the example files of the specification, versions 0.1c and 1.0.
+Source: the example files of the Graffiti Markup Language, versions 0.1c and 1.0.
 """
 
 from __future__ import annotations
