@@ -71,6 +71,7 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
     assert stored.verification()["verdict"] == found.verdict
 
 
+@pytest.mark.slow
 def test_the_ink_of_a_hand(stored):
     drawn = ink_samples.of_hand("house-print")
     assert len(drawn.rgba) > 500

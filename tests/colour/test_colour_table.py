@@ -21,6 +21,7 @@ def table() -> ColourTable:
     return build(fit(scanned(dull)), {"printer": "a formula", "paper": "cream „ä“"})
 
 
+@pytest.mark.slow
 def test_an_identical_printer_has_the_identical_table() -> None:
     made = build(fit(scanned(identical)), size=17)
     np.testing.assert_allclose(made.nodes.reshape(-1, 3), lattice(17), atol=3e-3)
@@ -96,6 +97,7 @@ def test_wrong_arrays_and_sizes_are_refused(table: ColourTable) -> None:
         build(fit(scanned(identical)), size=200)
 
 
+@pytest.mark.slow
 def test_cube_as_colour_science_reads_it(table: ColourTable, tmp_path) -> None:
     path = tmp_path / "table.cube"
     path.write_bytes(exports.cube(table))

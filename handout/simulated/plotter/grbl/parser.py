@@ -98,13 +98,20 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     _offset(modes, other, coordinates, at)
     if other == "G10":
         _store(modes, coordinates, at if words["L"] == 20.0 else None)
-    request = Request(dwell=words["P"] if other == "G4" else None, writes=other in ("G10", "G28.1", "G30.1"))
-    request.spindle = "S" in words or "spindle" in kinds or kinds.get("stop") in ("M2", "M30")
-    request.stops = kinds.get("stop") == "M0"
+    request = _request(words, kinds)
     if moves:
         request.target, request.rapid = _target(modes, coordinates, at), motion == "G0"
     if kinds.get("stop") in ("M2", "M30"):  # the end of a program: all is as it begins
         modes.motion, modes.relative = "G1", False
+    return request
+
+
+def _request(words: dict[str, float], kinds: dict[str, str]) -> Request:
+    """What a line asks for apart from a move."""
+    other, stop = kinds.get("other"), kinds.get("stop")
+    request = Request(dwell=words["P"] if other == "G4" else None, writes=other in ("G10", "G28.1", "G30.1"))
+    request.spindle = "S" in words or "spindle" in kinds or stop in ("M2", "M30")
+    request.stops = stop == "M0"
     return request
 
 
