@@ -13,6 +13,9 @@ from handout.colour.interpolation import look_up
 from handout.errors import InputError
 from handout.values import Raster
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 
 def aged(calibration, days, paper=None):
     """The same calibration as if it were made so many days ago, on another paper."""

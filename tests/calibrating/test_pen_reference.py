@@ -14,6 +14,9 @@ from handout.simulated import print_and_scan as loop
 from handout.simulated.printer import SETTINGS, Flatbed, Inkjet, Sheet
 from handout.values import Raster
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 HAND = "house-joined-ballpoint"
 DPI = 300
 
@@ -41,14 +44,12 @@ def with_pen(stored, scribbles, tmp_path):
     return stored
 
 
-@pytest.mark.slow
 def test_settings_that_differ_are_named(scribbles):
     known = pen_reference.compared(scribbles["scanner-gamma"], HAND)
     assert known.kind is Kind.CORRECTED and known.doubtful and known.facts()["difference"] > 4
     assert "lighter than the hand's own scan" in known.sentence and "the scanner's settings differ" in known.sentence
 
 
-@pytest.mark.slow
 def test_words_in_the_frame_are_found(sheet, profile):
     words = loop.simulated(profile, "white", hand=HAND)._written(sheet, chart("A4").pages[0].scribble_field)
     picture = Flatbed().scan(words, 120, np.random.default_rng(1))
@@ -73,7 +74,6 @@ def test_whose_pen_it_is(scribbles):
     assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.sentence
 
 
-@pytest.mark.slow
 def test_another_pen_is_not_taken_for_settings(scribbles):
     some = scribbles["same"]
     red = type(some)(some.paper * np.exp(-some.density * np.array([0.1, 1.5, 1.0])), some.paper, some.dpi)
@@ -81,7 +81,6 @@ def test_another_pen_is_not_taken_for_settings(scribbles):
     assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.sentence
 
 
-@pytest.mark.slow
 def test_a_page_is_printed_in_the_pens_colour(with_pen):
     said = []
     known = calibrated_ink.pen_of(with_pen, HAND, said.append)
@@ -95,14 +94,12 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
     assert made.facts()["pen"]["kind"] == "corrected"
 
 
-@pytest.mark.slow
 def test_the_strip_is_of_the_pens_colour(with_pen):
     made = strip.prepare(with_pen, HAND)
     page = ink_samples.reach_of(HAND, with_pen.table(), pen_reference.of_calibration(with_pen, HAND))
     assert (made.out, made.lost, made.whose) == (page.out, page.mean, f"of {HAND}")
 
 
-@pytest.mark.slow
 def test_one_figure_on_ink_out_of_reach(stored):
     made_strip = strip.prepare(stored)
     rgba = np.full((3, 3, 4), 0.5, dtype=np.float32)
@@ -128,7 +125,6 @@ def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):
         load(bad)
 
 
-@pytest.mark.slow
 def test_writing_of_a_hand_is_on_its_own_paper():
     density, paper, dpi = pen_reference.writing(find(HAND))
     assert 100 <= dpi <= 1200 and np.allclose(paper, ink_samples.paper_of(HAND))

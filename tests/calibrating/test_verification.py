@@ -11,6 +11,9 @@ from handout.colour.reading import Refused, Scan
 from handout.errors import InputError
 from handout.simulated.printer import Flatbed, Inkjet
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def made(stored):
@@ -71,7 +74,6 @@ def test_another_paper_is_said_and_called_poor(made, stored, profile):
     assert stored.verification()["verdict"] == found.verdict
 
 
-@pytest.mark.slow
 def test_the_ink_of_a_hand(stored):
     drawn = ink_samples.of_hand("house-print")
     assert len(drawn.rgba) > 500

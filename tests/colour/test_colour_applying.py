@@ -9,6 +9,9 @@ from handout.colour.table import ColourTable, apply, apply_page, build
 from handout.errors import InputError
 from handout.values import Raster
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 RNG = np.random.default_rng(9)
 
 

@@ -13,6 +13,9 @@ from handout.colour.models.forward import lattice
 from handout.colour.table import ColourTable, build, load, save
 from handout.errors import InputError
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 RNG = np.random.default_rng(8)
 
 
@@ -21,7 +24,6 @@ def table() -> ColourTable:
     return build(fit(scanned(dull)), {"printer": "a formula", "paper": "cream „ä“"})
 
 
-@pytest.mark.slow
 def test_an_identical_printer_has_the_identical_table() -> None:
     made = build(fit(scanned(identical)), size=17)
     np.testing.assert_allclose(made.nodes.reshape(-1, 3), lattice(17), atol=3e-3)
@@ -97,7 +99,6 @@ def test_wrong_arrays_and_sizes_are_refused(table: ColourTable) -> None:
         build(fit(scanned(identical)), size=200)
 
 
-@pytest.mark.slow
 def test_cube_as_colour_science_reads_it(table: ColourTable, tmp_path) -> None:
     path = tmp_path / "table.cube"
     path.write_bytes(exports.cube(table))

@@ -10,6 +10,9 @@ from handout.colour.models import fit
 from handout.colour.table import ColourTable, build
 from handout.errors import InputError
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def table() -> ColourTable:

@@ -18,6 +18,9 @@ from handout.colour.models import inverse
 from handout.colour.models.forward import Forward, lattice
 from handout.colour.table import ColourTable
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 MADE = datetime(2026, 11, 2, 10, 30)
 PIXELS = np.rint(255 * dull(np.random.default_rng(5).random((2000, 3)))).astype(np.uint8)
 

@@ -20,6 +20,9 @@ from handout.score.written_lines import find_lines, ink
 from tests.score.drawn import page
 from tests.score.pages_of_hands import font, house
 
+# they rest on scans that take seconds to make
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def lines():
@@ -148,7 +151,6 @@ def test_the_same_generator_gives_the_same(lines):
     assert halves[0] == halves[1] and len(set(halves[0])) > 1
 
 
-@pytest.mark.slow
 def test_the_command_says_all_of_it(tmp_path):
     crowd = tmp_path / "crowd"
     crowd.mkdir()
