@@ -57,13 +57,14 @@ class Reference:
         """Whether something has to be warned of."""
         return self.kind not in (Kind.KEPT, Kind.DRAWN, Kind.ALIKE)
 
+    def as_message(self) -> str:
+        """The sentence, marked as a warning if it is one."""
+        return f"{'warning: ' if self.doubtful else ''}{self.sentence}"
+
     def facts(self) -> dict[str, Any]:
         """What ``--json`` prints of it."""
-        match_known = self.match is not None
-        return {
-            "kind": str(self.kind), "said": self.sentence,
-            "difference": round(self.match.difference, 2) if self.match is not None and match_known else None,
-        }  # fmt: skip
+        difference = None if self.match is None else round(self.match.difference, 2)
+        return {"kind": str(self.kind), "said": self.sentence, "difference": difference}
 
 
 def of_calibration(calibration: Calibration, name: str) -> Reference:

@@ -125,6 +125,11 @@ def _shares(count: int, size: int) -> Array:
     return np.asarray(np.clip(1 - np.abs(at[:, None] - np.arange(count)), 0, 1))
 
 
+def file_beside(patches: Path) -> Path:
+    """Where `save` puts the field of a chart whose patches are in a table."""
+    return patches.with_suffix(".pen.npz")
+
+
 def save(scribble: Scribble, path: Path) -> None:
     """Write one to a file; the same one gives the same bytes.
 
