@@ -1,7 +1,7 @@
-"""The pen itself in a chart's scan, against the pen in the scan of a hand: are both scans alike, and if not, what then.
+"""Compares the pen in the frame of a chart with the pen in the scan of a hand, and says how the hand's ink changes.
 
-A printer's table is closed over one scanner with its settings.  What a hand's ink looks like with these settings
-shows what its pen wrote in the frame of the chart; without that it cannot be known.
+A printer's table holds for one scanner with its settings.  How a hand's ink looks under these settings is seen only
+where its pen wrote in the frame of the chart.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The framed field of a chart or strip, in which a person wrote with the pen itself: the pen's ink in the same scan."""
+"""The framed field of a chart or strip, in which a person wrote: it shows the pen's ink in the same scan."""
 
 from __future__ import annotations
 
