@@ -12,7 +12,6 @@ import numpy as np
 
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph
-from handout.writing.choice import joined
 
 LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
 _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
@@ -28,6 +27,11 @@ _OVER = 0.2  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
 _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
+
+
+def joined(left: Glyph, right: Glyph) -> bool:
+    """Whether the pen stays down between two neighbours."""
+    return left.exit != "lifted" and right.entry != "lifted"
 
 
 def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:

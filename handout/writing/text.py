@@ -15,6 +15,7 @@ _MOST_NAMED = 20  # characters that a complaint lists
 _FEW = 40  # letters of a hand that can be told one by one
 _OVERLAY = 1  # the combining class of strokes through a character
 LEFT_OUT = "left out"
+_BREAK_AFTER = "-–—/"  # a line may end behind these, as behind a hyphen
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,10 @@ class Letter:
     base: str
     marks: tuple[str, ...]
     at: int
+
+
+# a number of spaces, or the letters between two of them
+Piece = int | Sequence[Letter]
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,42 @@ def normalise(text: str) -> str:
     """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
     text = unicodedata.normalize("NFC", NEWLINES.sub("\n", text))
     return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
+
+
+def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False) -> list[list[Piece]]:
+    """The paragraphs of a text in the letters of a hand: what is written in one go, and the numbers of spaces between.
+
+    fallback, errors : see `spell`.
+    """
+    paragraphs = list[list[Letter | str]]([[]])
+    for token in spell(normalise(text), hand, fallback=fallback):
+        if token == "\n":
+            paragraphs.append([])
+        else:
+            paragraphs[-1].append(token)
+    return [list(_pieces(paragraph)) for paragraph in paragraphs]
+
+
+def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
+    """What is written in one go, and between them the number of spaces; a line may break after a hyphen."""
+    piece: list[Letter] = []
+    spaces = 0
+    for token in paragraph:
+        if isinstance(token, str):
+            if piece:
+                yield piece
+                piece = []
+            spaces += 1
+            continue
+        if spaces:
+            yield spaces
+            spaces = 0
+        if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha():
+            yield piece
+            piece = []
+        piece.append(token)
+    if piece:
+        yield piece
 
 
 def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Letter | str]:
@@ -200,19 +241,3 @@ def _name(grapheme: str) -> str:
 def spelt(letter: Letter) -> str:
     """The grapheme that a letter and its accents are, NFC."""
     return recomposed(letter.base, letter.marks)
-
-
-def runs(letters: Sequence[Letter]) -> list[str]:
-    """For each letter, its place in its word: "start", "middle", "end" or "alone".
-
-    The place of a small letter is counted among small letters: a capital, a digit or a quotation mark is not
-    joined to it, so what follows starts afresh.
-    """
-
-    bases = ["", *(letter.base for letter in letters), ""]
-    places = []
-    for before_it, base, after_it in zip(bases, bases[1:], bases[2:], strict=False):
-        same = str.islower if base.islower() else str.isalpha
-        before, after = same(before_it) and before_it.isalpha(), same(after_it) and after_it.isalpha()
-        places.append("middle" if before and after else "end" if before else "start" if after else "alone")
-    return places
