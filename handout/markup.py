@@ -37,8 +37,8 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
             raise InputError(f"This is not {what}: elements are nested more than {_DEEPEST} deep.")
         if count > _MOST:
             raise InputError(f"This {what} has more than {_MOST} elements: simplify it or split it.")
-        own = {key: value for key, value in attributes.items() if "}" not in key}
-        builder.start(_local(name), {_local(key): value for key, value in attributes.items()} | own)
+        plain = {key: value for key, value in attributes.items() if "}" not in key}
+        builder.start(_local(name), {_local(key): value for key, value in attributes.items()} | plain)
 
     def end(name: str) -> None:
         nonlocal depth

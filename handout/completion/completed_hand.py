@@ -55,7 +55,7 @@ def complete_hand(
     completed, supplies = _completed(hand, needed, fallback, seed)
     lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
     spell(text, _repertoire(completed, lendable), fallback=fallback)
-    return completed, [Borrowed(x, supply.source, supply.own, tuple(places[x])) for x, supply in supplies]
+    return completed, [Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies]
 
 
 @dataclass(frozen=True)

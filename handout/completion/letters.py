@@ -36,12 +36,12 @@ class Supply:
 
     specimens : the forms.
     source : what of, in words.
-    own : whether all of it is the author's.
+    of_author : whether all of it is the author's.
     """
 
     specimens: Sequence[Specimen] = ()
     source: str = ""
-    own: bool = False
+    of_author: bool = False
 
     def __bool__(self) -> bool:
         return bool(self.specimens)
@@ -129,12 +129,12 @@ class LetterMaker:
 
     def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[Part]]) -> Supply:
         """A mark on a letter that is lent itself."""
-        lent = self._lent(base)
+        base_forms = self._lent(base)
         specimens = [
             Specimen(letter, (*form.parts, *self._seated(marks[i % len(marks)], form.parts[0].graph.xy, base, mark)))
-            for i, form in enumerate(lent.specimens)
+            for i, form in enumerate(base_forms.specimens)
         ]
-        return Supply(specimens, f"{base}, {lent.source}, with a {_NAMES.get(mark, 'mark')}")
+        return Supply(specimens, f"{base}, {base_forms.source}, with a {_NAMES.get(mark, 'mark')}")
 
     def _dotless(self, letter: str, base: str) -> list[Specimen]:
         """Forms of ı or ȷ: those of the author's i or j whose dot is known."""

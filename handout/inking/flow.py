@@ -101,7 +101,7 @@ class _Way:
     dwell: Array
     pressure: Array
     length: Array  # mm, of the whole stroke
-    own: Array  # mm, NaN where the stroke has no width of its own
+    width: Array  # mm, of the stroke itself; NaN where it has none
     nib: NDArray[np.complex128]  # mm, half the edge of a flat nib
     since: Array  # mm, from where the stroke began
     left: Array  # mm, to where it ends
@@ -119,11 +119,11 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
     rest = 1 - np.exp(-way.dwell / flow.patience)
     press = np.clip(way.pressure, 0.0, 1.0)
-    dots, staying, ample = _resting(way, flow, [len(one[0]) for one in ways], rng.spawn(1)[0])
+    dots, staying, ample = _resting(way, flow, [len(channels[0]) for channels in ways], rng.spawn(1)[0])
     press = np.where(staying, np.maximum(press, _STAYING), press)
     slow = lean(way.speed)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest + dots
-    wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
+    wide = np.where(np.isnan(way.width), width * wide * _nib(way, flow), way.width)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
     # a pen about to leave the paper rests on it so lightly that nothing gathers
     load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
@@ -179,14 +179,14 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     middle = (clock[:-1] + clock[1:]) / 2
     dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
     press = _pressure(stroke, middle, place, speed)
-    own = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
+    width = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
     length = np.full(count, np.abs(np.diff(place)).sum())
     nib = np.zeros(count, dtype=np.complex128)
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
-        own = across(nib, np.diff(place))
+        width = across(nib, np.diff(place))
     since = (s[:-1] + s[1:]) / 2
-    return place[:-1], place[1:], speed, dwell, press, length, own, nib, since, s[-1] - since
+    return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since
 
 
 def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
@@ -216,7 +216,7 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     normal = step / np.maximum(np.abs(step), 1e-12) * 1j
     shift = normal * (left - right) / 2
     radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
-    nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.own / 2, _THINNEST / 2))
+    nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.width / 2, _THINNEST / 2))
     whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32), nib)
     return _with_blobs(whole, _turning(step), flow, blobs)
 

@@ -239,8 +239,8 @@ def _stamp(page: NDArray[np.uint8], left: NDArray[np.int32], top: NDArray[np.int
     grid = np.arange(cover.shape[1], dtype=np.int32)
     x, y = (left[:, None] + grid)[:, None, :], (top[:, None] + grid)[:, :, None]
     height, width = page.shape
-    seen = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
-    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[seen], cover[seen])
+    inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
+    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
 
 
 def _cover(

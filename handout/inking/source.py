@@ -83,10 +83,10 @@ class Source:
         ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
         x0, y0, x1, y1 = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
         if x0 < x1 and y0 < y1:
-            own = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
-            own *= np.float32(1 / 255)
-            own[:, :, :3] *= own[:, :, 3:]
-            ink[y0 - top : y1 - top, x0 - left : x1 - left] = own
+            part = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
+            part *= np.float32(1 / 255)
+            part[:, :, :3] *= part[:, :, 3:]
+            ink[y0 - top : y1 - top, x0 - left : x1 - left] = part
         return ink
 
     def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -116,22 +116,22 @@ class Source:
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
         at = np.zeros(int(label.max()) + 1, dtype=np.int32)
         at[label[v, u]] = number[v, u]
-        kept = (at[label] >= len(others)).astype(np.float32)
+        share = (at[label] >= len(others)).astype(np.float32)
         for (x, y), radius in self._cuts(mine, corner):
             reach = int(radius + _RIM) + 1
             left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
-            part = kept[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
+            part = share[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
             down, right = np.ogrid[: part.shape[0], : part.shape[1]]
             away = np.hypot(right + left - x, down + top - y)
             np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
-        return np.asarray(np.maximum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
+        return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
 
     def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[float, float], float]]:
         """Centre and radius of the glyph's vertices from which the line goes on into another letter, pixels."""
-        own = np.zeros(len(self.radius), dtype=bool)
-        own[mine] = True
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[mine] = True
         a, b = self._crossing.T
-        ends = np.unique(a[own[a] & ~own[b]])
+        ends = np.unique(a[on_line[a] & ~on_line[b]])
         places = (self.page.graph.uv[ends] - corner).tolist()
         return [((x, y), r) for (x, y), r in zip(places, self.radius[ends].tolist(), strict=True)]
 
@@ -195,17 +195,17 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
         return total, near
 
     square, step_square = around(np.abs(step) ** 2 + 0j)
-    known = np.abs(square) > 0
-    radius, own = graph.radius * scale, source.radius_at(graph.uv)
-    width = np.abs(_smooth(own, spread) / np.maximum(_smooth(radius, spread), 1e-9))
+    moving = np.abs(square) > 0
+    radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
+    width = np.abs(_smooth(source_radius, spread) / np.maximum(_smooth(radius, spread), 1e-9))
     wide, narrow = around(np.conj(step) * cut)
     # where a way turns back on itself the movements on either side are opposite, and their middle is none
     torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
     turn = np.where(
-        known, np.where(torn, narrow, wide) / np.where(known, np.where(torn, step_square, square), 1), width
+        moving, np.where(torn, narrow, wide) / np.where(moving, np.where(torn, step_square, square), 1), width
     )
     turn = np.where(np.abs(turn) > 1e-6, turn, width)
-    twice = np.where(known, around(step**2)[0] / np.where(known, square, 1), 0)
+    twice = np.where(moving, around(step**2)[0] / np.where(moving, square, 1), 0)
     along = np.abs(turn)
     turn *= np.clip(along, _LEAST * width, _MOST * width) / along
     loose = graph.degree < 2
@@ -220,9 +220,9 @@ def _spread(edges: NDArray[np.intp], count: int) -> Any:
     """Matrix (n, n) that gives every vertex the mean of itself and its neighbours."""
     from scipy.sparse import csr_matrix
 
-    own = np.arange(count)
+    vertex = np.arange(count)
     a, b = edges.T
-    rows, columns = np.concatenate([a, b, own]), np.concatenate([b, a, own])
+    rows, columns = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
     weight = 1 / np.bincount(rows, minlength=count)
     return csr_matrix((weight[rows], (rows, columns)), shape=(count, count))
 

@@ -158,11 +158,11 @@ def _drop_specks(rgba: _Pixels, on: NDArray[np.bool_]) -> None:
     import cv2
 
     _, label = cv2.connectedComponents((rgba[:, :, 3] > _FAINT).astype(np.uint8), connectivity=8)
-    known = np.zeros(int(label.max()) + 1, dtype=bool)
-    known[label[on]] = True
-    known[0] = False
+    on_line = np.zeros(int(label.max()) + 1, dtype=bool)
+    on_line[label[on]] = True
+    on_line[0] = False
     # the soft edge of a stroke is fainter than what joins it
-    near = cv2.dilate(known[label].astype(np.uint8), np.ones((5, 5), np.uint8))
+    near = cv2.dilate(on_line[label].astype(np.uint8), np.ones((5, 5), np.uint8))
     rgba[near == 0] = 0
 
 
@@ -179,8 +179,8 @@ def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128]
     x, y = source.page.texture.corner
     places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
     places[0][inside], places[1][inside] = back.real - x, back.imag - y
-    found = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
-    rgba = np.asarray(found, dtype=np.float32) / np.float32(255)
+    ink = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+    rgba = np.asarray(ink, dtype=np.float32) / np.float32(255)
     beyond = np.abs(place[inside] - line.at[vertex]) - line.radius[vertex]
     shown = np.where(line.loose[vertex], np.clip(_ROUND - beyond, 0, 1), 1)
     rgba[inside] *= shown[:, None].astype(np.float32)
@@ -192,16 +192,16 @@ def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
     """Ink at places between pixels: sharp, and never darker nor lighter than the pixels around."""
     import cv2
 
-    found = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
+    ink = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     if (x == np.rint(x)).all() and (y == np.rint(y)).all():
-        return np.asarray(found, dtype=np.float32)
+        return np.asarray(ink, dtype=np.float32)
     kernel = np.ones((4, 4), np.uint8)
     left, top = np.floor(x), np.floor(y)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
     least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
     most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
-    found = np.clip(found, least, most)
-    return np.asarray(np.minimum(found, found[:, :, 3:]), dtype=np.float32)
+    ink = np.clip(ink, least, most)
+    return np.asarray(np.minimum(ink, ink[:, :, 3:]), dtype=np.float32)
 
 
 def _back(
@@ -210,9 +210,9 @@ def _back(
     """Where in the picture the pixels `inside`, (m,), come from, and whether by more than one even movement."""
     import cv2
 
-    own = place[inside]
-    back = line.back(own, near[inside].astype(np.intp))
-    even = _even(line)(own)
+    pixels = place[inside]
+    back = line.back(pixels, near[inside].astype(np.intp))
+    even = _even(line)(pixels)
     rest = back - even
     if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
         return back, False
@@ -261,14 +261,14 @@ def _unghosted(
     import cv2
 
     inside = near >= 0
-    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    nearest_source = nearest(line.uv - (box[0] + 1j * box[1]), shape)
     x = np.clip(np.rint(back.real - box[0]).astype(np.intp), 0, shape[1] - 1)
     y = np.clip(np.rint(back.imag - box[1]).astype(np.intp), 0, shape[0] - 1)
-    vertex, at = own[y, x], near[inside]
+    vertex, at = nearest_source[y, x], near[inside]
     there = np.abs(back - line.uv[vertex]) / np.abs(line.turn[vertex])
     here = np.abs(place[inside] - line.at[vertex])
     ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
     beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
-    kept = np.ones(near.shape, dtype=np.float32)
-    kept[inside] = 1 - ghost * beside
-    return np.asarray(np.minimum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
+    share = np.ones(near.shape, dtype=np.float32)
+    share[inside] = 1 - ghost * beside
+    return np.asarray(np.minimum(share, cv2.blur(share, (3, 3))), dtype=np.float32)

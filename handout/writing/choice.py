@@ -42,11 +42,11 @@ def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
     n numbers of states; among equals the first.
     """
     best, back = unary[0], list[Indices]()
-    for own, step in zip(unary[1:], steps, strict=True):
+    for costs, step in zip(unary[1:], steps, strict=True):
         total = best[:, None] + step
         origin = total.argmin(axis=0)
         back.append(origin)
-        best = total[origin, np.arange(len(own))] + own
+        best = total[origin, np.arange(len(costs))] + costs
     path = [int(best.argmin())]
     for origin in reversed(back):
         path.append(int(origin[path[-1]]))

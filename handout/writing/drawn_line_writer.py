@@ -164,12 +164,12 @@ def slurred(stroke: Array, share: float) -> Array:
 
 def cuts(starts: Sequence[float], ends: Sequence[float], room: float) -> list[int]:
     """Where letters of those extents are cut so that no part is wider than `room`; 0 and their number included."""
-    found, first = [0], 0
+    places, first = [0], 0
     for i in range(1, len(starts)):
         if ends[i] - starts[first] > room:
-            found.append(i)
+            places.append(i)
             first = i
-    return [*found, len(starts)]
+    return [*places, len(starts)]
 
 
 def _advances(glyphs: Sequence[Glyph]) -> Array:

@@ -61,8 +61,8 @@ def paginate(
     while page:
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
-        own = rng.spawn(1)[0] if following else rng
-        yield Sheet(_sheet(page, writer, layout, own, strike_through, number), own, not following)
+        page_rng = rng.spawn(1)[0] if following else rng
+        yield Sheet(_sheet(page, writer, layout, page_rng, strike_through, number), page_rng, not following)
         page = list(islice(chain(following, coming), held))
 
 
@@ -77,7 +77,7 @@ def _sheet(
     """Place the rows of one page."""
     scale, pitch = layout.x_height, layout.baseline_distance(writer.pitch)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
-    half = 0.5 * layout.width
+    half_width = 0.5 * layout.width
     even = _even(layout, pitch, len(rows))
     model = writer.baseline_model if layout.ruling is None else on_rules(writer.baseline_model)
     wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * layout.room, rng)
@@ -88,7 +88,7 @@ def _sheet(
         if layout.ruling is None:
             baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
         x = layout.margin[3] + scale * (_left(row, layout, geometry.edge) + row.indent)
-        rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half, half)
+        rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half_width, half_width)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
         placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.intended is not None for unit in row.units):
@@ -142,9 +142,9 @@ def _shifted(line: Line, down: float) -> Line:
     """The line further down its page, mm."""
     by = np.array([0.0, down])
     placed = []
-    for one in line.placed:
-        ink = one.ink and replace(one.ink, graph=replace(one.ink.graph, xy=one.ink.graph.xy + by))
-        placed.append(replace(one, strokes=tuple(stroke + by for stroke in one.strokes), ink=ink))
+    for glyph in line.placed:
+        ink = glyph.ink and replace(glyph.ink, graph=replace(glyph.ink.graph, xy=glyph.ink.graph.xy + by))
+        placed.append(replace(glyph, strokes=tuple(stroke + by for stroke in glyph.strokes), ink=ink))
     return replace(line, placed=tuple(placed), baseline=line.baseline + down)
 
 
@@ -204,11 +204,11 @@ def _left(row: Row[W], layout: Layout, edge: float) -> float:
 
 
 def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
-    slope, sag, middle, half = curve
+    slope, sag, middle, half_width = curve
 
     def to_page(points: Array) -> Array:
         u = points[:, 0] - middle
-        lift = slope * u + sag * ((u / half) ** 2 - 0.33)
+        lift = slope * u + sag * ((u / half_width) ** 2 - 0.33)
         return np.column_stack([points[:, 0], baseline - points[:, 1] - lift])
 
     return to_page

@@ -115,8 +115,8 @@ def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
     if not any(alpha) or any(letter.base.isnumeric() for letter in piece):
         return []
     word = list(piece[alpha.index(True) : len(alpha) - alpha[::-1].index(True)])
-    small = [letter.base.islower() for letter in word[1:]]
-    return word if small and all(small) else []
+    lower_case = [letter.base.islower() for letter in word[1:]]
+    return word if lower_case and all(lower_case) else []
 
 
 def _swapped(word: _Word, rng: np.random.Generator) -> list[Letter]:
@@ -205,8 +205,8 @@ class StrikeThrough:
         return [np.column_stack([x, self._height(height) + self._slope(a, b) * (x - (a + b) / 2) + bow + trembling])]
 
     def _lines(self, left: float, right: float) -> list[Array]:
-        half = 0.5 * self._rng.uniform(*_APART)
-        return [self._line(left, right, _MIDDLE + side * half)[0] for side in (1, -1)]
+        half_gap = 0.5 * self._rng.uniform(*_APART)
+        return [self._line(left, right, _MIDDLE + side * half_gap)[0] for side in (1, -1)]
 
     def _to_and_fro(self, left: float, right: float) -> list[Array]:
         """There, back and there again in one movement, each pass lower than the one before."""

@@ -22,7 +22,8 @@ TEXT = "Dear Ada, thank you for the lovely letter which arrived on Monday mornin
 
 
 def paragraphs(text):
-    return paragraphs_of(text, Repertoire("any", frozenset(normalise(text)), frozenset()))
+    repertoire = Repertoire("any", frozenset(normalise(text)), frozenset())
+    return paragraphs_of(text, repertoire) if text.strip() else [[]]
 
 
 def slipped(text, rate=100.0, seed=1):

@@ -112,10 +112,10 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
     low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
     # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
     for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
-        made = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
-        made = replace(made, pushes=side * made.pushes, targets=form.targets, misses=side * reach * missed)
+        full = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
+        full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
         for share in _TRIES:
-            tried = made.scaled(share)
+            tried = full.scaled(share)
             then = measure(tried(form.xy), form.radius, spread.x_height)
             if ((then >= low) & (then <= high)).all():
                 return tried
@@ -152,16 +152,16 @@ def spread(forms: Forms) -> Spread:
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common_deviation(size, groups, _unjoined(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
-    for own in groups:
-        middle = np.median(size[own], axis=0)
+    for numbers in groups:
+        middle = np.median(size[numbers], axis=0)
         # letters whose ends were read wrongly are far off: medians do not see them
-        rough = 1.4826 * np.median(np.abs(size[own] - middle), axis=0)
-        usual = np.sqrt((len(own) * rough**2 + _PRIOR * common**2) / (len(own) + _PRIOR))
-        deviation[own] = np.clip(rough, common / 2, common)
-        if len(own) >= _ENOUGH:
+        rough = 1.4826 * np.median(np.abs(size[numbers] - middle), axis=0)
+        usual = np.sqrt((len(numbers) * rough**2 + _PRIOR * common**2) / (len(numbers) + _PRIOR))
+        deviation[numbers] = np.clip(rough, common / 2, common)
+        if len(numbers) >= _ENOUGH:
             # slips of the pen and of the reading lie outside twice the usual
-            low[own] = np.maximum(size[own].min(axis=0), middle - 2 * usual)
-            high[own] = np.minimum(size[own].max(axis=0), middle + 2 * usual)
+            low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
+            high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
     return Spread(
         size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
     )
@@ -179,12 +179,12 @@ def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.b
     cut apart, which is none of the author's doing: of those it is that of the letters whose ends are read most surely.
     """
     alone = [size[group[free[group]]] for group in groups]
-    own, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
-    if len(own) < _ENOUGH:
-        own, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
-    if not own:
+    samples, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
+    if len(samples) < _ENOUGH:
+        samples, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
+    if not samples:
         return np.array([0.1, 0.06, 0.1, 0.06])
-    rough = [1.4826 * np.median(np.abs(one - np.median(one, axis=0)), axis=0) for one in own]
+    rough = [1.4826 * np.median(np.abs(sample - np.median(sample, axis=0)), axis=0) for sample in samples]
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
@@ -203,16 +203,16 @@ def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     low = np.minimum.reduceat(forms.bodies.xy, first)
     sides = np.maximum(np.maximum.reduceat(forms.bodies.xy, first) - low, 1e-3)
     boxed = np.split((forms.bodies.xy - np.repeat(low, count, axis=0)) / np.repeat(sides, count, axis=0), first[1:])
-    pairs = [pair for own in groups if len(own) >= _ENOUGH for pair in pairwise(own.tolist())]
+    pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
     if not pairs:
         return 0.01
     away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
-    one, other = np.array(pairs).T
-    return float(np.median(_medians(away, count[other]) * sides[one].mean(axis=1)))
+    first_glyphs, second_glyphs = np.array(pairs).T
+    return float(np.median(_medians(away, count[second_glyphs]) * sides[first_glyphs].mean(axis=1)))
 
 
 def _medians(values: Array, count: Indices) -> Array:
     """(n,): of so many values each, one behind the other."""
     first = np.cumsum(count) - count
-    ranked = np.concatenate([np.sort(own) for own in np.split(values, first[1:])])
+    ranked = np.concatenate([np.sort(group) for group in np.split(values, first[1:])])
     return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)

@@ -36,13 +36,13 @@ def targets(xy: Array, radius: Array, edges: Indices) -> Array:
     xy, radius, edges : as in `values.LineGraph`.
     """
     apart = _TARGETS_APART * float(np.median(radius))
-    kept: list[Array] = []
+    chosen: list[Array] = []
     for branch in branches(edges, len(xy)):
         line = xy[branch]
         for place in line[[0, len(line) - 1, *_bends(line)]]:
-            if all(np.hypot(*(place - other)) > apart for other in kept):
-                kept.append(place)
-    return np.array(kept)
+            if all(np.hypot(*(place - other)) > apart for other in chosen):
+                chosen.append(place)
+    return np.array(chosen)
 
 
 def _bends(line: Array) -> list[int]:
@@ -58,10 +58,10 @@ def _bends(line: Array) -> list[int]:
 _ENOUGH = 8  # instances, of letters that there are both joined and free, that the length of tails is told by
 
 
-def tails(hand: ScannedHand, taken: ExtractedStrokes) -> tuple[float, float]:
+def tails(hand: ScannedHand, strokes: ExtractedStrokes) -> tuple[float, float]:
     """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1."""
-    entry = _share(hand, taken.bodies, taken.entries, leaving=False)
-    return entry, _share(hand, taken.bodies, taken.exits, leaving=True)
+    entry = _share(hand, strokes.bodies, strokes.entries, leaving=False)
+    return entry, _share(hand, strokes.bodies, strokes.exits, leaving=True)
 
 
 def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool) -> float:
@@ -71,12 +71,12 @@ def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool)
     met = np.zeros(len(letters), dtype=bool)
     met[ways.of] = True
     free, joined = named & alone & ~met, named & met
-    body, own, whole = _widths(hand, bodies, ways, leaving)
+    body, owned, whole = _widths(hand, bodies, ways, leaving)
     rows = []
     for letter in np.intersect1d(letters[free], letters[joined]):
         ended, led = (of & (letters == letter) for of in (free, joined))
         count = min(ended.sum(), led.sum())
-        rows.append((count, np.median(body[ended]), np.median(own[led]), np.median(whole[led])))
+        rows.append((count, np.median(body[ended]), np.median(owned[led]), np.median(whole[led])))
     counts, wanted, short, long = np.array(rows).reshape(-1, 4).T
     if counts.sum() < _ENOUGH:
         return 0.0
@@ -92,8 +92,8 @@ def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -
     )
     begin = bodies.first[:-1]
     ends = np.tile(np.maximum.reduceat(letter, begin), (3, 1))
-    of, own = np.repeat(ways.of, ways.lines.count), ways.within(ways.own)
-    np.maximum.at(ends[1], of[own], way[own])
+    of, owned = np.repeat(ways.of, ways.lines.count), ways.within(ways.owned)
+    np.maximum.at(ends[1], of[owned], way[owned])
     np.maximum.at(ends[2], of, way)
     thick = np.add.reduceat(bodies.radius, begin) / bodies.count
     return np.asarray(ends - np.minimum.reduceat(letter, begin) + 2 * thick)
@@ -110,7 +110,7 @@ class Connector:
     density : (n,) float.
     uv : (n, 2) float, pixels of the glyph's picture.
     anchor : the vertex of the form's body that the way begins (ends) at.
-    own : how many of its vertices, counted from the anchor, belong to the glyph.
+    owned : how many of its vertices, counted from the anchor, belong to the glyph.
     loose : how many of them it has where nothing meets it; see `forms.tails`.
     height : of its middle over the source's baseline, line space.
     """
@@ -120,7 +120,7 @@ class Connector:
     density: Array
     uv: Array
     anchor: int
-    own: int
+    owned: int
     loose: int
     height: float
 
@@ -201,8 +201,8 @@ class Forms:
     def _way(self, strokes: Connectors, way: int, loose: Indices) -> Connector:
         place, radius, density, uv = strokes.lines[way]
         height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
-        anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
-        return Connector(place, radius, density, uv, anchor, own, int(loose[way]), height)
+        anchor, owned = int(strokes.anchor[way]), int(strokes.owned[way])
+        return Connector(place, radius, density, uv, anchor, owned, int(loose[way]), height)
 
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
@@ -211,31 +211,31 @@ class Forms:
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""
-        found = []
+        both = []
         for strokes in (self._extracted.exits, self._extracted.entries):
             rank = np.arange(len(strokes.of)) - np.searchsorted(strokes.of, strokes.of)
             ends = np.full((len(self), int(rank.max(initial=0)) + 1, 2), np.nan)
             first, y = strokes.lines.first, strokes.lines.xy[:, 1]
             ends[strokes.of, rank] = np.column_stack([y[first[:-1]], y[first[1:] - 1]])
-            found.append(ends)
-        return found[0], found[1]
+            both.append(ends)
+        return both[0], both[1]
 
     def wholes(self) -> tuple[Indices, Array, Array]:
         """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
         for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
-            own = strokes.within(loose)
-            of.append(np.repeat(strokes.of, strokes.lines.count)[own])
-            xy.append(strokes.lines.xy[own])
-            radius.append(strokes.lines.radius[own])
+            near = strokes.within(loose)
+            of.append(np.repeat(strokes.of, strokes.lines.count)[near])
+            xy.append(strokes.lines.xy[near])
+            radius.append(strokes.lines.radius[near])
         order = np.argsort(np.concatenate(of), kind="stable")
         return np.concatenate(of)[order], np.concatenate(xy)[order], np.concatenate(radius)[order]
 
 
 def along(xy: Array, count: int) -> Array:
     """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, own = _even(count), _fractions(xy)
-    return np.column_stack([np.interp(t, own, column) for column in xy.T])
+    t, fractions = _even(count), _fractions(xy)
+    return np.column_stack([np.interp(t, fractions, column) for column in xy.T])
 
 
 @lru_cache
@@ -266,14 +266,14 @@ def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], Extr
     A hand's forms are asked for when a text is set and again when it is traced; to take them off takes a while.
     """
     paths = ways(hand)
-    taken = ExtractedStrokes(hand, paths, hand.centres)
-    entry, leave = tails(hand, taken)
+    strokes = ExtractedStrokes(hand, paths, hand.centres)
+    entry, leave = tails(hand, strokes)
     clear = _CLEAR / hand.pitch
     loose = (
-        _loose(taken.entries, entry, clear, entering=True),
-        _loose(taken.exits, leave, clear, entering=False),
+        _loose(strokes.entries, entry, clear, entering=True),
+        _loose(strokes.exits, leave, clear, entering=False),
     )
-    return paths, taken, taken.edges(), loose
+    return paths, strokes, strokes.edges(), loose
 
 
 def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:
@@ -281,15 +281,15 @@ def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -
     lines = strokes.lines
     end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
     far = np.linalg.norm(lines.xy - np.repeat(end, lines.count, axis=0), axis=1) > clear
-    theirs = np.maximum(np.add.reduceat(far, lines.first[:-1], dtype=np.intp) - strokes.own, 0)
-    return np.asarray(strokes.own + np.rint(share * theirs).astype(np.intp))
+    theirs = np.maximum(np.add.reduceat(far, lines.first[:-1], dtype=np.intp) - strokes.owned, 0)
+    return np.asarray(strokes.owned + np.rint(share * theirs).astype(np.intp))
 
 
 def _grouped(strokes: Connectors) -> Mapping[int, range]:
     """Glyph → the numbers of its ways."""
     glyphs, first, count = np.unique(strokes.of, return_index=True, return_counts=True)
-    found = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
-    return {glyph: range(at, at + size) for glyph, at, size in found}
+    groups = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
+    return {glyph: range(at, at + size) for glyph, at, size in groups}
 
 
 def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
@@ -298,7 +298,7 @@ def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
     for glyph in hand.glyphs:
         for way in glyph.ligatures:
             often[glyph.page][way.path] += 1
-    found = {}
+    paths_of = {}
     for number, glyph in enumerate(hand.glyphs):
         if glyph.ligatures:
             paths = [way.path for way in glyph.ligatures]
@@ -306,8 +306,8 @@ def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
                 entries = [way.path for way in hand.glyphs[glyph.before].ligatures] if glyph.before >= 0 else []
                 beyond = [way.path for way in hand.glyphs[glyph.after].ligatures]
                 paths = [_clear(path, entries, beyond) for path in paths]
-            found[number] = tuple(paths)
-    return found
+            paths_of[number] = tuple(paths)
+    return paths_of
 
 
 def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indices:

@@ -101,15 +101,15 @@ def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     _, height, _, slant = body_sizes(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
     begin = first[:-1]
     thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
-    found = np.stack([height, slant, np.log(thick), dark], axis=1)
-    made = np.zeros_like(found)
+    features = np.stack([height, slant, np.log(thick), dark], axis=1)
+    departures = np.zeros_like(features)
     for letter in hand.letters:
-        own = hand.of(letter)
-        if len(own) >= _FEW:
-            made[own] = found[own] - np.median(found[own], axis=0)
-    known = made[np.abs(made).sum(axis=1) > 0]
-    usual = 1.4826 * np.median(np.abs(known), axis=0) + 1e-9 if len(known) else np.ones(4)
-    return readonly(np.clip(made / usual, -_MOST, _MOST), len(size), 4)
+        numbers = hand.of(letter)
+        if len(numbers) >= _FEW:
+            departures[numbers] = features[numbers] - np.median(features[numbers], axis=0)
+    compared = departures[np.abs(departures).sum(axis=1) > 0]
+    usual = 1.4826 * np.median(np.abs(compared), axis=0) + 1e-9 if len(compared) else np.ones(4)
+    return readonly(np.clip(departures / usual, -_MOST, _MOST), len(size), 4)
 
 
 _PLACES = 8  # along a ligature, that two are compared at
@@ -143,16 +143,16 @@ class GlyphIndex:
 
     @cached_property
     def _of(self) -> dict[tuple[str, int], Indices]:
-        found: dict[tuple[str, int], list[int]] = {}
+        numbers_of: dict[tuple[str, int], list[int]] = {}
         for number, key in enumerate(zip(self.letters, self.places.tolist(), strict=True)):
-            found.setdefault(key, []).append(number)
-        return {key: readonly_indices(numbers, None) for key, numbers in found.items()}
+            numbers_of.setdefault(key, []).append(number)
+        return {key: readonly_indices(numbers, None) for key, numbers in numbers_of.items()}
 
     def of(self, letter: str, place: Place | None = None) -> Indices:
         """(m,) int: the glyphs of a letter, of one place or of all, rising."""
         kinds = range(len(PLACES)) if place is None else (PLACES.index(place),)
-        found = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
-        return readonly_indices(np.sort(np.concatenate(found)) if found else np.zeros(0), None)
+        groups = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
+        return readonly_indices(np.sort(np.concatenate(groups)) if groups else np.zeros(0), None)
 
     @cached_property
     def transitions(self) -> TransitionCosts:
@@ -191,11 +191,11 @@ def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
 
 def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
     """Places along the ligatures of each glyph to the next, and along those from the one before."""
-    found = ways(hand)
-    most = max((len(paths) for paths in found.values()), default=0)
+    paths_of = ways(hand)
+    most = max((len(paths) for paths in paths_of.values()), default=0)
     exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
     entries = exits.copy()
-    each = [(number, k, path) for number, paths in found.items() for k, path in enumerate(paths)]
+    each = [(number, k, path) for number, paths in paths_of.items() for k, path in enumerate(paths)]
     size = np.array([len(path) for _, _, path in each], dtype=np.intp)
     of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
     places = hand.placed(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))

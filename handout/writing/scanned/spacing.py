@@ -80,15 +80,15 @@ def sides(forms: Forms, slant: float) -> Sides:
     low_zone, high_zone = np.multiply(_ZONE, 1 / forms.hand.pitch)
     bodies = np.repeat(np.arange(len(forms)), forms.bodies.count), forms.bodies.xy, forms.bodies.radius
     alone, loose = (_outlines(forms, slant, *lines) for lines in (bodies, forms.wholes()))
-    for kind, seen in enumerate(_SEEN):
+    for kind, reach in enumerate(_SEEN):
         of, low, high, height = alone if kind == LETTERS else loose
-        left[kind], right[kind] = _levels(of, low, high, height, seen, len(forms))
+        left[kind], right[kind] = _levels(of, low, high, height, reach, len(forms))
         first = np.searchsorted(of, np.arange(len(forms)))
         edges[kind] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
         if kind == WORDS:
-            small = (low_zone < height) & (height < high_zone)
-            zone[:, 0] = np.minimum.reduceat(np.where(small, low, np.inf), first)
-            zone[:, 1] = np.maximum.reduceat(np.where(small, high, -np.inf), first)
+            in_zone = (low_zone < height) & (height < high_zone)
+            zone[:, 0] = np.minimum.reduceat(np.where(in_zone, low, np.inf), first)
+            zone[:, 1] = np.maximum.reduceat(np.where(in_zone, high, -np.inf), first)
     return Sides(left, right, edges, zone)
 
 
@@ -104,16 +104,16 @@ def nearness(first: Side, second: Side) -> float:
     return near if np.isfinite(near) else second[2] - first[3]
 
 
-def _levels(of: Indices, low: Array, high: Array, height: Array, seen: float, count: int) -> tuple[Array, Array]:
-    """(count, heights): where at every level the ink within `seen` of it begins and ends; the vertices, each `of` one
+def _levels(of: Indices, low: Array, high: Array, height: Array, reach: float, count: int) -> tuple[Array, Array]:
+    """(count, heights): where at every level the ink within `reach` of it begins and ends; the vertices, each `of` one
     glyph, have ink from `low` to `high` at `height`."""
     left = np.full(count * len(_HEIGHTS), np.inf)
     right = -left
     step = _HEIGHTS[1] - _HEIGHTS[0]
-    lowest = np.ceil((height - seen - _HEIGHTS[0]) / step).astype(np.intp) - 1
-    for level in range(int(2 * seen / step) + 3) if seen else ():
+    lowest = np.ceil((height - reach - _HEIGHTS[0]) / step).astype(np.intp) - 1
+    for level in range(int(2 * reach / step) + 3) if reach else ():
         at = np.clip(lowest + level, 0, len(_HEIGHTS) - 1)
-        near = np.abs(height - _HEIGHTS[at]) < seen
+        near = np.abs(height - _HEIGHTS[at]) < reach
         cell = (of * len(_HEIGHTS) + at)[near]
         np.minimum.at(left, cell, low[near])
         np.maximum.at(right, cell, high[near])
@@ -191,14 +191,14 @@ class SpacingModel:
         kind = kinds(self.forms, first, second, new_word[1:])
         estimates = np.stack([self.gaps.to_right[kind, first], self.gaps.to_left[kind, second]])
         usual, spread = self.gaps.mean[kind], self.gaps.deviation[kind]
-        own = self.sourced(first, second, kind)
-        parted = ~own & (kind == WORDS)
+        sourced = self.sourced(first, second, kind)
+        parted = ~sourced & (kind == WORDS)
         estimates[:, parted] = self._word_gaps(int(parted.sum()), rng, variation)
         wanted = _sampled_gaps(estimates, usual, np.where(parted, 0.0, spread), rng, variation)
         low, high = self.gaps.low[kind], self.gaps.high[kind]
-        held = np.where(own, wanted, np.clip(wanted, low, high))
+        held = np.where(sourced, wanted, np.clip(wanted, low, high))
         away = held - self.sides.clearance(first, second, kind) + self.lean[second] - self.lean[first]
-        for k in np.flatnonzero(~own & (kind != WORDS)):
+        for k in np.flatnonzero(~sourced & (kind != WORDS)):
             i, j = int(first[k]), int(second[k])
             reach = away[k] + np.array([low[k] - held[k], high[k] - held[k]])
             away[k] = np.clip(self._with_ligatures(i, j, float(away[k])), *reach)
@@ -235,18 +235,18 @@ class SpacingModel:
     def _slack(self, first: int, second: int, away: float) -> float:
         """By how much the clearance of two words is more than the least that there is."""
         upright = away - self.lean[second] + self.lean[first]
-        one, other, kind = np.array([first]), np.array([second]), np.array([WORDS])
-        return float(upright + self.sides.clearance(one, other, kind)[0] - self.gaps.low[WORDS])
+        left, right, kind = np.array([first]), np.array([second]), np.array([WORDS])
+        return float(upright + self.sides.clearance(left, right, kind)[0] - self.gaps.low[WORDS])
 
     def _with_ligatures(self, first: int, second: int, away: float) -> float:
         """A distance and that at which the ligatures meet, each as far as it can be trusted."""
         forms = self.forms[first], self.forms[second]
-        found = [meets(forms[0].exits[i], forms[1].entries[j]) for i, j in matches(*forms)]
-        if not found:
+        meetings = [meets(forms[0].exits[i], forms[1].entries[j]) for i, j in matches(*forms)]
+        if not meetings:
             return away
-        ours = [max(deviation, _EVEN) ** -2.0 for _, deviation in found]
+        ours = [max(deviation, _EVEN) ** -2.0 for _, deviation in meetings]
         theirs = float(self.gaps.deviation[LETTERS]) ** -2.0
-        met = float(np.dot(ours, [distance for distance, _ in found]))
+        met = float(np.dot(ours, [distance for distance, _ in meetings]))
         return float((met + theirs * away) / (sum(ours) + theirs))
 
     def _extra_room(self, first: int, second: int, away: float) -> float:
@@ -281,8 +281,8 @@ def spacing_model(forms: Forms, neighbours: Neighbours) -> SpacingModel:
     beyond = sides(forms, slant)
     lean = slant * forms.centre[:, 1]
     pairs = neighbours.pairs(parted=False).tolist()
-    found = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
-    least = max(float(np.percentile(found, _SHARE)), 0.0) if found else 0.0
+    distances = [apart(forms.bodies[i], forms.bodies[j], forms.centre[j] - forms.centre[i]) for i, j in pairs]
+    least = max(float(np.percentile(distances, _SHARE)), 0.0) if distances else 0.0
     return SpacingModel(forms, beyond, slant, lean, _gaps(forms, beyond, neighbours, forms.centre[:, 0] - lean), least)
 
 
@@ -298,28 +298,28 @@ def _gaps(forms: Forms, beyond: Sides, neighbours: Neighbours, x: Array) -> Gaps
     word, zone, words = float(low[WORDS]), np.inf, np.zeros(0)
     first, second = np.concatenate([neighbours.pairs(parted=False), neighbours.pairs(parted=True)]).T
     kind = kinds(forms, first, second, neighbours.parted[second])
-    found = x[second] - x[first] + beyond.clearance(first, second, kind)
-    to_right[kind, first], to_left[kind, second] = found, found
-    for one in (LETTERS, WORDS, MARKS):
-        own = found[kind == one]
-        if len(own) >= _ENOUGH:
-            low[one], high[one] = np.percentile(own, [_SHARE, 100 - _SHARE])
-            kept = np.clip(own, low[one], high[one])
-            mean[one], deviation[one] = kept.mean(), kept.std()
-            if one == WORDS:
-                words = own[~neighbours.closes(second[kind == one])]
-                words = np.sort(words if len(words) >= _ENOUGH else own)
-                level = (x[second] - x[first] + beyond.between(first, second))[kind == one]
+    clearances = x[second] - x[first] + beyond.clearance(first, second, kind)
+    to_right[kind, first], to_left[kind, second] = clearances, clearances
+    for pair_kind in (LETTERS, WORDS, MARKS):
+        of_kind = clearances[kind == pair_kind]
+        if len(of_kind) >= _ENOUGH:
+            low[pair_kind], high[pair_kind] = np.percentile(of_kind, [_SHARE, 100 - _SHARE])
+            usual = np.clip(of_kind, low[pair_kind], high[pair_kind])
+            mean[pair_kind], deviation[pair_kind] = usual.mean(), usual.std()
+            if pair_kind == WORDS:
+                words = of_kind[~neighbours.closes(second[kind == pair_kind])]
+                words = np.sort(words if len(words) >= _ENOUGH else of_kind)
+                level = (x[second] - x[first] + beyond.between(first, second))[kind == pair_kind]
                 word = float(np.percentile(level, _NARROW, method="inverted_cdf"))
-                across = (x[second] - x[first] + beyond.across(first, second))[kind == one]
+                across = (x[second] - x[first] + beyond.across(first, second))[kind == pair_kind]
                 across = across[np.isfinite(across)]
                 zone = float(np.percentile(across, 100 - _SHARE, method="inverted_cdf")) if len(across) else np.inf
-        elif len(own):
-            mean[one], low[one], high[one] = _few_gaps(own, float(deviation[one]))
+        elif len(of_kind):
+            mean[pair_kind], low[pair_kind], high[pair_kind] = _few_gaps(of_kind, float(deviation[pair_kind]))
     return Gaps(mean, deviation, low, high, to_right, to_left, words, word, zone)
 
 
-def _few_gaps(own: Array, deviation: float) -> tuple[float, float, float]:
+def _few_gaps(clearances: Array, deviation: float) -> tuple[float, float, float]:
     """Middle, least and most of few clearances: one that was set far off must not be what is written every time."""
-    middle = float(np.median(own))
+    middle = float(np.median(clearances))
     return middle, middle - deviation, middle + deviation
