@@ -7,7 +7,7 @@ from xml.parsers import expat
 
 from handout.errors import InputError
 
-_DEEPEST = 64
+_DEEPEST = 64  # levels: a bound for what recurses over elements, far beyond any drawing's groups
 _MOST = 500_000  # elements; each takes some 400 bytes
 
 

@@ -1,7 +1,7 @@
-"""Where ink comes from: the picture that it is taken from, what of it belongs to one glyph, and how it is moved.
+"""The scanned page that ink is cut from, and the movement that takes a glyph's line from there to where it is written.
 
-`Source` is a page of a hand to cut ink from; `Course` the line of a glyph where it is written, with the movement of
-its surroundings from the picture to the page.
+`Source` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes, for
+every vertex of the line, how its surroundings are turned and stretched; a `Course` holds the result.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from handout.values import Array, Ink
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-_OWN = 0.8  # pixels within which a vertex of the page is one of the glyph's: less than from vertex to vertex
+_OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
 _RIM = 1.0  # pixels on either side of its radius over which a line that is cut fades, as the rim of a lifted pen does
 
 _Pixels = NDArray[np.float32]
@@ -66,8 +66,7 @@ class Source:
         Parameters
         ----------
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
-        uv : (n, 2) float: vertices of the line; ink that is nearer to another line of the page is left out.  None: all
-            ink is taken.
+        uv : (n, 2) float: vertices of the line; ink nearer to another line of the page is left out; None: none is.
         """
         ink = self._cut(box)
         if uv is not None:
@@ -100,9 +99,9 @@ class Source:
         return mine, np.flatnonzero(others)
 
     def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
-        """(h, w) 0–1: pixels nearer to a glyph's own line than to others, with a soft edge outside.
+        """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
-        Where the line goes on into another letter it ends round, as a pen's line does.
+        Where the line goes on into another letter it is cut off round, as a pen's line ends.
         """
         import cv2
 
@@ -138,9 +137,9 @@ class Source:
 
 _SMOOTH = 6  # rounds in which a vertex takes on its neighbours' movement
 _STEP = 1.2  # pixels between vertices, at most
-_LEAST, _MOST = 0.5, 2.0  # what a line's length may change by, of what its width does
-_ALIKE = 0.8  # of the movements around a vertex, that is left in their mean
-_SHARE = 1e-6  # of the whole glyph's movement in every vertex's: what a dot goes by
+_LEAST, _MOST = 0.5, 2.0  # stretch along the line over stretch across it, at least and at most
+_ALIKE = 0.8  # length of the mean movement around a vertex over their mean length: below, they cancel out
+_SHARE = 1e-6  # weight of the whole glyph's movement at each vertex, which decides for a dot
 
 _Complex = NDArray[np.complex128]
 
@@ -152,9 +151,9 @@ class Course:
     at : (n,) complex, pixels of the page that is written.
     uv : (n,) complex, pixels of the picture.
     radius : (n,) float, pixels of the page.
-    turn : (n,) complex: movement along the line from page to picture is multiplied by this.
-    width : (n,) float: movement across the line is so many times as long in the picture.
-    twice : (n,) complex: direction of the line on the page, its angle doubled; shorter than 1 where there are several.
+    turn : (n,) complex: factor, from page to picture, of a step along the line: rotation and stretch.
+    width : (n,) float: stretch of a step across the line.
+    twice : (n,) complex: direction of the line on the page with its angle doubled; shorter than 1 where lines meet.
     loose : (n,) bool: ends of lines.
     """
 
@@ -167,7 +166,7 @@ class Course:
     loose: NDArray[np.bool_]
 
     def back(self, place: _Complex, vertex: NDArray[np.intp]) -> _Complex:
-        """Where in the picture places (m,) of the page come from, as the vertices (m,) beside them are moved."""
+        """Places (m,) of the picture from which places (m,) of the page come, each by the movement of a vertex (m,)."""
         away = place - self.at[vertex]
         along, across = np.abs(self.turn), self.width
         even = (along + across)[vertex] / 2 * away
@@ -199,7 +198,7 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
     radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
     width = np.abs(_smooth(source_radius, spread) / np.maximum(_smooth(radius, spread), 1e-9))
     wide, narrow = around(np.conj(step) * cut)
-    # where a way turns back on itself the movements on either side are opposite, and their middle is none
+    # where a line turns back on itself the movements on its two sides cancel out: the narrower mean is used
     torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
     turn = np.where(
         moving, np.where(torn, narrow, wide) / np.where(moving, np.where(torn, step_square, square), 1), width

@@ -1,7 +1,7 @@
-"""A glyph that is written again is not the same again: it is bent a little, as far as its author's own letters vary.
+"""Bends a glyph a little each time it is written, within the range over which its author's own letters vary.
 
-The bend is a low-order affine map, a smooth warp, and what the hand aimed at being missed a little, all maps of the
-plane, so that strokes keep their smoothness and what hangs on a glyph follows it; the width of the line is not touched.
+A bend is the sum of an affine map, a smooth warp and small shifts around the glyph's targets (the points its strokes
+aim at).  All three map the plane, so strokes stay smooth and ligatures follow their glyph; line widths do not change.
 
 Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
 """
@@ -22,17 +22,17 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
 
-_SHARE = 0.7  # of the usual deviation of a letter, that a bend goes to
-_WARP = 1.5  # of the usual difference in shape between two instances
+_SHARE = 0.7  # standard deviation of a bend over that of the letter's instances
+_WARP = 1.5  # size of the warp over the usual difference in shape between two instances
 _WAVES = 3
-_MISSED = 0.8  # of the usual difference in shape, that targets are missed by; never more than _FARTHEST
+_MISSED = 0.8  # shift of targets over the usual difference in shape; never more than _FARTHEST
 _WORST = 2.0  # deviations
 _FARTHEST = 0.06  # x-heights
-_AROUND = 0.4  # x-heights around a target that go with it
-_AWAY = 0.15  # weight of staying where it is
-_ENOUGH = 5  # instances, from which a letter's own range is known
+_AROUND = 0.4  # x-heights: reach of a target's shift
+_AWAY = 0.15  # weight of no shift, against those of the targets
+_ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
-_PRIOR = 4.0  # instances that what all letters have in common counts for
+_PRIOR = 4.0  # instances that the deviation common to all letters counts as
 _TRIES = (1.0, 0.7, 0.5)
 
 
@@ -42,8 +42,8 @@ class Spread:
 
     size : (n, 4) float, of every glyph: logarithms of width, height and aspect, and slant.
     deviation : (n, 4) float: usual deviation of its letter.
-    low, high : (n, 4) float: what its letter never goes below or above; its own size is always within.
-    warp : line space: how far the strokes of two instances usually lie apart when their boxes are laid over each other.
+    low, high : (n, 4) float: range of its letter; it always includes the glyph itself.
+    warp : line space: usual distance of the strokes of two instances when their boxes are laid over each other.
     x_height : line space.
     """
 
@@ -62,7 +62,7 @@ class Bend:
     affine : (2, 2) float.
     foot : height of the point on the axis of the centre that stays where it is.
     waves : (k, 2) float: wave vectors, rad; pushes : (k, 2) float: displacements; phases : (k,).
-    targets : (m, 2) float: places that are moved; misses : (m, 2) float: by how much; around : how far that reaches.
+    targets : (m, 2) float: places that are shifted; misses : (m, 2) float: the shifts; around : their reach.
     """
 
     affine: Array
@@ -75,7 +75,7 @@ class Bend:
     around: float
 
     def __call__(self, xy: Array) -> Array:
-        """Where places (n, 2) go; the same places are given back by a bend that does nothing."""
+        """Where places (n, 2) go."""
         from_foot = xy - (0.0, self.foot)
         moved = xy + from_foot @ (self.affine - np.eye(2)).T
         moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
@@ -83,7 +83,7 @@ class Bend:
         return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
 
     def scaled(self, share: float) -> Bend:
-        """The same, but only so strong."""
+        """The bend, `share` times as strong."""
         affine = np.eye(2) + share * (self.affine - np.eye(2))
         return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
 
@@ -135,7 +135,7 @@ def _affine(number: int, spread: Spread, normal: Array) -> Array:
 
 
 def _warped(affine: Array, foot: float, directions: Array, spread: Spread, variation: float) -> Bend:
-    """The affine map with waves longer than a small letter is high, none of them steep enough to fold the plane."""
+    """The affine map and the warp: waves longer than an x-height, none steep enough to fold the plane."""
     length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
     reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
@@ -175,8 +175,8 @@ def measure(xy: Array, radius: Array, x_height: float) -> Array:
 def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
     """(4,) the deviation within a letter that all letters have in common.
 
-    Of letters that stand free it is the middle one's.  Where letters are joined most of what varies is where they were
-    cut apart, which is none of the author's doing: of those it is that of the letters whose ends are read most surely.
+    Among letters that stand free it is the median.  Instances of joined letters vary mostly in where they were cut
+    apart, which the author did not do: among those a low percentile is taken, from letters with the surest ends.
     """
     alone = [size[group[free[group]]] for group in groups]
     samples, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0

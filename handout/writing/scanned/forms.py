@@ -1,7 +1,7 @@
-"""Forms: the line of every glyph's body, and the connectors to its neighbours, taken off the pages of a scanned hand.
+"""Forms: the line of each glyph's body, with the connectors to its neighbours, extracted from a scanned hand's pages.
 
-A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.  Here too: how long a
-connector is where nothing joins it (`tails`), and what the hand aimed at in a body (`targets`).
+A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.  `tails` estimates how
+much of a connector remains where no letter joins it, and `targets` finds the points that the strokes of a body aim at.
 
 Source: seed 000, §6.3, §6.4; seed 002, §3.2 (key points).
 """
@@ -55,11 +55,11 @@ def _bends(line: Array) -> list[int]:
     return [int(peak) + arm for peak in peaks(turned, prominence=_BEND, apart=_BENDS_APART)]
 
 
-_ENOUGH = 8  # instances, of letters that there are both joined and free, that the length of tails is told by
+_ENOUGH = 8  # instances of letters that occur both joined and free, from which on the length of tails is estimated
 
 
 def tails(hand: ScannedHand, strokes: ExtractedStrokes) -> tuple[float, float]:
-    """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1."""
+    """How much of the neighbour's half of a ligature a loose entry and a loose exit keep, each 0 to 1."""
     entry = _share(hand, strokes.bodies, strokes.entries, leaving=False)
     return entry, _share(hand, strokes.bodies, strokes.exits, leaving=True)
 
@@ -84,7 +84,7 @@ def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool)
 
 
 def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -> Array:
-    """(3, n) line space, upright: of each body alone, with the glyph's own part of its ways, and with all of them."""
+    """(3, n) line space, upright: width of each body alone, with its half of its connectors, and with all of them."""
     slant = np.array([hand.pages[glyph.page].slant for glyph in hand.glyphs])
     letter, way = (
         (1 if leaving else -1) * (lines.xy[:, 0] - np.repeat(slant[of], lines.count) * lines.xy[:, 1])
@@ -99,7 +99,9 @@ def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -
     return np.asarray(ends - np.minimum.reduceat(letter, begin) + 2 * thick)
 
 
-_CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
+_CLEAR = (
+    0.25  # x-heights before the letter that a connector led to, where a loose one ends: beyond is that letter's ink
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +111,9 @@ class Connector:
     xy, radius : (n, 2), (n,) float, line space, from the glyph's centre.
     density : (n,) float.
     uv : (n, 2) float, pixels of the glyph's picture.
-    anchor : the vertex of the form's body that the way begins (ends) at.
+    anchor : the vertex of the form's body at which the connector begins (ends).
     owned : how many of its vertices, counted from the anchor, belong to the glyph.
-    loose : how many of them it has where nothing meets it; see `forms.tails`.
+    loose : how many of its vertices remain where nothing joins it; see `tails`.
     height : of its middle over the source's baseline, line space.
     """
 
@@ -138,7 +140,7 @@ class Form:
     """The line of one glyph; all lengths in line space, from its centre.
 
     xy, radius, density, uv, edges : as in `values.LineGraph`, of the body.
-    entries, exits : the ways from the glyph before and to the glyph after, from the lowest upwards.
+    entries, exits : the connectors from the glyph before and to the glyph after, from the lowest upwards.
     """
 
     xy: Array
@@ -156,7 +158,7 @@ class Form:
 
     @cached_property
     def whole(self) -> tuple[Array, Array]:
-        """(n, 2), (n,): places and radii of all that is there where nothing joins it: its body, and its loose ways."""
+        """(n, 2), (n,): places and radii of the glyph where nothing joins it: its body and its loose connectors."""
         parts = [(self.xy, self.radius)]
         parts += [(way.xy[: way.loose], way.radius[: way.loose]) for way in self.exits]
         parts += [(way.xy[-way.loose :], way.radius[-way.loose :]) for way in self.entries]
@@ -168,8 +170,8 @@ class Forms:
 
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
     marks : (n,) bool: what is neither a letter nor a digit.
-    bodies : Lines, one a form: what all forms have of xy, radius, density and uv.
-    paths : glyph → its ways to the glyph after, as vertices of the graph of its page.
+    bodies : Lines: the bodies of all forms, one line each.
+    paths : glyph → its connectors to the glyph after, as vertices of its page's graph.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
@@ -221,7 +223,7 @@ class Forms:
         return both[0], both[1]
 
     def wholes(self) -> tuple[Indices, Array, Array]:
-        """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
+        """(m,), (m, 2), (m,): the glyph, place and radius of every vertex of `Form.whole`, form after form."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
         for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
             near = strokes.within(loose)
@@ -260,10 +262,9 @@ _Loose: TypeAlias = "tuple[Indices, Indices]"
 
 @lru_cache(maxsize=4)
 def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
-    """A hand's ways between glyphs, all its lines, the edges of its bodies, and how much of entries and exits is there
-    where nothing joins.
+    """A hand's connectors as paths, all its lines, the edges of its bodies, and the loose lengths of entries and exits.
 
-    A hand's forms are asked for when a text is set and again when it is traced; to take them off takes a while.
+    Cached, since it takes a while and a hand's forms are needed when a text is set and again when it is traced.
     """
     paths = ways(hand)
     strokes = ExtractedStrokes(hand, paths, hand.centres)
@@ -277,7 +278,7 @@ def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], Extr
 
 
 def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:
-    """(ways,): how many vertices each has where nothing meets it; `share` of the other letter's, see `tails`."""
+    """(ways,): how many vertices of each remain where nothing joins it; `share` of the other letter's, see `tails`."""
     lines = strokes.lines
     end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
     far = np.linalg.norm(lines.xy - np.repeat(end, lines.count, axis=0), axis=1) > clear
@@ -293,7 +294,7 @@ def _grouped(strokes: Connectors) -> Mapping[int, range]:
 
 
 def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
-    """Glyph → the paths of its ligatures; what is part of two ligatures of one letter is that letter's body."""
+    """Glyph → the paths of its ligatures, without what two ligatures of a letter share: that belongs to its body."""
     often = [np.zeros(len(page.graph), dtype=np.intp) for page in hand.pages]
     for glyph in hand.glyphs:
         for way in glyph.ligatures:
