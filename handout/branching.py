@@ -30,10 +30,10 @@ def branches(edges: Indices, count: int) -> tuple[Indices, ...]:
     if sum(map(len, runs)) - 2 * len(runs) < np.count_nonzero(through):
         runs += _loops(runs, edges, through, both)
     runs.sort(key=lambda run: run[0] if through[run[0]] else min(run[1:-1]))
-    paths = [np.array(run, dtype=np.intp) for run in runs]
-    paths += [np.asarray(pair, dtype=np.intp) for pair in touching if not through[pair].any()]
-    paths += [np.array([lone], dtype=np.intp) for lone in np.flatnonzero(degree == 0)]
-    return tuple(paths)
+    chains = [np.array(run, dtype=np.intp) for run in runs]
+    chains += [np.asarray(pair, dtype=np.intp) for pair in touching if not through[pair].any()]
+    chains += [np.array([lone], dtype=np.intp) for lone in np.flatnonzero(degree == 0)]
+    return tuple(chains)
 
 
 def _between(touching: Indices, through: NDArray[np.bool_], both: list[int]) -> list[list[int]]:

@@ -19,17 +19,17 @@ def peaks(values: NDArray[np.float64], *, prominence: float, apart: int = 1) -> 
     prominence : > 0: how far one must go down from a peak, on both sides, before anything higher comes.
     apart : least distance of two peaks; the higher one stays.
     """
-    tops = _tops(values)
+    places = _tops(values)
     if apart > 1:
-        tops = _parted(tops, values[tops], apart)
-    tops = tops[values[tops] - values.min(initial=np.inf) >= prominence]
+        places = _parted(places, values[places], apart)
+    places = places[values[places] - values.min(initial=np.inf) >= prominence]
     row = values.tolist()
     stands = [
         _falls(row, range(top - 1, -1, -1), row[top], prominence)
         and _falls(row, range(top + 1, len(row)), row[top], prominence)
-        for top in tops.tolist()
+        for top in places.tolist()
     ]
-    return np.asarray(tops[np.array(stands, dtype=bool)])
+    return np.asarray(places[np.array(stands, dtype=bool)])
 
 
 def _tops(values: NDArray[np.float64]) -> Indices:
@@ -43,15 +43,15 @@ def _tops(values: NDArray[np.float64]) -> Indices:
     return np.asarray((steps[:-1][top] + 1 + steps[1:][top]) // 2)
 
 
-def _parted(tops: Indices, height: NDArray[np.float64], apart: int) -> Indices:
+def _parted(places: Indices, height: NDArray[np.float64], apart: int) -> Indices:
     """Peaks without those that are too near to a higher one."""
-    keep = np.ones(len(tops), dtype=bool)
-    for number in np.argsort(height)[::-1].tolist():
-        if keep[number]:
-            near = np.abs(tops - tops[number]) < apart
-            near[number] = False
+    keep = np.ones(len(places), dtype=bool)
+    for peak in np.argsort(height)[::-1].tolist():
+        if keep[peak]:
+            near = np.abs(places - places[peak]) < apart
+            near[peak] = False
             keep[near] = False
-    return tops[keep]
+    return places[keep]
 
 
 def _falls(row: list[float], way: Iterable[int], top: float, by: float) -> bool:

@@ -109,8 +109,8 @@ def _hint(message: str, kind: type[msgspec.Struct]) -> str:
     name = problem.split("`")[1] if "`" in problem else ""
     key = f"{table}.{name}" if table else name
     if "unknown field" in problem:
-        known = {field for table_kind in _tables(kind) for field in table_kind.__struct_fields__}
-        similar = difflib.get_close_matches(name, known, 1)
+        fields = {field for table_kind in _tables(kind) for field in table_kind.__struct_fields__}
+        similar = difflib.get_close_matches(name, fields, 1)
         return f"{key} is not a known key" + (f"; did you mean {similar[0]!r}?" if similar else ".")
     if "missing required field" in problem:
         return f"{key} is missing."

@@ -119,6 +119,7 @@ def door(file: str, to: str) -> bool:
     return file in DOORS and to == "simulated"
 
 
+@pytest.mark.slow
 def test_what_runs_loads_no_simulated_device_at_its_head():
     """One that is asked for is loaded by the function that was asked; what trains is never loaded."""
     wrong = [
@@ -132,6 +133,7 @@ def test_what_runs_loads_no_simulated_device_at_its_head():
     assert any(name.startswith("handout.simulated") for name in at_the_head(PACKAGE / "training/scanned_hands.py"))
 
 
+@pytest.mark.slow
 def test_imports_run_one_way():
     wrong = [
         f"{file} imports {to}"
@@ -141,6 +143,7 @@ def test_imports_run_one_way():
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_motion_knows_of_scanned_writing_only_the_forms():
     inner = {
         name
@@ -151,11 +154,13 @@ def test_motion_knows_of_scanned_writing_only_the_forms():
     assert inner == {"handout.writing.scanned.forms"}
 
 
+@pytest.mark.slow
 def test_the_rule_can_fail():
     assert {home for _, home, _ in arrows()} >= {"writing", "motion", "cli"}
     assert "cli" not in MAY["writing"]
 
 
+@pytest.mark.slow
 def test_nothing_that_runs_imports_training():
     assert {home for _, home, to in arrows() if to == "training"} <= {"training"}
 
@@ -180,6 +185,7 @@ def test_the_pipeline_knows_no_terminal():
         assert path.name == "job_pages.py" or not printing, path.name  # which is a program of its own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -56,6 +56,7 @@ def _pairs(numbers):
     return numbers[INSIDE - 1], numbers[INSIDE]
 
 
+@pytest.mark.slow
 def test_choosing_at_random_takes_other_glyphs_than_the_best(hand, written):
     kept, best, any_one = index_glyphs(hand), _numbers(written()), _numbers(written(choice="random"))
     assert (best != any_one).mean() > 0.5
@@ -66,6 +67,7 @@ def test_choosing_at_random_takes_other_glyphs_than_the_best(hand, written):
     assert cost(best) < 0.8 * cost(any_one)
 
 
+@pytest.mark.slow
 def test_without_likeness_neighbours_are_less_alike(hand, written):
     depart = index_glyphs(hand).residual
 
@@ -105,6 +107,7 @@ def test_heights_of_the_source_are_those_of_the_page(hand, written, forms):
     assert source < 1e-6 < 0.05 < own  # mm
 
 
+@pytest.mark.slow
 def test_bodies_are_alone_without_ligatures_and_as_they_were_without_bends(hand, written, forms):
     unit = hand.pitch * hand.x_height
 
@@ -121,6 +124,7 @@ def test_bodies_are_alone_without_ligatures_and_as_they_were_without_bends(hand,
     assert shapes(bending=False)[1] < 0.03  # lines are laid a little aslant
 
 
+@pytest.mark.slow
 def test_without_seams_other_ink_is_seen(hand):
     one, other = (write(hand, "the stone", 1, seams=seams)[0] for seams in (True, False))
     assert one.shape == other.shape and (one != other).any()

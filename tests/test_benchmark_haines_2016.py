@@ -24,6 +24,7 @@ def by_trying(log, letters):
     return best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letters", ["a", "ab", "no"])
 @pytest.mark.parametrize("seed", range(3))
 def test_it_equals_brute_force(letters, seed):

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -24,6 +25,7 @@ def _graph(pairs):
     return np.array(pairs, dtype=np.intp).reshape(-1, 2)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(PAIRS)
 def test_every_edge_is_on_one_path_and_paths_end_where_lines_do(graph):

@@ -32,6 +32,7 @@ def test_machines_ship():
     assert PRINTERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", PLOTTERS, ids=lambda path: path.stem)
 def test_plotter_runs_through_the_simulated_device(path):
     profile = profiles.read(path)
@@ -56,6 +57,7 @@ def test_plotter_runs_through_the_simulated_device(path):
     assert len(dialect(profile.dialect).file(made, profile)) > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", PRINTERS, ids=lambda path: path.stem)
 def test_printer_runs_through_the_simulated_device(path, tmp_path):
     """A small card, inked all over, is fed, sent, printed within the margins and scanned."""

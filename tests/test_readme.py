@@ -27,6 +27,7 @@ def test_the_script_runs(tmp_path, monkeypatch):
     assert Path("card.svg").stat().st_size > 1000 and Path("card.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_path, monkeypatch, capsys):
     code, _ = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
     assert (ROOT / "examples" / "own_hand.py").read_text(encoding="utf-8").endswith(code)
@@ -44,7 +45,7 @@ def test_the_script_with_a_hand_of_ones_own_runs(small_scan, small_page, tmp_pat
 def test_both_commands_are_there():
     commands = re.findall(r"^    (python3 -m venv .*)$", README.read_text(encoding="utf-8"), re.M)
     assert len(commands) == 2
-    assert "handout write" in commands[0] and commands[1].endswith("-m pytest")
+    assert "handout write" in commands[0] and commands[1].endswith("-m pytest -n auto")
 
 
 def understood(words: list[str]) -> None:

@@ -53,6 +53,7 @@ def handout(tmp_path_factory):
     return call, elsewhere
 
 
+@pytest.mark.slow
 def test_writes_from_another_folder(handout):
     call, folder = handout
     facts = json.loads(call("write", "Dear Ada", "--seed", "1", "-o", "letter.svg", "-o", "letter.png", "--json", "-q"))
@@ -60,6 +61,7 @@ def test_writes_from_another_folder(handout):
     assert all((folder / name).stat().st_size > 1000 for name in facts["files"])
 
 
+@pytest.mark.slow
 def test_ships_hands_and_machines(handout):
     call, _ = handout
     assert {"house-joined", "house-print", "house-quick"} <= {

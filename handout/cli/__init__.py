@@ -80,9 +80,9 @@ def _run(args: list[str] | None) -> int:
         error.show()
         return 2
     except (click.Abort, KeyboardInterrupt) as stop:
-        said, code = signals.last_words(stop)
+        message, code = signals.last_words(stop)
         with contextlib.suppress(OSError):  # the terminal may be gone
-            click.echo(said, err=True)
+            click.echo(message, err=True)
         return code
     except HandoutError as error:
         click.echo(f"handout: {error}", err=True)

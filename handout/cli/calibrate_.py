@@ -169,11 +169,11 @@ def build(patches: Path, printer: str, paper: str, scanner_name: str, method: st
 
     with console.working():
         result = build_table(patches, printer, paper, scanner_name=scanner_name, method=method, listener=console)
-    made = result.calibration
+    calibration = result.calibration
     console.report(
         result,
-        f"Stored: {made.described()}; it misses its own patches by ΔE00 {made.misses:.2f} on the mean. Verify it: "
-        f"handout calibrate verify --printer {made.printer} --paper {made.paper} -o strip.pdf",
+        f"Stored: {calibration.described()}; it misses its own patches by ΔE00 {calibration.misses:.2f} on the mean. "
+        f"Verify it: handout calibrate verify --printer {calibration.printer} --paper {calibration.paper} -o strip.pdf",
     )
 
 
@@ -211,12 +211,12 @@ def verify(
         console.report(read, "\n".join([*warnings, head, *read.verification.lines()]))
         return
     strip = calibrating.print_strip(printer, paper, hand=hand, sheet=sheet, output=output)
-    found = strip.calibration
+    calibration = strip.calibration
     where = ", ".join(map(str, strip.files)) or "sent to the printer"
     console.report(
         strip,
-        f"Strip of {found.described()}: {where}. Scan it like the chart, then: handout calibrate verify --printer "
-        f"{found.printer} --paper {found.paper} --scan SCAN",
+        f"Strip of {calibration.described()}: {where}. Scan it like the chart, then: "
+        f"handout calibrate verify --printer {calibration.printer} --paper {calibration.paper} --scan SCAN",
     )
 
 

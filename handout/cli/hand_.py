@@ -194,12 +194,12 @@ def _supplied(supply: Sequence[Outlook]) -> list[str]:
     """How a text comes by the letters that its hand lacks."""
     if not supply:
         return ["Every letter of that text is there."]
-    composed, lent = (
+    composed, borrowed = (
         ", ".join(f"{way.letter} ({way.source})" for way in supply if way.how == how) for how in ("composed", "lent")
     )
     missing = ", ".join(way.letter for way in supply if way.how == "missing")
     lines = [f"Put together from what the author wrote: {composed}."] if composed else []
-    lines += [f"Lent with --fallback, as the author never wrote it: {lent}."] if lent else []
+    lines += [f"Lent with --fallback, as the author never wrote it: {borrowed}."] if borrowed else []
     lines += [f"For that text there is no {missing}, and nothing to lend for it."] if missing else []
     return lines
 
@@ -224,8 +224,8 @@ def edit(name: str, corrections: str, output: str | None, console: Console) -> N
     from handout.pipeline.kept_hands import edit_hand
 
     result = edit_hand(name, corrections, output)
-    made, total = result.details["made"], result.details["corrections"]
-    console.report(result, f"Wrote {result.path}: {made} corrections made, {total} in all.")
+    count, total = result.details["made"], result.details["corrections"]
+    console.report(result, f"Wrote {result.path}: {count} corrections made, {total} in all.")
 
 
 @command.command("pen")

@@ -63,8 +63,8 @@ def test(plotter: _Plotter, page: str | None, dry_run: tuple[Path, ...], seed: i
         plotter.port, plotter.device, page=page, seed=seed, outputs=dry_run, operator=operator, listener=console
     )
     if result.executed_s is None:
-        taken = units.duration(result.planned_s)
-        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {taken}.")
+        duration = units.duration(result.planned_s)
+        console.report(result, f"Wrote {sentences.names(result.files)}; plotting would take {duration}.")
     else:
         console.report(result, f"Plotted the test sheet in {units.duration(result.executed_s)}. How to read it:")
     console.say(*(f"  {line}" for line in result.how_to_read))

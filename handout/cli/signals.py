@@ -32,13 +32,13 @@ def orderly() -> Iterator[None]:
     numbers = [number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
     # who ignores a signal, as `nohup` does, goes on ignoring it
     before = {number: signal.getsignal(number) for number in numbers}
-    taken = {number: handler for number, handler in before.items() if handler is signal.SIG_DFL}
-    for number in taken:
+    handlers = {number: handler for number, handler in before.items() if handler is signal.SIG_DFL}
+    for number in handlers:
         signal.signal(number, _stop)
     try:
         yield
     finally:
-        for number, handler in taken.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
 
 

@@ -53,22 +53,22 @@ def settled(covariances: ArrayLike, targets: Array) -> Array:
     ValueError
         Shape other than (m, D, D), or a matrix that is not positive semi-definite.
     """
-    given = np.asarray(covariances, dtype=np.float64)
+    matrices = np.asarray(covariances, dtype=np.float64)
     m, d = targets.shape
-    if given.shape != (m, d, d):
-        raise ValueError(f"expected covariances of shape {(m, d, d)}, got {given.shape}")
-    given = 0.5 * (given + np.swapaxes(given, 1, 2))
-    largest = float(np.abs(given).max())
+    if matrices.shape != (m, d, d):
+        raise ValueError(f"expected covariances of shape {(m, d, d)}, got {matrices.shape}")
+    matrices = 0.5 * (matrices + np.swapaxes(matrices, 1, 2))
+    largest = float(np.abs(matrices).max())
     if not np.isfinite(largest):
         raise ValueError("expected finite covariances")
-    variances, axes = np.linalg.eigh(given)
+    variances, axes = np.linalg.eigh(matrices)
     if variances.min() < -1e-9 * largest:
         raise ValueError(f"covariance {int(variances.min(axis=1).argmin())} is not positive semi-definite")
     floor = FLOOR * (float(np.ptp(targets, axis=0).max()) ** 2 or largest or 1.0)
     low = variances[:, 0] < floor
     lifted = (axes[low] * np.maximum(variances[low], floor)[:, None, :]) @ np.swapaxes(axes[low], 1, 2)
-    given[low] = lifted
-    return given
+    matrices[low] = lifted
+    return matrices
 
 
 def draw(covariances: Array, rng: np.random.Generator) -> Array:

@@ -254,9 +254,9 @@ def _beside(
 def _run(virtual: Array, beside: list[tuple[Indices, Array]], cosine: Array, t: Array) -> Array:
     """(m, samples): how far the pen has gone in each piece, given the lengths of the strokes."""
     speed = [virtual[other][:, None] * rate for other, rate in beside]
-    square = np.asarray(sum(one * one for one in speed))
-    for (other, _), one, following in zip(beside, speed, speed[1:], strict=False):
-        square = square + 2 * cosine[other][:, None] * one * following
+    square = np.asarray(sum(rate_here * rate_here for rate_here in speed))
+    for (other, _), rate_here, following in zip(beside, speed, speed[1:], strict=False):
+        square = square + 2 * cosine[other][:, None] * rate_here * following
     total = np.sqrt(np.maximum(square, 1e-12))
     gone = np.cumsum((total[:, 1:] + total[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
     return np.concatenate([np.zeros((len(t), 1)), gone], axis=1)
@@ -319,9 +319,9 @@ def _movements(
             dwelt = {name: np.repeat(values[:1], 2) for name, values in held.items()}
             yield np.array([0.0, _DWELL]), np.repeat(xy, 2, axis=0), np.repeat(width, 2), dwelt
             continue
-        own = slice(*timed.first[place[number] : place[number] + 2].tolist())
-        run, along = length_along(xy), timed.along[own] * x_height
-        t = np.interp(run, along * (run[-1] / along[-1]), timed.t[own])
+        samples = slice(*timed.first[place[number] : place[number] + 2].tolist())
+        run, along = length_along(xy), timed.along[samples] * x_height
+        t = np.interp(run, along * (run[-1] / along[-1]), timed.t[samples])
         raw = length_along(path.xy)
         at = np.linspace(0.0, raw[-1], len(xy))  # where on the path as it was found the places of the shape lie
         if path.steps is not None:
@@ -358,8 +358,8 @@ def _pose(path: PenPath) -> dict[str, Array]:
 
 def _filled(values: Array) -> Array | None:
     """Values with what is not known between those that are; None if none is."""
-    known = np.isfinite(values)
-    return np.interp(np.arange(len(values)), np.flatnonzero(known), values[known]) if known.any() else None
+    finite = np.isfinite(values)
+    return np.interp(np.arange(len(values)), np.flatnonzero(finite), values[finite]) if finite.any() else None
 
 
 def _recorded_times(t: Array, at: Array, run: Array, steps: Array) -> Array:
@@ -369,9 +369,9 @@ def _recorded_times(t: Array, at: Array, run: Array, steps: Array) -> Array:
     ----------
     run, steps : (m,), (m − 1,): the path's own places, mm, and how long the pen took from each to the next.
     """
-    known = np.isfinite(steps)
+    finite = np.isfinite(steps)
     model = np.diff(np.interp(run, at, t))
-    whole = np.concatenate([[0.0], np.cumsum(np.where(known, steps, model))])
+    whole = np.concatenate([[0.0], np.cumsum(np.where(finite, steps, model))])
     return np.asarray(np.maximum.accumulate(np.interp(at, run, whole)) + 1e-9 * np.arange(len(at)))
 
 

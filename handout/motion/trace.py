@@ -116,12 +116,12 @@ def _along_ink(
     ink_of = {
         placed.at: int(inks.of[placed.ink.number]) for line in manuscript.lines for placed in line.placed if placed.ink
     }
-    found = [(path, n) for n, line in enumerate(manuscript.lines) for path in pen_paths(line.placed, hand)]
+    paths = [(path, n) for n, line in enumerate(manuscript.lines) for path in pen_paths(line.placed, hand)]
     timed = timed_strokes(
-        [path for path, _ in found], [n for _, n in found], manuscript.x_height, rng, speed=speed, jitter=jitter
+        [path for path, _ in paths], [n for _, n in paths], manuscript.x_height, rng, speed=speed, jitter=jitter
     )
     # a stroke over letters of several inks has that of most of it
-    most = (int(np.bincount([ink_of.get(at, 0) for at in path.of.tolist()]).argmax()) for path, _ in found)
+    most = (int(np.bincount([ink_of.get(at, 0) for at in path.of.tolist()]).argmax()) for path, _ in paths)
     coloured = tuple(replace(stroke, colour=inks.colours[ink]) for stroke, ink in zip(timed, most, strict=True))
     return Drawing(coloured, manuscript.page, {"hand": hand.name, **manuscript.about})
 

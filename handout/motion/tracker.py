@@ -82,12 +82,12 @@ class Tracker:
         from scipy.interpolate import make_interp_spline
 
         m = len(coarse) // self.grid
-        known = (np.arange(m * self.grid) + 0.5) / self.grid
+        coarse_times = (np.arange(m * self.grid) + 0.5) / self.grid
         wanted = (np.arange(m * self.steps) + 0.5) / self.steps
         start, end = _ENDS[self.ends]
-        lowest = known[0] if start != "free" else -np.inf
-        highest = known[-1] if end != "free" else np.inf
-        spline = make_interp_spline(known, coarse, k=min(5, 2 * ((len(known) - 1) // 2) - 1))
+        lowest = coarse_times[0] if start != "free" else -np.inf
+        highest = coarse_times[-1] if end != "free" else np.inf
+        spline = make_interp_spline(coarse_times, coarse, k=min(5, 2 * ((len(coarse_times) - 1) // 2) - 1))
         return np.asarray(spline(np.clip(wanted, lowest, highest)))
 
     def noise(self, rng: np.random.Generator, dimensions: int) -> Array:
@@ -118,8 +118,8 @@ class Tracker:
     def _centre_covariances(self) -> Array:
         """(m,) or (m, D, D): covariance of the posterior at every target's centre."""
         m = len(self.precision)
-        found = [self._block_covariances(low, min(low + _BLOCK, m)) for low in range(0, m, _BLOCK)]
-        return np.concatenate(found)
+        blocks = [self._block_covariances(low, min(low + _BLOCK, m)) for low in range(0, m, _BLOCK)]
+        return np.concatenate(blocks)
 
     def _block_covariances(self, low: int, high: int) -> Array:
         m, grid = len(self.precision), self.grid
@@ -141,8 +141,8 @@ class Tracker:
                 push[half, :, i] += 0.5 * np.eye(d)
         answer = part.solve(push.reshape(len(push), *((d, -1) if self.precision.ndim == 3 else (-1,))))
         at = centres(answer.reshape(push.shape), grid)[low - left : high - left]
-        own = at[np.arange(count), :, np.arange(count)]
-        return own if self.precision.ndim == 3 else own[:, 0, 0]
+        diagonal = at[np.arange(count), :, np.arange(count)]
+        return diagonal if self.precision.ndim == 3 else diagonal[:, 0, 0]
 
     def _start_covariances(self, first: Array) -> Array:
         """What the draw of a fixed start, of covariance `first`, adds to those of the centres."""

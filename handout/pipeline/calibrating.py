@@ -206,8 +206,8 @@ class _Run:
         return [self.person.scan_of(name)]
 
 
-def _warning(known: Reference) -> str:
-    return f"{'warning: ' if known.doubtful else ''}{known.said}"
+def _warning(reference: Reference) -> str:
+    return f"{'warning: ' if reference.doubtful else ''}{reference.sentence}"
 
 
 @dataclass(frozen=True)
@@ -287,19 +287,19 @@ def read_scans(
     atomic.check_writable(output)
     bare = ink_samples.paper_of(hand) if hand else None
     reading = read_chart(scans, paper=None if bare is None else bare.tolist())
-    known = pen_reference.compared(reading.scribble, hand, ink_samples.scanned_name(hand) if hand else "")
-    reading = print_diagnosis.diagnose(reading, known, accept=accept)
+    reference = pen_reference.compared(reading.scribble, hand, ink_samples.scanned_name(hand) if hand else "")
+    reading = print_diagnosis.diagnose(reading, reference, accept=accept)
     if report_file is not None:
         report.write_report(report_file, reading)
     listener.say(*(f"{finding.severity}: {finding}" for finding in reading.findings))
     if not reading.usable:
         raise ScansRefused(reading.findings, report_file=report_file)
-    listener.say(_warning(known))
+    listener.say(_warning(reference))
     cgats.write(output, ti3(reading))
     if reading.scribble is None:
-        return ChartRead(reading, known, (output,))
+        return ChartRead(reading, reference, (output,))
     pen_field.save(reading.scribble, _pen_beside(output))
-    return ChartRead(reading, known, (output, _pen_beside(output)))
+    return ChartRead(reading, reference, (output, _pen_beside(output)))
 
 
 def _pen_beside(patches: Path) -> Path:
@@ -403,10 +403,11 @@ class Stored:
 
     def lines(self) -> Iterator[str]:
         """A table for people."""
-        for one in self.calibrations:
-            misses = "" if one.misses is None else f", misses its patches by ΔE00 {one.misses:.2f}"
-            yield f"{one.described()}: {one.method}{misses}, scanner {one.scanner or 'not named'}; {one.folder}"
-            facts = one.verification()
+        for calibration in self.calibrations:
+            misses = "" if calibration.misses is None else f", misses its patches by ΔE00 {calibration.misses:.2f}"
+            origin = f"scanner {calibration.scanner or 'not named'}; {calibration.folder}"
+            yield f"{calibration.described()}: {calibration.method}{misses}, {origin}"
+            facts = calibration.verification()
             for line in ["not verified"] if facts is None else verification.table_lines(facts):
                 yield f"  {line}"
 
@@ -423,9 +424,9 @@ def stored_calibrations(printer: str = "", paper: str = "") -> Stored:
         store.wanted(printer, paper)
     every = store.every()
     if printer:
-        every = [one for one in every if one.printer == store.key(printer)]
+        every = [calibration for calibration in every if calibration.printer == store.key(printer)]
     if paper:
-        every = [one for one in every if one.paper == store.key(paper)]
+        every = [calibration for calibration in every if calibration.paper == store.key(paper)]
     return Stored(tuple(every))
 
 
@@ -451,8 +452,8 @@ def export(printer: str, paper: str, kind: str, output: Path) -> Exported:
     """
     calibration = store.wanted(printer, paper)
     atomic.check_writable(output)
-    title = f"{calibration.name} {calibration.made:%Y-%m-%d}"
+    title = f"{calibration.name} {calibration.date:%Y-%m-%d}"
     table = calibration.table()
-    source = exports.Source(table, calibration.made, title, calibration.table_file, calibration.patches_file)
+    source = exports.Source(table, calibration.date, title, calibration.table_file, calibration.patches_file)
     atomic.write(output, exports.FORMATS[kind](source))
     return Exported(calibration, output)

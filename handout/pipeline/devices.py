@@ -71,11 +71,11 @@ def probe(port: str = "auto", device: str | None = None, listener: Listener = SI
     try:
         controller = dialect(profile.dialect).connect(opened, profile, listener.say)
         answer = connections.ask(opened, [profile.dialect], wakes=0.0)
-        own = controller.profile
+        machine_profile = controller.profile
     finally:
         opened.close()
     firmware = answer.firmware if answer else ""
-    return Probe(getattr(opened, "url", port), profile.dialect, firmware, connections.limits(own))
+    return Probe(getattr(opened, "url", port), profile.dialect, firmware, connections.limits(machine_profile))
 
 
 def _identified(port: str) -> Probe:

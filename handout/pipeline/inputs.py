@@ -83,13 +83,13 @@ def decoded(data: bytes, name: str, listener: Listener = SILENT) -> str:
     if len(data) > _MOST_TEXT:
         raise InputError(f"{name} is longer than {_MOST_TEXT} bytes: write it in parts.")
     try:
-        found = encodings.decode(data)
+        reading = encodings.decode(data)
     except encodings.NoText as error:
         at = f" (line {error.line})" if error.line else ""
         raise InputError(f"{name} is not text{at}: {error}; save it as UTF-8.") from error
-    if found.guessed:
-        listener.note(f"{name} is not UTF-8 and was read as {found.encoding}: check {found.example!r}.")
-    return found.text.rstrip("\n")
+    if reading.guessed:
+        listener.note(f"{name} is not UTF-8 and was read as {reading.encoding}: check {reading.example!r}.")
+    return reading.text.rstrip("\n")
 
 
 def hand_path(output: str | Path) -> Path:

@@ -66,13 +66,13 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def made(text: str, task: WritingTask, profile: Plotter, fit: bool, kept: Sequence[float]) -> Iterator[Made]:
+def made(text: str, task: WritingTask, profile: Plotter, fit: bool, shares: Sequence[float]) -> Iterator[Made]:
     """The pages of a text behind those that are kept, each made when it is asked for.
 
     Parameters
     ----------
     fit : shrink what is larger than the machine's bed.
-    kept : of the pages that are kept, the shares of the text that they end with.
+    shares : of the pages that are kept, the shares of the text that they end with.
 
     Raises
     ------
@@ -83,8 +83,8 @@ def made(text: str, task: WritingTask, profile: Plotter, fit: bool, kept: Sequen
     task, sheets = set_pages(text, task)
     for number, sheet in enumerate(sheets, 1):
         share = _share(sheet, text)
-        if number <= len(kept):
-            if share != kept[number - 1]:
+        if number <= len(shares):
+            if share != shares[number - 1]:
                 raise InputError(f"Page {number} of the job does not end where it would end now: plot the text anew.")
             continue
         drawing = draw(sheet.manuscript, task, sheet.rng, {**about, "page_number": number}, STROKES)
@@ -136,11 +136,11 @@ def complete(folder: Path) -> Iterator[int]:
     if job.whole:
         return
     assert job.inputs is not None
-    kept = [record.share for record in pages.records(folder)]
+    shares = [record.share for record in pages.records(folder)]
     if job.share < 1.0:
         task = _again(job.inputs, job.pages)
-        rest = made(job.inputs["text"], task, job.profile, job.inputs["options"]["fit"], kept)
-        for number, page in enumerate(rest, len(kept)):
+        rest = made(job.inputs["text"], task, job.profile, job.inputs["options"]["fit"], shares)
+        for number, page in enumerate(rest, len(shares)):
             store.add(job, number, page)
             yield number + 1
     store.complete(job)
@@ -171,11 +171,11 @@ def _again(inputs: Mapping[str, Any], pages: int) -> WritingTask:
     return _on_rules(task, options["lined"]) if "lined" in options else task
 
 
-def _on_rules(task: WritingTask, kept: Mapping[str, Any]) -> WritingTask:
+def _on_rules(task: WritingTask, lined: Mapping[str, Any]) -> WritingTask:
     """A task with the lined paper that the first pages were written on."""
-    top, right, bottom, left = kept["margin"]
-    ruling = Ruling(tuple((height, slope) for height, slope in kept["rules"]))
-    size = {"x_height": kept["x_height"], "line_spacing": kept["line_spacing"]}
+    top, right, bottom, left = lined["margin"]
+    ruling = Ruling(tuple((height, slope) for height, slope in lined["rules"]))
+    size = {"x_height": lined["x_height"], "line_spacing": lined["line_spacing"]}
     layout = dataclasses.replace(task.layout, margin=(top, right, bottom, left), ruling=ruling, **size)
     return dataclasses.replace(task, layout=layout)
 

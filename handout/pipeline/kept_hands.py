@@ -211,15 +211,15 @@ def import_hand(source: str | Path, name: str | None = None, *, replaced: bool =
 
 def remove_hand(name: str) -> KeptHand:
     """Delete a scanned hand from among the user's own hands."""
-    own = library.own_scanned()
-    if name not in own:
-        others = f"; there are {', '.join(sorted(own))}" if own else ""
+    own_hands = library.own_scanned()
+    if name not in own_hands:
+        others = f"; there are {', '.join(sorted(own_hands))}" if own_hands else ""
         raise InputError(f"Among your own hands there is none called {name!r}{others}.")
     try:
-        own[name].unlink()
+        own_hands[name].unlink()
     except OSError as error:
-        raise InputError(f"Cannot delete {own[name]}: {error.strerror or error}.") from error
-    return KeptHand(own[name], name)
+        raise InputError(f"Cannot delete {own_hands[name]}: {error.strerror or error}.") from error
+    return KeptHand(own_hands[name], name)
 
 
 @dataclass(frozen=True)

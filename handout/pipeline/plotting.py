@@ -178,7 +178,7 @@ def plot(
     listener.note(*task.paper_notes)  # before the sheet is laid in
     reports = _run(job, port, attendance, account, operator or Unattended(port, listener), connected)
     job = load(job.folder)
-    tally = sum((Tally(**told) for told in job.told), Tally())
+    tally = sum((Tally(**counts) for counts in job.told), Tally())
     result = written(tally, task, (), task.paper_notes)
     return Plotted(job, tuple(reports), result.facts(), task.paper_notes, tally, task.seed)
 
@@ -327,13 +327,13 @@ def _begun(request: PlotRequest, task: WritingTask, profile: Plotter, options: O
         tally = Tally.of([_unwritten(source.drawing)], [source.drawing])
         pages = [Made(drawing, 1.0, dataclasses.asdict(tally))]
     else:
-        made = job_pages.made(source.text, task, profile, writing.fit, [])
-        pages = [next(made)]
+        produced = job_pages.made(source.text, task, profile, writing.fit, [])
+        pages = [next(produced)]
         if pages[0].share < 1.0 and isinstance(writing.hand, str):
             page = page_name(request.sheet, request.picture)
             rest = job_pages.inputs(source.text, task, writing, request.sheet, page)
         else:  # a hand that is in memory alone cannot be found again
-            pages += made
+            pages += produced
     return store.begin(pages, profile, options, rest, title=" ".join(source.text.split())[:40], port=port)
 
 

@@ -17,11 +17,10 @@ from handout.pipeline import pictures, writing
 from handout.pipeline.options import PictureOptions, PrintOptions, SheetOptions, WritingOptions, millimetres
 from handout.pipeline.results import SILENT, Facts, Listener, Tally
 from handout.pipeline.writing import WritingTask
-from handout.printing import journal, media
+from handout.printing import journal, media, printers
 from handout.printing.address_table import Addresses, read_addresses
 from handout.printing.batch import BatchOptions, PageMaker, print_rows
 from handout.printing.journal import Journal
-from handout.printing.printers import resolve
 from handout.printing.sending import Listener as BatchListener
 from handout.printing.sending import PrintingStopped as PrintingStopped
 from handout.printing.sending import Report as Report
@@ -132,7 +131,7 @@ def _printer(printing: PrintOptions, writing_options: WritingOptions) -> Printer
     """The printer that is asked for; slips and a missing file are refused before the table is read."""
     if writing_options.slips:
         raise InputError("slips: an envelope has to arrive, so addresses are written without slips; leave --slips out.")
-    profile = resolve(printing.printer, printing.queue)
+    profile = printers.resolve(printing.printer, printing.queue)
     if profile.file and not profile.simulated and printing.dry_run is None:
         raise InputError(
             f"{printing.printer} writes a file: name it with --dry-run out.pdf, or name a printer with --printer."

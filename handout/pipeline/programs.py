@@ -66,10 +66,10 @@ def _plotter(name: str | None, path: Path) -> Plotter:
 
     profile = profiles.find(name or usual_devices()[path.suffix.lower()], "plotter")
     assert isinstance(profile, profiles.Plotter)
-    known = dialect(profile.dialect).suffixes
-    if path.suffix.lower() not in known:
+    suffixes = dialect(profile.dialect).suffixes
+    if path.suffix.lower() not in suffixes:
         raise InputError(
-            f"{path}: {profile.name} speaks {profile.dialect}, whose files end in {' or '.join(known)}; rename the "
+            f"{path}: {profile.name} speaks {profile.dialect}, whose files end in {' or '.join(suffixes)}; rename the "
             "file or name another --device."
         )
     return profile

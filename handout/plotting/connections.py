@@ -191,7 +191,7 @@ def _speaks(url: str, profile: Plotter, open_at: Callable[[str, int], Port]) -> 
 def limits(profile: Plotter) -> dict[str, float]:
     """What a machine can do and hold, by the names of the keys of its file; mm, mm/s, mm/s²."""
     keys = ("draw_speed", "travel_speed", "acceleration", "junction_deviation", "steps_per_mm")
-    said = {f"limits.{key}": float(getattr(profile.limits, key)) for key in keys}
-    said |= {"bed.width": float(profile.bed.width), "bed.height": float(profile.bed.height)}
+    values = {f"limits.{key}": float(getattr(profile.limits, key)) for key in keys}
+    values |= {"bed.width": float(profile.bed.width), "bed.height": float(profile.bed.height)}
     ports = msgspec.structs.asdict(profile.port)
-    return said | {f"port.{key}": float(ports[key]) for key in ("buffer", "queue")}
+    return values | {f"port.{key}": float(ports[key]) for key in ("buffer", "queue")}

@@ -110,7 +110,7 @@ def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
     kinds = _kinds_held(cells)
     if not kinds:
         return "", []
-    labels = {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
+    labels = _labels(cells)
     matching = [kind for kind in kinds if wanted and wanted in (kind, labels.get(kind))]
     chosen = (matching or kinds)[0]
     for other in kinds:
@@ -120,6 +120,11 @@ def _chosen_kind(number: int, cells: Sequence[Cell], wanted: str, account: Accou
         called = labels.get(chosen) or chosen or "other"
         return chosen, [f"it has no {wanted} address: its {called} address is written"]
     return chosen, []
+
+
+def _labels(cells: Sequence[Cell]) -> dict[str, str]:
+    """Kind of address → the kind that a cell of its label says it is."""
+    return {cell.column.kind: KINDS.get(key := normalised(cell.text), key) for cell in cells if cell.role == LABEL}
 
 
 def _kinds_held(cells: Sequence[Cell]) -> list[str]:
@@ -140,23 +145,23 @@ def _cells_of(kind: str, number: int, cells: Sequence[Cell], columns: Sequence[C
 
     An employer does not go with a home address, nor another name with a parcel: that is noted.
     """
-    other_address = kind != "" and _complete_without_kind(cells)  # columns without a kind hold another address
-    own_name = kind != "" and any(
-        cell.column.kind == kind and cell.role in NAME_PARTS for cell in cells if cell.role != LABEL
-    )
+    fitting = [cell for cell in cells if cell.role != LABEL and cell.column.kind in ("", kind)]
+    if not kind:
+        return fitting
+    if _complete_without_kind(cells):  # the columns without a kind hold another address
+        fitting = [cell for cell in fitting if cell.column.kind or cell.role not in ADDRESS]
+    foreign = _foreign_roles(kind, fitting, columns)
+    for cell in fitting:
+        if not cell.column.kind and cell.role in foreign:
+            account.unwritten.setdefault(cell.column.number, []).append(number)
+    return [cell for cell in fitting if cell.column.kind or cell.role not in foreign]
+
+
+def _foreign_roles(kind: str, cells: Sequence[Cell], columns: Sequence[Column]) -> set[str]:
+    """What columns without a kind may hold that does not belong on an address of this kind."""
+    named = any(cell.column.kind == kind and cell.role in NAME_PARTS for cell in cells)
     employed = kind == "home" and any(column.kind == "business" for column in columns)
-    chosen = []
-    for cell in cells:
-        if cell.role == LABEL or cell.column.kind not in ("", kind):
-            continue
-        if not cell.column.kind:
-            if kind and other_address and cell.role in ADDRESS:
-                continue
-            if (own_name and cell.role in NAME_PARTS) or (employed and cell.role in ("company", "attention")):
-                account.unwritten.setdefault(cell.column.number, []).append(number)
-                continue
-        chosen.append(cell)
-    return chosen
+    return {*(NAME_PARTS if named else ()), *(("company", "attention") if employed else ())}
 
 
 def _check_single(number: int, chosen: Sequence[Cell]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import overload
@@ -114,23 +114,30 @@ def _with_header(path: Path, sheet: Sheet, assignments: Sequence[Assignment]) ->
     candidates = header_candidates(sheet.records)
     if not candidates:
         raise TableError(f"{path} is empty.")
-    headers = {n: [_one_line(cell) for cell in sheet.records[n - 1].cells] for n in candidates}
-    found = {n: columns(cells) for n, cells in headers.items()}
-    named = [n for n in candidates if names_any(assignments, headers[n])]
-    likely = [n for n in candidates if _like_a_header(found[n])]
-    by_place = bool(assignments) and all(assignment.place for assignment in assignments)
-    if by_place and not named and likely[:1] != candidates[:1]:
+    columns_of = {n: columns([_one_line(cell) for cell in sheet.records[n - 1].cells]) for n in candidates}
+    header = _header_row(columns_of, assignments)
+    if not header:
         width = max(len(record.cells) for record in sheet.records)
         note = f"there is no header: row {candidates[0]} is the first address"
         return _Table(path, sheet, 0, [Column(n, "") for n in range(1, width + 1)], (note,))
-    first = candidates[:1] if addressable(found[candidates[0]]) else []
-    header = (named or first or likely or candidates)[0]
-    return _Table(path, sheet, header, found[header], _skipped_note([n for n in candidates if n < header]))
+    return _Table(path, sheet, header, columns_of[header], _skipped_note([n for n in candidates if n < header]))
 
 
-def _like_a_header(found: Sequence[Column]) -> bool:
+def _header_row(columns_of: Mapping[int, Sequence[Column]], assignments: Sequence[Assignment]) -> int:
+    """The header among the rows that may be it, by their numbers; 0 where the user tells columns by their places."""
+    candidates = list(columns_of)
+    named = [n for n, row in columns_of.items() if names_any(assignments, [column.header for column in row])]
+    likely = [n for n, row in columns_of.items() if _like_a_header(row)]
+    by_place = bool(assignments) and all(assignment.place for assignment in assignments)
+    if by_place and not named and likely[:1] != candidates[:1]:
+        return 0
+    first = candidates[:1] if addressable(columns_of[candidates[0]]) else []
+    return (named or first or likely or candidates)[0]
+
+
+def _like_a_header(row: Sequence[Column]) -> bool:
     """Whether a row names columns of an address, and more than one."""
-    return addressable(found) and sum(column.role is not None for column in found) > 1
+    return addressable(row) and sum(column.role is not None for column in row) > 1
 
 
 def _skipped_note(above: Sequence[int]) -> tuple[str, ...]:
@@ -246,8 +253,8 @@ def _not_addressable(table: _Table) -> str:
 
 def _nameless(table: _Table) -> str:
     unknown = [column for column in table.columns if column.role is None and column.header]
-    told = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
+    hint = f"; not understood: {', '.join(column.name for column in unknown)}" if unknown else ""
     return (
-        f"{table.path}: no row has a name{told}: say which column holds it, such as --columns "
+        f"{table.path}: no row has a name{hint}: say which column holds it, such as --columns "
         f'"name={unknown[0].header if unknown else 1}", or write addresses without names with --no-name.'
     )

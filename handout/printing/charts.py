@@ -32,12 +32,12 @@ def fine_enough(dpi: float) -> float:
     return dpi * -(-_LEAST_DPI // dpi)
 
 
-def write_chart(made: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
+def write_chart(chart: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()) -> tuple[Path, ...]:
     """Write the chart as PDF, one DeviceRGB picture a page at the printer's resolution, with .ti1 and .ti2 beside it.
 
     Parameters
     ----------
-    made : Chart
+    chart : Chart
     path : Path
         Of the PDF.
     dpi : float
@@ -59,13 +59,13 @@ def write_chart(made: Chart, path: Path, dpi: float, lines: tuple[str, ...] = ()
     if path.suffix.lower() != ".pdf":
         raise InputError(f"The chart is written as PDF, not {path.suffix or 'without a suffix'}: use {path.stem}.pdf.")
     paths = (path, path.with_suffix(".ti1"), path.with_suffix(".ti2"))
-    for one in paths:
-        atomic.check_writable(one)
+    for file in paths:
+        atomic.check_writable(file)
     fine = fine_enough(dpi)
-    about = {"chart": made.version, "paper": made.paper.name, "dpi": fine}
+    about = {"chart": chart.version, "paper": chart.paper.name, "dpi": fine}
     with picture_pdf.document(path, about) as document:
-        for page in made.pages:
+        for page in chart.pages:
             document.add_pixels(page.paper, render(page, fine, lines), fine)
-    cgats.write(paths[1], chart_files.ti1(made))
-    cgats.write(paths[2], chart_files.ti2(made))
+    cgats.write(paths[1], chart_files.ti1(chart))
+    cgats.write(paths[2], chart_files.ti2(chart))
     return paths

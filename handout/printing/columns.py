@@ -147,9 +147,9 @@ def _without_fillers(header: str) -> Meaning | None:
         kind, rest = KINDS.get(normalised(word), ""), " ".join((*words[:i], *words[i + 1 :]))
         if not rest or not (kind or normalised(word) in FILLERS):
             continue
-        found = _listed(rest) or _without_fillers(rest)
-        if found is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _goes_with(found.role, kind):
-            return replace(found, kind=kind or found.kind)
+        sense = _listed(rest) or _without_fillers(rest)
+        if sense is not None and normalised(rest) not in AMBIGUOUS_NUMBERS and _goes_with(sense.role, kind):
+            return replace(sense, kind=kind or sense.kind)
     name = normalised(header)
     for prefix in _PREFIXES:  # Lieferstraße, Gastname
         rest = name.removeprefix(prefix)
@@ -166,9 +166,9 @@ def _goes_with(role: str, kind: str) -> bool:
 
 def _combined(names: Sequence[str], spaced: bool = False) -> Meaning | None:
     """What a column holds whose header names several things: "City/State/Zip"; or, `spaced`, "City ST Zip"."""
-    meanings = [found for name in names if (found := _listed(name) or _without_fillers(name)) is not None]
-    roles = tuple(found.role for found in meanings)
-    kinds = {found.kind for found in meanings if found.kind}
+    meanings = [sense for name in names if (sense := _listed(name) or _without_fillers(name)) is not None]
+    roles = tuple(sense.role for sense in meanings)
+    kinds = {sense.kind for sense in meanings if sense.kind}
     if len(roles) < max(len(names), 2) or len(kinds) > 1:
         return None
     if spaced and not (set(roles) <= ADDRESS or set(roles) <= _SPOKEN):
@@ -216,11 +216,11 @@ def columns(headers: Sequence[str]) -> list[Column]:
     is the first name; "Adresse" beside columns for postcode or city is the street; "Region" is the state and
     "Ortsteil" the town where there is no other column for it.
     """
-    found = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
-    for kind in sorted({column.kind for column in found}):
-        roles = {column.role for column in found if column.kind in ("", kind)}
-        found = [_with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in found]
-    return [_with_role(column, None) if _is_running_number(found, i) else column for i, column in enumerate(found)]
+    row = [Column(n, header, meaning(header)) for n, header in enumerate(headers, 1)]
+    for kind in sorted({column.kind for column in row}):
+        roles = {column.role for column in row if column.kind in ("", kind)}
+        row = [_with_role(column, _role_beside(column, roles)) if column.kind == kind else column for column in row]
+    return [_with_role(column, None) if _is_running_number(row, i) else column for i, column in enumerate(row)]
 
 
 def _with_role(column: Column, role: str | None) -> Column:
@@ -245,15 +245,15 @@ def _role_beside(column: Column, roles: set[str | None]) -> str | None:
     return column.role
 
 
-def _is_running_number(found: Sequence[Column], i: int) -> bool:
+def _is_running_number(row: Sequence[Column], i: int) -> bool:
     """Whether a column of "Nr." counts the rows: believed to be the house number only beside the street."""
-    near = {column.role for column in found[max(i - 1, 0) : i + 2]}
-    return found[i].role == "number" and normalised(found[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
+    near = {column.role for column in row[max(i - 1, 0) : i + 2]}
+    return row[i].role == "number" and normalised(row[i].header) in AMBIGUOUS_NUMBERS and "street" not in near
 
 
-def addressable(found: Iterable[Column]) -> bool:
+def addressable(row: Iterable[Column]) -> bool:
     """Whether these columns can hold an address at all."""
-    return any(column.role in PLACES for column in found)
+    return any(column.role in PLACES for column in row)
 
 
 def understood() -> str:
@@ -300,12 +300,12 @@ def _role(word: str) -> str:
     """The role that a word names: a role itself, or a header of that meaning."""
     if word in ROLE_NAMES:
         return word
-    found = meaning(word)
-    if found is None or found.kind:
+    sense = meaning(word)
+    if sense is None or sense.kind:
         near = difflib.get_close_matches(word, ROLE_NAMES, 1, 0.5)
         hint = f"; did you mean {near[0]}?" if near else ""
         raise InputError(f"columns: {word!r} is none of {', '.join(ROLE_NAMES)}, none{hint}")
-    return found.role
+    return sense.role
 
 
 def names_any(assignments: Sequence[Assignment], headers: Sequence[str]) -> bool:

@@ -47,8 +47,8 @@ class Step:
 def _add(steps: dict[Piece, Step], piece: Piece, state: State, more: Mapping[str, str]) -> None:
     """Add a step: envelopes stand in the order in which they were begun, the job is the same until one is sent anew."""
     before = steps.pop(piece, None) if state == "sending" else steps.get(piece)
-    known = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
-    steps[piece] = Step(state, **{**known, **more})
+    ticket = {"title": before.title, "job": before.job} if before is not None and state != "sending" else {}
+    steps[piece] = Step(state, **{**ticket, **more})
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Journal:
 
     def earlier(self, piece: Piece) -> frozenset[str]:
         """The titles of the envelopes that were out before this one was begun."""
-        before = itertools.takewhile(lambda known: known[0] != piece, self.steps.items())
+        before = itertools.takewhile(lambda step: step[0] != piece, self.steps.items())
         return frozenset(step.title for _, step in before if step.state == "completed")
 
     def note(self, piece: Piece, state: State, **more: str) -> None:
@@ -129,7 +129,7 @@ class Journal:
     def _write(self, entry: Mapping[str, Any]) -> None:
         if self._stream is not None:
             entries = [entry] if self._head is None else [self._head, entry]
-            self._stream.write("".join(json.dumps(one) + "\n" for one in entries))
+            self._stream.write("".join(json.dumps(line) + "\n" for line in entries))
             self._stream.flush()
             os.fsync(self._stream.fileno())
         self._head = None
@@ -209,8 +209,8 @@ def _opened(path: Path) -> TextIO:
         atomic.lock(stream)
     except OSError as error:
         stream.close()
-        said = "This batch is being printed by another program at this moment: wait until it is through."
-        raise InputError(said) from error
+        message = "This batch is being printed by another program at this moment: wait until it is through."
+        raise InputError(message) from error
     return stream
 
 
@@ -252,10 +252,10 @@ def _nothing_to_resume(what: Batch, place: Path) -> str:
         return f"There is nothing to resume: no batch of {what.table.name} was begun on this computer."
     facts, was = what.facts, last.head["facts"]
     changed = [name for name in {**was, **facts} if was.get(name) != facts.get(name)]
-    told = [_change(name, was.get(name), facts.get(name)) for name in changed]
+    changes = [_change(name, was.get(name), facts.get(name)) for name in changed]
     return (
         f"The batch of {what.table.name} begun on {_time(last)} cannot be resumed, because "
-        f"{' and '.join(told)}: give the same again, or print with --rows what is missing."
+        f"{' and '.join(changes)}: give the same again, or print with --rows what is missing."
     )
 
 

@@ -53,23 +53,23 @@ def resolve(name: str, queue: str = "") -> Printer:
     ProfileError
         Neither a queue nor a profile; the message lists the nearest profiles and the queues.
     """
-    known, name = profiles.names("printer"), profiles.full(name)
+    names, name = profiles.names("printer"), profiles.full(name)
     if queue:
         return msgspec.structs.replace(resolve(name), queue=queue, file=False, simulated=False)
     if transport.is_address(name) or name.startswith(_FOLDER):
-        return msgspec.structs.replace(_driven(name, known), queue=name)
-    is_profile = name.endswith(".toml") or name in known or f"printer-{name}" in known
+        return msgspec.structs.replace(_driven(name, names), queue=name)
+    is_profile = name.endswith(".toml") or name in names or f"printer-{name}" in names
     profile = _printer(name) if is_profile else None
     if profile is not None and profile.file:
         return profile
-    found = queues()
-    if name in found:
-        return msgspec.structs.replace(profile or _driven(name, known), queue=name)
+    queue_names = queues()
+    if name in queue_names:
+        return msgspec.structs.replace(profile or _driven(name, names), queue=name)
     if profile is not None:
         return profile
-    near = difflib.get_close_matches(f"printer-{name}", known, 3, 0.4) or known
+    near = difflib.get_close_matches(f"printer-{name}", names, 3, 0.4) or names
     raise ProfileError(
-        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; {_here(found)} "
+        f"No printer is called {name!r}; the nearest profiles: {', '.join(near) or 'none'}; {_here(queue_names)} "
         "(see: handout devices list)."
     )
 
@@ -100,24 +100,24 @@ def _cups(profile: Printer) -> CupsQueue:
     """The profile's CUPS queue, or the system's default where it names none."""
     if shutil.which("lp") is None:
         raise PrinterError(NO_LP)
-    found = queues()
+    queue_names = queues()
     name = profile.queue or default()
     if not name:
         raise PrinterError(
-            f"{profile.title} has no queue of its own and the system has no default; {_here(found)}: "
+            f"{profile.title} has no queue of its own and the system has no default; {_here(queue_names)}: "
             f"name one with --printer QUEUE, or {WAY_OUT}."
         )
-    if name.split("/")[0] not in {queue.split("/")[0] for queue in found}:
+    if name.split("/")[0] not in {queue.split("/")[0] for queue in queue_names}:
         raise PrinterError(
-            f"There is no print queue {name!r}; {_here(found)}: name another with --printer QUEUE, or {WAY_OUT}."
+            f"There is no print queue {name!r}; {_here(queue_names)}: name another with --printer QUEUE, or {WAY_OUT}."
         )
     return CupsQueue(name)
 
 
-def _here(found: Sequence[str]) -> str:
-    if not found:
+def _here(queue_names: Sequence[str]) -> str:
+    if not queue_names:
         return "no print queue was found on this computer (is the print system running?)"
-    return f"queues on this computer: {', '.join(found)}"
+    return f"queues on this computer: {', '.join(queue_names)}"
 
 
 def _printer(name: str) -> Printer:
@@ -126,9 +126,9 @@ def _printer(name: str) -> Printer:
     return profile
 
 
-def _driven(queue: str, known: Sequence[str]) -> Printer:
+def _driven(queue: str, names: Sequence[str]) -> Printer:
     """The profile that names this queue, else one that fits nearly any printer."""
-    for profile in map(_printer, known):
+    for profile in map(_printer, names):
         if profile.queue == queue:
             return profile
     edge = Length(5.0)

@@ -198,8 +198,8 @@ class SimulatedQueue(_Folder):
             raise PrinterError(f"The simulated printer {self._folder} has a paper jam at job {number}.")
         job = f"job-{number:03d}"
         atomic.write(self._folder / f"{job}.pdf", pdf.read_bytes())
-        told = {"title": ticket.title, "media": ticket.media, "source": ticket.source}
-        entry = {"job": job, **told, "options": dict(ticket.options)}
+        ticket_fields = {"title": ticket.title, "media": ticket.media, "source": ticket.source}
+        entry = {"job": job, **ticket_fields, "options": dict(ticket.options)}
         self._log.append(json.dumps(entry, ensure_ascii=False) + "\n")
         atomic.write(self._folder / "jobs.jsonl", "".join(self._log).encode())
         return job

@@ -65,13 +65,13 @@ def sentences(text: str) -> list[str]:
     Lines that are broken within a paragraph are joined; a heading or an entry of a list, which has no full stop,
     ends at an empty line. What is longer than 40 words is left out.
     """
-    found: dict[str, None] = {}
+    whole: dict[str, None] = {}
     for paragraph in _BLANK.split(_unbroken(text.replace("\r\n", "\n").replace("\r", "\n"))):
         flat = " ".join(paragraph.split())
         for part in _split(flat):
             if part and len(part.split()) <= _LONGEST:
-                found.setdefault(part)
-    return list(found)
+                whole.setdefault(part)
+    return list(whole)
 
 
 def _split(paragraph: str) -> Iterator[str]:

@@ -113,30 +113,30 @@ def _with_pangram(pool: list[str], allowed: frozenset[str]) -> tuple[list[str], 
     """The sentences, with the shipped pangrams if they have none, and which of them are pangrams."""
     if first := pangrams(pool):
         return pool, set(first)
-    own = corpus.usable(corpus.shipped(), allowed)
-    added = [own[i] for i in pangrams(own)]
+    shipped = corpus.usable(corpus.shipped(), allowed)
+    added = [shipped[i] for i in pangrams(shipped)]
     return pool + added, set(range(len(pool), len(pool) + len(added)))
 
 
 def _filled(chooser: Chooser, first: set[int], missing: set[str], closing: Closing, pages: list[_Page]) -> Prompt:
     """Fill page after page; `first` are the sentences that may stand first (none: any)."""
-    taken: list[str] = []
+    chosen: list[str] = []
     for page in pages:
-        tail = _tail(closing, missing, taken, page) if page is pages[-1] else []
-        while (index := _next(chooser, page, first if not taken else set(), " ".join(tail))) is not None:
-            taken.append(chooser.take(index))
-            page.add(taken[-1])
-            missing.difference_update(taken[-1])
-            tail = _shorter(tail, closing.sentences(missing, taken), missing, page) if tail else []
+        tail = _tail(closing, missing, chosen, page) if page is pages[-1] else []
+        while (index := _next(chooser, page, first if not chosen else set(), " ".join(tail))) is not None:
+            chosen.append(chooser.take(index))
+            page.add(chosen[-1])
+            missing.difference_update(chosen[-1])
+            tail = _shorter(tail, closing.sentences(missing, chosen), missing, page) if tail else []
         for sentence in tail:
             page.add(sentence)
-        taken.extend(tail)
-    return Prompt(tuple(tuple(page.lines) for page in pages if page.lines), tuple(taken))
+        chosen.extend(tail)
+    return Prompt(tuple(tuple(page.lines) for page in pages if page.lines), tuple(chosen))
 
 
-def _tail(closing: Closing, missing: set[str], taken: list[str], page: _Page) -> list[str]:
+def _tail(closing: Closing, missing: set[str], chosen: list[str], page: _Page) -> list[str]:
     """What must close the last page: sentences, or bare characters if these take too much room."""
-    for tail in (closing.sentences(missing, taken), closing.bare(missing)):
+    for tail in (closing.sentences(missing, chosen), closing.bare(missing)):
         if page.fits(" ".join(tail)):
             return tail
     raise DoesNotFit(

@@ -182,24 +182,24 @@ class Closing:
     def __init__(self, sentences: Sequence[str]) -> None:
         self._held = [(sentence, frozenset(sentence), len(sentence.split())) for sentence in sentences]
 
-    def sentences(self, missing: Collection[str], taken: Collection[str] = ()) -> list[str]:
+    def sentences(self, missing: Collection[str], chosen: Collection[str] = ()) -> list[str]:
         """Sentences that hold every missing character, greedily those with most of them a word.
 
         What no sentence has stands alone at the end (see `bare`).
         """
-        left, found = set(missing), list[str]()
+        left, choice = set(missing), list[str]()
         while left:
             worth = [
                 (len(left & held) / (words + 1), -i)
                 for i, (sentence, held, words) in enumerate(self._held)
-                if sentence not in taken and not left.isdisjoint(held)
+                if sentence not in chosen and not left.isdisjoint(held)
             ]
             if not worth:
-                return found + self.bare(left)
+                return choice + self.bare(left)
             sentence, held, _ = self._held[-max(worth)[1]]
-            found.append(sentence)
+            choice.append(sentence)
             left -= held
-        return found
+        return choice
 
     @staticmethod
     def bare(missing: Collection[str]) -> list[str]:

@@ -279,19 +279,19 @@ def _sampled(grey: NDArray[np.uint8], pixels: Array) -> Array:
     return np.asarray(values, dtype=np.float64).reshape(pixels.shape[:-1])
 
 
-def _sharpened(seen: Array, strength: float) -> Array:
+def _sharpened(modules: Array, strength: float) -> Array:
     """Modules (m, m) less what their neighbours spilt into them: at 150 dpi a module is no larger than the blur."""
     from scipy.ndimage import convolve
 
-    return np.asarray(seen + strength * (seen - convolve(seen, _AROUND, mode="nearest")))
+    return np.asarray(modules + strength * (modules - convolve(modules, _AROUND, mode="nearest")))
 
 
-def _black(seen: Array) -> NDArray[np.bool_]:
+def _black(modules: Array) -> NDArray[np.bool_]:
     """Modules (m, m) that are dark against their neighbourhood: light falls off across a code, and ink is uneven."""
     from scipy.ndimage import gaussian_filter, maximum_filter, minimum_filter
 
-    low, high = minimum_filter(seen, 9, mode="nearest"), maximum_filter(seen, 9, mode="nearest")
-    return np.asarray(seen < gaussian_filter((low + high) / 2, 2.0, mode="nearest"))
+    low, high = minimum_filter(modules, 9, mode="nearest"), maximum_filter(modules, 9, mode="nearest")
+    return np.asarray(modules < gaussian_filter((low + high) / 2, 2.0, mode="nearest"))
 
 
 def _decoded(black: NDArray[np.bool_]) -> str:

@@ -48,8 +48,8 @@ def paper_of_name(name: str) -> Page:
     for page in PAPERS:
         if page.name.lower() == name.lower():
             return page
-    known = " or ".join(page.name for page in PAPERS)
-    raise InputError(f"Sheets to write on are {known}, not {name!r}.")
+    sizes = " or ".join(page.name for page in PAPERS)
+    raise InputError(f"Sheets to write on are {sizes}, not {name!r}.")
 
 
 def mark_corners(page: Page) -> Array:

@@ -174,8 +174,12 @@ def _page_to_write_on(canvas: Any, layout: SheetLayout, record: PageRecord) -> N
     _marks(canvas, layout.page)
     for box, symbol in zip(layout.codes, sheet_codes.symbols(record), strict=True):
         _cells(canvas, layout.page, symbol, box[0], box[1], box[2] - box[0])
-    said = "Write under the printed words, in your usual hand" if layout.printed else "Write here, in your usual hand"
-    _label(canvas, layout, f"Page {record.number} of {record.pages}. {said}. Scan the whole sheet in colour.", WORDS)
+    instruction = (
+        "Write under the printed words, in your usual hand" if layout.printed else "Write here, in your usual hand"
+    )
+    _label(
+        canvas, layout, f"Page {record.number} of {record.pages}. {instruction}. Scan the whole sheet in colour.", WORDS
+    )
     if layout.printed:
         _rules(canvas, layout, RULE, _RULE_WIDTH)
         _words(canvas, layout, record.lines)
@@ -202,10 +206,10 @@ def _cells(canvas: Any, page: Page, cells: NDArray[np.bool_], left: float, top: 
     canvas.restoreState()
 
 
-def _label(canvas: Any, layout: SheetLayout, said: str, colour: tuple[float, float, float]) -> None:
+def _label(canvas: Any, layout: SheetLayout, text: str, colour: tuple[float, float, float]) -> None:
     box = layout.label
     canvas.setFillColorRGB(*colour)
-    draw_text(canvas, box[0] * _MM, (layout.page.height - box[3] + 1.2) * _MM, said, BOLD, _LABEL_SIZE)
+    draw_text(canvas, box[0] * _MM, (layout.page.height - box[3] + 1.2) * _MM, text, BOLD, _LABEL_SIZE)
 
 
 def _rules(canvas: Any, layout: SheetLayout, colour: tuple[float, float, float], width: float) -> None:

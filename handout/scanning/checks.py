@@ -138,9 +138,9 @@ def blank_page(scan: Scan) -> InputError:
     )
 
 
-def refuse_bad_strokes(found: bool, width: float, source: str) -> None:
+def refuse_bad_strokes(strokes: bool, width: float, source: str) -> None:
     """Raise InputError if there are no strokes, or strokes of a width, pixels, at which nothing can be measured."""
-    if not found:
+    if not strokes:
         raise InputError(f"{source} holds nothing but paper and specks: no strokes stand out from it.")
     if width < LEAST_STROKE:
         raise InputError(

@@ -41,12 +41,12 @@ def unary(density: NDArray[np.float32], weights: Weights) -> NDArray[np.float32]
     return np.where(density > 0, -weights.ink * np.minimum(density, 1), np.float32(weights.paper))
 
 
-def pairwise(one: NDArray[np.uint8], other: NDArray[np.uint8], weights: Weights) -> Array:
+def pairwise(first: NDArray[np.uint8], second: NDArray[np.uint8], weights: Weights) -> Array:
     """Cost (n,) of parting neighbours of the colours (n, 3): γλ / (λ + ‖Δc‖²), Δc in 0–255.
 
     As printed in the paper (the distance itself, of colours in 0–1) the term is so dear that no thin line survives.
     """
-    square = ((one.astype(np.float32) - other.astype(np.float32)) ** 2).sum(axis=1)
+    square = ((first.astype(np.float32) - second.astype(np.float32)) ** 2).sum(axis=1)
     return np.asarray(weights.edge * weights.half / (weights.half + square), dtype=np.float64)
 
 
@@ -83,8 +83,8 @@ def least_cut(
         stop = max(int(ends[np.searchsorted(ends, start, side="right")]), start)
         more = int(np.searchsorted(ends, start + _TOGETHER, side="right"))
         stop = max(stop, int(ends[more - 1]) if more else 0)
-        own = np.sort(inside[start:stop])
-        mask[own] = _cut_pieces(rgb, density, own, number, weights, paint)
+        pixels = np.sort(inside[start:stop])
+        mask[pixels] = _cut_pieces(rgb, density, pixels, number, weights, paint)
         start = stop
     return mask.reshape(height, width)
 
@@ -92,31 +92,31 @@ def least_cut(
 def _cut_pieces(
     rgb: NDArray[np.uint8],
     density: NDArray[np.float32],
-    own: Indices,
+    pixels: Indices,
     number: NDArray[np.int32],
     weights: Weights,
     paint: NDArray[np.int8] | None,
 ) -> NDArray[np.bool_]:
-    """Ink (n,) among the pixels `own`, which no other pixel of the domain touches."""
+    """Ink (n,) among the pixels `pixels`, which no other pixel of the domain touches."""
     width = density.shape[1]
-    cost = unary(density.ravel()[own], weights).astype(np.float64)
-    number[own] = np.arange(len(own))
+    cost = unary(density.ravel()[pixels], weights).astype(np.float64)
+    number[pixels] = np.arange(len(pixels))
     flat = rgb.reshape(-1, rgb.shape[2])
     ends: list[tuple[Indices, Indices, Array]] = []
-    for step, last in ((1, own % width == width - 1), (width, own >= density.size - width)):
-        for sign, edge in ((1, last), (-1, own % width == 0 if step == 1 else own < width)):
+    for step, last in ((1, pixels % width == width - 1), (width, pixels >= density.size - width)):
+        for sign, edge in ((1, last), (-1, pixels % width == 0 if step == 1 else pixels < width)):
             has = ~edge
-            other = own[has] + sign * step
-            price = pairwise(flat[own[has]], flat[other], weights)
+            other = pixels[has] + sign * step
+            price = pairwise(flat[pixels[has]], flat[other], weights)
             to = number[other]
             out = to < 0
             cost[np.flatnonzero(has)[out]] += price[out]  # its neighbour is paper for certain
             if sign == 1:
                 ends.append((np.flatnonzero(has)[~out], to[~out].astype(np.intp), price[~out]))
-    number[own] = -1
+    number[pixels] = -1
     if paint is not None:
         sure = 4 * weights.edge + weights.paper + weights.ink + 1
-        cost = np.where(paint.ravel()[own] > 0, -sure, np.where(paint.ravel()[own] < 0, sure, cost))
+        cost = np.where(paint.ravel()[pixels] > 0, -sure, np.where(paint.ravel()[pixels] < 0, sure, cost))
     a, b, price = (np.concatenate(part) for part in zip(*ends, strict=True))
     return minimum_cut(cost, a, b, price)
 

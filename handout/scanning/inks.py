@@ -210,10 +210,10 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
     inks: list[Ink] = []
     grain: list[float] = []
     for k in np.argsort(-share):
-        own = colours[kind == k]
-        if share[k] < _INK.share or len(own) < _INK.enough / 2:
+        members = colours[kind == k]
+        if share[k] < _INK.share or len(members) < _INK.enough / 2:
             continue
-        colour = np.median(own, axis=0)
+        colour = np.median(members, axis=0)
         if inks and np.linalg.norm(colour - paper) < _INK.as_dark * np.linalg.norm(inks[0].colour - paper):
             continue
         axis, level = _axis(colour, paper, noise, ruled)
@@ -221,7 +221,7 @@ def _told_apart(colours: Array, paper: Array, noise: Array, ruled: Array) -> tup
             continue  # it cannot be told from the ruling
         zero = float(np.clip(level + _INK.above_ruling, _INK.zero, _INK.highest_zero))
         inks.append(Ink(colour, axis, zero, float(share[k]), level))
-        grain.append(float(np.std((own - paper) @ axis)))
+        grain.append(float(np.std((members - paper) @ axis)))
     return tuple(inks), grain[0]
 
 
@@ -263,13 +263,13 @@ def find_ruling(scan: Scan, colour: NDArray[np.float32], contrast: float) -> NDA
         part = scan.rgb[start : start + 512].astype(np.float32) / 255 - colour
         marked[start : start + 512] = np.linalg.norm(part, axis=2) > _RULING.least_contrast * contrast
     run = max(15, round(scan.pixels(_RULING.run)))
-    found = np.zeros_like(marked)
+    ruling = np.zeros_like(marked)
     for shape in ((run, 1), (1, run)):
         kernel = np.ones(shape[::-1], dtype=np.uint8)
         lines = np.asarray(cv2.morphologyEx(marked, cv2.MORPH_OPEN, kernel), dtype=np.uint8)
         if _spread(lines, axis=1 if shape[0] > 1 else 0):
-            found |= lines
-    return found.astype(bool) if found.any() else None
+            ruling |= lines
+    return ruling.astype(bool) if ruling.any() else None
 
 
 def _spread(lines: NDArray[np.uint8], axis: int) -> bool:

@@ -196,10 +196,10 @@ def _through(xy: Array, ways: list[Indices], usual: float) -> list[tuple[int, in
     cosine = directions @ directions.T
     pairs = sorted((float(cosine[i, j]), i, j) for i in range(len(ways)) for j in range(i))
     pairs_through: list[tuple[int, int, int]] = []
-    taken: set[int] = set()
+    paired: set[int] = set()
     for value, i, j in pairs:
-        if value < _FIT.straight and not taken & {i, j}:
-            taken |= {i, j}
+        if value < _FIT.straight and not paired & {i, j}:
+            paired |= {i, j}
             pairs_through.append((int(ways[i][1]), int(ways[i][0]), int(ways[j][1])))
     return pairs_through
 

@@ -116,8 +116,8 @@ def hysteresis(values: NDArray[np.float32], density: Density) -> NDArray[np.bool
     """(h, w) bool: pieces of possible ink that hold sure ink."""
     from skimage.filters import apply_hysteresis_threshold
 
-    found = apply_hysteresis_threshold(values, density.perhaps, density.sure)  # type: ignore[no-untyped-call]
-    return np.asarray(found)
+    ink = apply_hysteresis_threshold(values, density.perhaps, density.sure)  # type: ignore[no-untyped-call]
+    return np.asarray(ink)
 
 
 def stroke_width(ink: NDArray[np.bool_]) -> float:
@@ -228,7 +228,7 @@ def _estimate(flat: NDArray[np.float32], where: NDArray[np.intp], width: int) ->
         x, y = (part / np.maximum(length, 1e-3) for part in size)
         guess = [around[j] - (x * np.float32(_DX[j]) + y * np.float32(_DY[j])) for j in range(8)]
         middle = _median_of_eight(guess)
-        disagree = _median_of_eight([np.abs(one - middle) for one in guess])
+        disagree = _median_of_eight([np.abs(estimate - middle) for estimate in guess])
         better = steep & (disagree < best)
         best[better], value[better] = disagree[better], middle[better]
     return value

@@ -97,16 +97,16 @@ def fill_smooth(rgb: NDArray[np.uint8], hole: NDArray[np.uint8]) -> NDArray[np.u
         size = ((weight.shape[1] + 1) // 2, (weight.shape[0] + 1) // 2)
         small = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
         colour = cv2.resize(sums, size, interpolation=cv2.INTER_AREA) / np.maximum(small, 1e-6)[:, :, None]
-        known = (small > 0).astype(np.float32)
-        levels.append((np.asarray(colour * known[:, :, None], dtype=np.float32), known))
-    filled, known = levels.pop()
-    if not known.all():
-        mean = filled[known > 0].mean(axis=0) if known.any() else np.full(3, 255, dtype=np.float32)
-        filled[known == 0] = mean
+        filled_cells = (small > 0).astype(np.float32)
+        levels.append((np.asarray(colour * filled_cells[:, :, None], dtype=np.float32), filled_cells))
+    filled, filled_cells = levels.pop()
+    if not filled_cells.all():
+        mean = filled[filled_cells > 0].mean(axis=0) if filled_cells.any() else np.full(3, 255, dtype=np.float32)
+        filled[filled_cells == 0] = mean
     while levels:
-        level, known = levels.pop()
-        wide = cv2.resize(filled, known.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        level[known == 0] = wide[known == 0]
+        level, filled_cells = levels.pop()
+        wide = cv2.resize(filled, filled_cells.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        level[filled_cells == 0] = wide[filled_cells == 0]
         filled = level
     return np.asarray(np.rint(filled), dtype=np.uint8)
 

@@ -73,13 +73,13 @@ def _opened(path: Path) -> Iterator[Any]:
 
 def _drawn(sheet: Any, path: Path, source: str) -> tuple[NDArray[np.uint8], float]:
     width, height = sheet.get_size()  # points
-    own = _native(sheet, width * height)
-    if own is None:
+    picture = _native(sheet, width * height)
+    if picture is None:
         raise InputError(
             f"{source} holds no picture of a page, only text or drawings: it is not a scan. Print and scan it, or save "
             "it as a PNG of 300 dpi."
         )
-    dpi = min(own, _FINEST)
+    dpi = min(picture, _FINEST)
     refuse_large(round(width / 72 * dpi), round(height / 72 * dpi), path)
     # pdfium rounds the size up: without the hair's breadth a picture would be stretched by a row
     bitmap = sheet.render(scale=dpi / 72 * (1 - 1e-6), rev_byteorder=True)

@@ -69,8 +69,8 @@ def read_picture(path: Path, page: int | None = None) -> Picture:
     if _is_pdf(path):
         from handout.scanning.pdf_pages import page_of_pdf
 
-        rgb, own, count = page_of_pdf(path, page)
-        return Picture(rgb, own, source_of(path, page, count))
+        rgb, dpi, count = page_of_pdf(path, page)
+        return Picture(rgb, dpi, source_of(path, page, count))
     return _read_image(path, page)
 
 
@@ -131,10 +131,10 @@ def _read_image(path: Path, page: int | None) -> Picture:
                 refuse_large(image.width, image.height, path)
             if image.format == "TIFF" and getattr(image, "tag_v2", {}).get(284) == 2:
                 return _by_tifffile(path, page)  # Pillow misreads 16-bit planes
-            dpi, taken = image.info.get("dpi"), _photographed(image)
+            dpi, photographed = image.info.get("dpi"), _photographed(image)
             ImageOps.exif_transpose(image, in_place=True)
             rgb = _as_rgb(image, path)
-            return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), taken)
+            return Picture(rgb, square_resolution(dpi, path), source_of(path, page, frames), photographed)
     except _DAMAGED as error:
         if tiff_pages.is_tiff(path):
             return _by_tifffile(path, page)

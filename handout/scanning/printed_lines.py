@@ -118,19 +118,19 @@ def _light_taken(rgb: NDArray[np.uint8], width: float, height: float) -> NDArray
     kind = cv2.INTER_AREA if size[0] < rgb.shape[1] else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(rgb, size, interpolation=kind), dtype=np.uint8)
     paper = np.asarray(cv2.medianBlur(small, 2 * round(_SEARCH.paper * _SEARCH.scale / 2) + 1), dtype=np.float32)
-    taken = np.clip(1 - small.astype(np.float32) / np.maximum(paper, 16), -0.3, 0.3)
+    absorbed = np.clip(1 - small.astype(np.float32) / np.maximum(paper, 16), -0.3, 0.3)
     along = 2 * round(_SEARCH.along * _SEARCH.scale / 2) + 1
-    taken = np.asarray(cv2.blur(taken, (along, 1)), dtype=np.float32)
+    absorbed = np.asarray(cv2.blur(absorbed, (along, 1)), dtype=np.float32)
     off = round(_SEARCH.beside * _SEARCH.scale)
-    beside = (np.roll(taken, off, axis=0) + np.roll(taken, -off, axis=0)) / 2
-    return np.asarray(taken - beside, dtype=np.float32)
+    beside = (np.roll(absorbed, off, axis=0) + np.roll(absorbed, -off, axis=0)) / 2
+    return np.asarray(absorbed - beside, dtype=np.float32)
 
 
-def _lines(taken: NDArray[np.float32], length: float) -> list[PrintedLine]:
+def _lines(absorbed: NDArray[np.float32], length: float) -> list[PrintedLine]:
     """All lines that run across a page `length` mm wide."""
-    strips = np.array_split(np.arange(taken.shape[1]), _SEARCH.strips)
+    strips = np.array_split(np.arange(absorbed.shape[1]), _SEARCH.strips)
     middles = np.array([strip.mean() + 0.5 for strip in strips]) / _SEARCH.scale
-    profiles = np.stack([taken[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
+    profiles = np.stack([absorbed[:, strip].mean(axis=1) for strip in strips])  # (strips, h, 3)
     heights = [_peaks(profile) for profile in profiles]
     slope = _usual_slope(heights, middles)
     free = [np.ones(len(peaks), dtype=bool) for peaks in heights]
@@ -288,11 +288,11 @@ def _heavy(lines: list[PrintedLine], place: Indices) -> tuple[tuple[PrintedLine,
     best = max(ratios.values(), default=0.0)
     # every second one of the heavy lines is as heavy as all of them
     every, first = next((c for c, ratio in ratios.items() if ratio > max(_SEARCH.heavier, 0.8 * best)), (1, 0))
-    own = place % every == first
+    heavy_lines = place % every == first
     if every > 1:  # without what has the place of a heavy line but is none
-        own &= contrast > np.sqrt(np.median(contrast[own]) * np.median(contrast[~own]))
-    known = {int(p): line for p, line, heavy in zip(place, lines, own, strict=True) if heavy}
-    return _filled(known, every), fine
+        heavy_lines &= contrast > np.sqrt(np.median(contrast[heavy_lines]) * np.median(contrast[~heavy_lines]))
+    line_at = {int(p): line for p, line, heavy in zip(place, lines, heavy_lines, strict=True) if heavy}
+    return _filled(line_at, every), fine
 
 
 def _classes(fine: float, place: Indices) -> list[tuple[int, int]]:
@@ -320,8 +320,8 @@ def _filled(seen_lines: dict[int, PrintedLine], every: int) -> tuple[PrintedLine
         if place in seen_lines:
             lines.append(seen_lines[place])
             continue
-        at, slope, start, end, bend, seen = (float(interpolated(place, fp=row)) for row in values)
-        lines.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, seen))
+        at, slope, start, end, bend, visible = (float(interpolated(place, fp=row)) for row in values)
+        lines.append(PrintedLine(at, slope, start, end, np.zeros(3), bend, visible))
     return tuple(lines)
 
 

@@ -198,9 +198,9 @@ def _traces(
         traces = []
         for middle, near in zip(middles, around, strict=True):
             inside = np.abs(levels - middle) < 0.7 * pitch
-            own = edges[inside] - (centre, 0.0)
-            traces.append(_trace(own, middle, slope, near + np.linspace(-free, free, 25), near, spread, pitch))
-        slopes = np.array([own for _, own in traces])
+            edge_points = edges[inside] - (centre, 0.0)
+            traces.append(_trace(edge_points, middle, slope, near + np.linspace(-free, free, 25), near, spread, pitch))
+        slopes = np.array([edge_points for _, edge_points in traces])
         around = np.array([np.median(slopes[max(0, i - 2) : i + 3]) for i in range(len(slopes))])
         free = 0.03
     return traces
@@ -302,9 +302,9 @@ def line_owners(mask: NDArray[np.bool_], lines: Sequence[PixelBaseline]) -> NDAr
     component = label[y, x]
     height_over = np.stack([(line.base(x.astype(np.float64)) - y) / line.x_height - _MIDDLE for line in lines])
     in_body = np.abs(height_over) < _BAND
-    body_pixels = np.stack([np.bincount(component[one], minlength=count) for one in in_body])
+    body_pixels = np.stack([np.bincount(component[pixels], minlength=count) for pixels in in_body])
     distance = np.where(height_over > 0, height_over * _UPPER, -height_over)
-    total_distance = np.stack([np.bincount(component, one, minlength=count) for one in distance])
+    total_distance = np.stack([np.bincount(component, row, minlength=count) for row in distance])
     most_pixels = body_pixels.max(axis=0)
     owner = np.where(most_pixels > 0, body_pixels.argmax(axis=0), total_distance.argmin(axis=0)).astype(np.int16)
     line_of = np.where(mask, owner[label], np.int16(-1))

@@ -256,9 +256,9 @@ def with_recorded_line(written: WrittenPage, strokes: Sequence[Stroke], *, timed
     )
     graph = LineGraph((uv + 0.5) * scan.pixel, radius, density, uv, edges)
     held = {name: [getattr(stroke, name) for stroke in strokes] for name in POSE}
-    known = {name: _together(parts) for name, parts in held.items() if all(one is not None for one in parts)}
+    channels = {name: _together(parts) for name, parts in held.items() if all(part is not None for part in parts)}
     times = np.concatenate([stroke.t for stroke in strokes]) if timed else None
-    return replace(written, graph=graph, moments=Moments(times, **known))
+    return replace(written, graph=graph, moments=Moments(times, **channels))
 
 
 def _together(parts: Sequence[Array | None]) -> Array:

@@ -82,14 +82,14 @@ def half_to_half(
     distances = []
     for _ in range(draws):
         order = rng.permutation(len(lines))
-        one, other = ([lines[i] for i in part] for part in (order[::2], order[1::2]))
-        distances.append(distance(pool_lines(_as_much(one, amount)), pool_lines(_as_much(other, amount))))
+        first, other = ([lines[i] for i in part] for part in (order[::2], order[1::2]))
+        distances.append(distance(pool_lines(_as_much(first, amount)), pool_lines(_as_much(other, amount))))
     return distances
 
 
 def closeness(
     real: Sequence[LineFeatures],
-    made: Sequence[LineFeatures],
+    synthetic: Sequence[LineFeatures],
     rng: np.random.Generator,
     *,
     author: Sequence[LineFeatures] | None = None,
@@ -100,7 +100,7 @@ def closeness(
     Parameters
     ----------
     real : lines that the made ones are compared with: none that they were made from.
-    made : lines of writing in that hand.
+    synthetic : lines of writing in that hand.
     author : all lines of the author that there are, for the distance between halves; by default `real`.
 
     Raises
@@ -109,16 +109,16 @@ def closeness(
         Fewer than `LEAST` lines of the author, or none that were made.
     """
     author = real if author is None else author
-    if not real or not made:
+    if not real or not synthetic:
         raise InputError("There is no line to compare.")
     half = sum(line.amount for line in author) / 2
-    amount = min(half, *(sum(line.amount for line in lines) for lines in (real, made)))
-    own = half_to_half(author, rng, draws=draws, amount=amount)
+    amount = min(half, *(sum(line.amount for line in lines) for lines in (real, synthetic)))
+    halves = half_to_half(author, rng, draws=draws, amount=amount)
     across = []
     for _ in range(draws):
-        one, other = ([lines[i] for i in rng.permutation(len(lines))] for lines in (real, made))
-        across.append(distance(pool_lines(_as_much(one, amount)), pool_lines(_as_much(other, amount))))
-    return Closeness(mean(own), mean(across), len(author), len(made), draws)
+        first, other = ([lines[i] for i in rng.permutation(len(lines))] for lines in (real, synthetic))
+        across.append(distance(pool_lines(_as_much(first, amount)), pool_lines(_as_much(other, amount))))
+    return Closeness(mean(halves), mean(across), len(author), len(synthetic), draws)
 
 
 def _as_much(lines: Sequence[LineFeatures], amount: float) -> Sequence[LineFeatures]:
@@ -141,14 +141,14 @@ class Comparison:
     notes: tuple[str, ...]
 
 
-def compare(real: Sequence[LineFeatures], made: Sequence[LineFeatures], rng: np.random.Generator) -> Comparison:
+def compare(real: Sequence[LineFeatures], synthetic: Sequence[LineFeatures], rng: np.random.Generator) -> Comparison:
     """Hold a made page against its author's.
 
     Parameters
     ----------
-    real, made : their lines, as `features.measure_lines` gives them; short ones are left out here.
+    real, synthetic : their lines, as `features.measure_lines` gives them; short ones are left out here.
     """
-    lines = full_lines(real), full_lines(made)
+    lines = full_lines(real), full_lines(synthetic)
     notes: list[str] = []
     near: Closeness | None = None
     test: TwoSample | None = None
@@ -217,8 +217,8 @@ def rank_writers(page: PageFeatures, crowd: Mapping[str, PageFeatures]) -> Write
     if not crowd:
         raise InputError("The crowd is empty: nothing can be compared.")
     ranked = sorted(((distance(page, other), name) for name, other in crowd.items()), key=lambda d: (d[0].hinge, d[1]))
-    own = tuple(own_nearest(list(crowd.values())))
-    return WriterRanking(tuple(name for _, name in ranked), tuple(d for d, _ in ranked), own)
+    nearest = tuple(own_nearest(list(crowd.values())))
+    return WriterRanking(tuple(name for _, name in ranked), tuple(d for d, _ in ranked), nearest)
 
 
 def own_nearest(pages: list[PageFeatures]) -> list[Distance]:

@@ -139,10 +139,10 @@ def pool_lines(parts: Sequence[LineFeatures]) -> PageFeatures:
 
 
 def _measured(
-    grey: NDArray[np.uint8], own: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
+    grey: NDArray[np.uint8], ink: NDArray[np.bool_], line: WrittenLine, x_height: float, slant: float
 ) -> LineFeatures | None:
     """One line from its own ink (h, w); None where there is too little."""
-    rows, columns = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
     if not len(rows):
         return None
     box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
@@ -154,7 +154,7 @@ def _measured(
         right=line.right - left,
         words=tuple((a - left, b - left) for a, b in line.words),
     )
-    mask = own[box]
+    mask = ink[box]
     bends = hinge_counts(mask)
     if not bends.any():
         return None

@@ -33,9 +33,9 @@ def components(grey: NDArray[np.uint8]) -> list[NDArray[np.bool_]]:
     if not boxes:
         return []
     middle = float(np.median([stats[i, cv2.CC_STAT_HEIGHT] for i in boxes]))
-    kept = [i for i in boxes if _HEIGHTS[0] * middle <= stats[i, cv2.CC_STAT_HEIGHT] <= _HEIGHTS[1] * middle]
+    letters = [i for i in boxes if _HEIGHTS[0] * middle <= stats[i, cv2.CC_STAT_HEIGHT] <= _HEIGHTS[1] * middle]
     masks = []
-    for i in kept:
+    for i in letters:
         x, y, w, h = (int(v) for v in stats[i, :4])
         masks.append(labels[y : y + h, x : x + w] == i)
     return masks

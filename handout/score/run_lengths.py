@@ -50,7 +50,7 @@ def run_counts(mask: NDArray[np.bool_], longest: int = LONGEST) -> Array:
 
 def run_distance(a: Array, b: Array) -> float:
     """Mean of the χ² distances of the four distributions: 0 for the same, 1 for four that share no length."""
-    return float(np.mean([chi_square(one, other) for one, other in zip(a, b, strict=True)]))
+    return float(np.mean([chi_square(first, other) for first, other in zip(a, b, strict=True)]))
 
 
 def _counts(lengths: NDArray[np.intp], longest: int) -> Array:

@@ -154,11 +154,11 @@ def _slant_spread(lines: Sequence[WrittenLine], points: Array, lean: Array, slan
     for line in lines:
         height = line.base(points[:, 0]) - points[:, 1]
         near = (height > -0.3 * x) & (height < 1.8 * x)
-        foot, own = points[near, 0] - height[near] * np.tan(slant), lean[near]
+        foot, slope = points[near, 0] - height[near] * np.tan(slant), lean[near]
         for a, b in line.words:
             inside = (foot >= a) & (foot <= b)
             if b - a > 1.5 * x and inside.sum() > 3 * x:
-                means.append(float(own[inside].mean()))
+                means.append(float(slope[inside].mean()))
     return _sd(means)
 
 
@@ -170,10 +170,10 @@ def _heights(lines: Sequence[WrittenLine], high: Array, slant: float, x: float) 
         tall.append(height[height > 0.6 * x])
         small = (height > 0.65 * x) & (height < 1.45 * x)
         for a, b in line.words:
-            own = height[small & (at >= a) & (at <= b)] / x
-            if len(own) >= _FEW:
-                words.append(float(np.median(own)))
-                within.append(own - np.median(own))
+            tops = height[small & (at >= a) & (at <= b)] / x
+            if len(tops) >= _FEW:
+                words.append(float(np.median(tops)))
+                within.append(tops - np.median(tops))
     return {
         "tall": float(np.percentile(np.concatenate(tall) / x, 90)) if tall and len(np.concatenate(tall)) else 0.0,
         "size_spread": _sd(words),
@@ -186,10 +186,10 @@ def _feet(lines: Sequence[WrittenLine], low: Array, x: float) -> dict[str, float
     for line in lines:
         at, height = tops_over(line, low, 0.4 * x)
         for a, b in line.words:
-            own = height[(at >= a - 0.2 * x) & (at <= b)] / x
-            if len(own) >= _FEW:
-                words.append(float(np.median(own)))
-                within.append(own - np.median(own))
+            feet = height[(at >= a - 0.2 * x) & (at <= b)] / x
+            if len(feet) >= _FEW:
+                words.append(float(np.median(feet)))
+                within.append(feet - np.median(feet))
     return {"foot_spread": _pooled(within), "baseline_spread": _sd(words)}
 
 

@@ -40,7 +40,7 @@ class TwoSample:
 
     accuracy : mean of both classes' shares of lines that were told right, 0–1; 0.5 is guessing.
     low, high : 95 % interval of it.
-    real, made : lines of either kind.
+    real, synthetic : lines of either kind.
     n : lines that such an accuracy would have been measured on, were there as many of either kind.
     p : how likely guessing would do as well.
     """
@@ -65,7 +65,7 @@ class TwoSample:
 
 def two_sample(
     real: Sequence[LineFeatures],
-    made: Sequence[LineFeatures],
+    synthetic: Sequence[LineFeatures],
     rng: np.random.Generator,
     *,
     permutations: int = PERMUTATIONS,
@@ -74,7 +74,7 @@ def two_sample(
 
     Parameters
     ----------
-    real, made : at least `LEAST` lines each; the made ones in the same hand, and none of them made from `real`.
+    real, synthetic : at least `LEAST` lines each; the made ones in the same hand, and none of them made from `real`.
     permutations : of the labels, for the p-value.
 
     Raises
@@ -82,19 +82,19 @@ def two_sample(
     InputError
         Too few lines.
     """
-    if min(len(real), len(made)) < LEAST:
+    if min(len(real), len(synthetic)) < LEAST:
         raise InputError(
-            f"There are {len(real)} real and {len(made)} made lines, too few to tell them apart: at least {LEAST} of "
-            "each are needed, and 50 for an interval of ±0.1."
+            f"There are {len(real)} real and {len(synthetic)} made lines, too few to tell them apart: at least {LEAST} "
+            "of each are needed, and 50 for an interval of ±0.1."
         )
-    kernel = _kernel([*real, *made])
-    label = np.repeat([1.0, -1.0], [len(real), len(made)])
+    kernel = _kernel([*real, *synthetic])
+    label = np.repeat([1.0, -1.0], [len(real), len(synthetic)])
     accuracy = _accuracy(kernel, label, rng)
     chance = [_accuracy(kernel, rng.permutation(label), rng) for _ in range(permutations)]
-    n = 4 / (1 / len(real) + 1 / len(made))
+    n = 4 / (1 / len(real) + 1 / len(synthetic))
     low, high = wilson(accuracy, n)
     p = (1 + sum(other >= accuracy for other in chance)) / (1 + permutations)
-    return TwoSample(accuracy, low, high, len(real), len(made), n, p)
+    return TwoSample(accuracy, low, high, len(real), len(synthetic), n, p)
 
 
 def together(tests: Sequence[TwoSample]) -> TwoSample:
@@ -156,8 +156,8 @@ def _folds(label: Array, rng: np.random.Generator) -> Indices:
     least = int(min((label > 0).sum(), (label < 0).sum()))
     fold = np.zeros(len(label), dtype=np.intp)
     for side in (1, -1):
-        own = np.flatnonzero(label == side)
-        fold[rng.permutation(own)] = np.arange(len(own)) % min(FOLDS, least)
+        members = np.flatnonzero(label == side)
+        fold[rng.permutation(members)] = np.arange(len(members)) % min(FOLDS, least)
     return fold
 
 
@@ -166,17 +166,17 @@ def _told_right(kernel: Array, label: Array, out: NDArray[np.bool_]) -> Array:
 
     Lines that are left out have a weight of 0: their rows of the system are those of the identity.
     """
-    known = (~out).astype(np.float64)
-    one, other = known * (label > 0), known * (label < 0)
-    one, other = one / one.sum(axis=1, keepdims=True), other / other.sum(axis=1, keepdims=True)
-    size = known.sum(axis=1)
+    included = (~out).astype(np.float64)
+    positive, negative = included * (label > 0), included * (label < 0)
+    positive, negative = positive / positive.sum(axis=1, keepdims=True), negative / negative.sum(axis=1, keepdims=True)
+    size = included.sum(axis=1)
     # centred on what is known, as if the lines left out had never been seen
-    mean = known @ kernel / size[:, None]
-    middle = (mean * known).sum(axis=1) / size
+    mean = included @ kernel / size[:, None]
+    middle = (mean * included).sum(axis=1) / size
     inner = kernel - mean[:, :, None] - mean[:, None, :] + middle[:, None, None]
-    inner *= known[:, :, None] * known[:, None, :]
+    inner *= included[:, :, None] * included[:, None, :]
     ridge = _RIDGE * np.trace(inner, axis1=1, axis2=2) / size
     inner += np.eye(len(label)) * np.where(out, 1.0, ridge[:, None])[:, None, :]
-    score = np.linalg.solve(inner, (one - other)[:, :, None])[:, :, 0] @ kernel
-    between = ((one + other) * score).sum(axis=1, keepdims=True) / 2
+    score = np.linalg.solve(inner, (positive - negative)[:, :, None])[:, :, 0] @ kernel
+    between = ((positive + negative) * score).sum(axis=1, keepdims=True) / 2
     return np.asarray((np.sign(score - between) * label + 1) / 2)

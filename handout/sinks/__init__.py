@@ -63,8 +63,8 @@ def _png(pages: Sequence[Drawing], look: Look) -> bytes:
     pen, dpi, rng = look.pen, look.dpi, pens.noise(page.about)
     if look.transparent:
         return to_png(pens.ink(page, dpi, pen, rng), about=page.about, paper=None)
-    one = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.show_travel
-    if one and pen.model == "plain" and look.paper.name == "none":
+    single_colour = page.ink is None and not any(stroke.colour for stroke in page.strokes) and not look.show_travel
+    if single_colour and pen.model == "plain" and look.paper.name == "none":
         cover = plain.coverage(page, dpi, width=pen.width)
         return to_png(cover, dpi, about=page.about, palette=plain.shades(rgb(pen.colour)))
     plain.shape(page, dpi, pen.width)  # refuses a page that no paper can be made for
@@ -149,11 +149,11 @@ def check_outputs(
         that cannot be written.
     """
     files = [file for path in paths for file in _files(Path(path), pages, extra)]
-    seen: set[Path] = set()
+    resolved: set[Path] = set()
     for file in files:
-        if file.resolve() in seen:
+        if file.resolve() in resolved:
             raise InputError(f"Two outputs would be written to {file}: give each a name of its own.")
-        seen.add(file.resolve())
+        resolved.add(file.resolve())
         atomic.check_writable(file)
     return files
 
@@ -197,11 +197,11 @@ def write_drawings(
         raise InputError("There is no page to write.")
     _check_look(drawings, paths, look)
     files = check_outputs(paths, extra, len(drawings))
-    made: list[bytes] = []
+    contents: list[bytes] = []
     for number, path in enumerate(paths):
         part = within(tell, number / len(paths), (number + 1) / len(paths))
-        made += _made(Path(path).suffix.lower(), drawings, look, extra or {}, part)
-    for file, data in zip(files, made, strict=True):
+        contents += _made(Path(path).suffix.lower(), drawings, look, extra or {}, part)
+    for file, data in zip(files, contents, strict=True):
         atomic.write(file, data)
     return files
 
@@ -233,9 +233,9 @@ def _check_look(drawings: Sequence[Drawing], paths: Sequence[str | Path], look: 
 def _files(path: Path, pages: int, extra: Mapping[str, PageSink] | None) -> list[Path]:
     suffix = path.suffix.lower()
     if suffix not in suffixes(extra):
-        known = ", ".join(suffixes(extra))
+        formats = ", ".join(suffixes(extra))
         which = f"the suffix {path.suffix!r} is not known" if path.suffix else "the name has no suffix"
-        raise InputError(f"{path}: {which}; the formats that can be written are {known}.")
+        raise InputError(f"{path}: {which}; the formats that can be written are {formats}.")
     if pages == 1 or (suffix in FORMATS and FORMATS[suffix].together):
         return [path]
     return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, pages + 1)]
@@ -249,8 +249,8 @@ def _made(
     if form is not None and form.together:
         tell(0.0, f"drawing {suffix}")
         return [form.write(drawings, look)]
-    made = []
+    contents = []
     for number, page in enumerate(drawings):
         tell(number / len(drawings), f"drawing {suffix} {number + 1}/{len(drawings)}")
-        made.append(form.write([page], look) if form is not None else extra[suffix](page))
-    return made
+        contents.append(form.write([page], look) if form is not None else extra[suffix](page))
+    return contents

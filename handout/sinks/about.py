@@ -55,8 +55,8 @@ def record(drawing: Drawing) -> dict[str, Any]:
 
 def title(drawing: Drawing) -> str:
     """A title: `about["title"]`, else the first words of the text."""
-    given = str(drawing.about.get("title") or drawing.about.get("text") or "")
-    words = textwrap.shorten(xml_safe(given), 60, placeholder=" …")
+    text = str(drawing.about.get("title") or drawing.about.get("text") or "")
+    words = textwrap.shorten(xml_safe(text), 60, placeholder=" …")
     return words.removeprefix("…").strip() or "Handwriting"
 
 
@@ -86,4 +86,4 @@ def escaped(text: str) -> str:
 
 def quoted(text: str) -> str:
     """`text` as the value of an attribute, in its quotes; breaks and tabs survive."""
-    return '"' + re.sub('["\t\n\r]', lambda found: f"&#{ord(found[0])};", escaped(text)) + '"'
+    return '"' + re.sub('["\t\n\r]', lambda match: f"&#{ord(match[0])};", escaped(text)) + '"'

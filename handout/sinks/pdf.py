@@ -93,8 +93,8 @@ def _content(drawing: Drawing, pen_width: float, colour: str) -> str:
     if filled:
         lines.append(f"{ink} rg")
     for stroke, curve in zip(drawing.strokes, curves.fit(drawing.strokes), strict=True):
-        if (own := _rgb(stroke.colour or colour)) != ink:
-            ink = own
+        if (stroke_ink := _rgb(stroke.colour or colour)) != ink:
+            ink = stroke_ink
             lines += [f"{ink} RG", *([f"{ink} rg"] if filled else [])]
         if outline.needed(stroke):
             lines += [_filled(piece) for piece in outline.pieces(stroke, curve)]

@@ -141,8 +141,8 @@ def to_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e",
 def to_inline_svg(drawing: Drawing, *, pen_width: float = 0.5, colour: str = "#1a1a2e") -> str:
     """A page as an element that may stand among others on one web page: no script, no style, no name twice."""
     parts = [part for stroke in drawing.strokes for part in (stroke.xy, stroke.width, stroke.rotation)]
-    seen = zlib.crc32(b"".join(part.tobytes() for part in parts if part is not None))
-    key = f"d{seen:08x}-"  # drawings with equal marks may share their names
+    checksum = zlib.crc32(b"".join(part.tobytes() for part in parts if part is not None))
+    key = f"d{checksum:08x}-"  # drawings with equal marks may share their names
     first = f'<svg xmlns="http://www.w3.org/2000/svg" {_size(drawing)} style="background:#fff;max-width:100%">'
     title = f"<title>{about.escaped(about.title(drawing))}</title>"
     return "\n".join([first, title, *_ink(drawing, pen_width, colour, key), "</svg>"])
@@ -168,8 +168,8 @@ def _head(drawing: Drawing, show_travel: bool) -> list[str]:
 def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list[str]:
     """The strokes; `key` stands before every name."""
     fitted = curves.fit(drawing.strokes)
-    own = {stroke.colour for stroke in drawing.strokes}
-    colour = own.pop() or colour if len(own) == 1 else colour
+    colours = {stroke.colour for stroke in drawing.strokes}
+    colour = colours.pop() or colour if len(colours) == 1 else colour
     return [
         f'<g id="{key}ink" fill="none" stroke="{colour}" stroke-width="{_mm(pen_width)}" '
         'stroke-linecap="round" stroke-linejoin="round">',
@@ -184,15 +184,15 @@ def _ink(drawing: Drawing, pen_width: float, colour: str, key: str = "") -> list
 def _stroke(stroke: Stroke, curve: Curve, pen_width: float, name: str) -> str:
     mark = name if outline.needed(stroke) else ""
     width = _mm(outline.reach(stroke) if mark else paths.stroke_width(stroke, pen_width))
-    own = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
+    attributes = "" if width == _mm(pen_width) else f' stroke-width="{width}"'
     word = "" if stroke.word < 0 else f' data-word="{stroke.word}"'
     layer = f" data-layer={about.quoted(about.xml_safe(stroke.layer))}" if stroke.layer else ""
-    own += f' stroke="{stroke.colour}"' if stroke.colour else ""
+    attributes += f' stroke="{stroke.colour}"' if stroke.colour else ""
     clock = np.rint((curve.t - curve.t[0]) * 1000).astype(np.int64)
     spans = f' data-k="{" ".join(map(str, np.diff(clock).tolist()))}"' if len(clock) > 1 else ""
     times = f'data-t0="{_mm(float(stroke.t[0]))}" data-t1="{_mm(float(stroke.t[-1]))}"'
     clip = f' clip-path="url(#{mark})"{_mark_notes(stroke, curve)}' if mark else ""
-    path = f'<path class="stroke" {times}{word}{layer}{own}{spans}{clip} d="{_path(curve)}"/>'
+    path = f'<path class="stroke" {times}{word}{layer}{attributes}{spans}{clip} d="{_path(curve)}"/>'
     return f"{_mark(stroke, curve, mark)}\n{path}" if mark else path
 
 

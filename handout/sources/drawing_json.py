@@ -64,9 +64,9 @@ def from_json(data: bytes) -> Drawing:
 def _read(stroke: _Stroke, number: int) -> Stroke:
     if len(stroke.x) != len(stroke.y):
         raise InputError(f"Stroke {number} has {len(stroke.x)} values of x and {len(stroke.y)} of y.")
-    known = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
+    fields = {name: getattr(stroke, name) for name in (*_CHANNELS, "word", "layer", "colour")}
     try:
         xy = np.column_stack([stroke.x, stroke.y])
-        return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **known)
+        return Stroke(np.array(stroke.t), xy, nib=stroke.nib or 0.0, **fields)
     except ValueError as error:
         raise InputError(f"Stroke {number} cannot be used: {error}.") from error

@@ -3,7 +3,7 @@
 Both spellings in use are read: ``<GML>`` and ``<gml>``, ``<time>`` and ``<t>``, ``screenBounds`` in any case.  Where
 the environment names a real scale with its unit, that is the size; otherwise the longer side of the screen is 200 mm.
 
-Source: the example files of the specification, versions 0.1c and 1.0.
+Source: the example files of the Graffiti Markup Language, versions 0.1c and 1.0.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def from_gml(data: bytes) -> Drawing:
     scale, rotated = _scale(root)
     numbers = count(1)
     drawings = [e for e in root.iter() if e.tag.lower() == "drawing"] or [root]
-    strokes_of = [_strokes(one, scale, rotated, numbers) for one in drawings]
+    strokes_of = [_strokes(drawing, scale, rotated, numbers) for drawing in drawings]
     strokes_of = [strokes for strokes in strokes_of if strokes]
-    points = sum(len(one.xy) for strokes in strokes_of for one in strokes)
+    points = sum(len(stroke.xy) for strokes in strokes_of for stroke in strokes)
     if points < _LEAST:
         raise InputError(f"This GML has {points} points of a pen that draws; at least {_LEAST} are needed.")
     several = {"drawings": len(strokes_of)} if len(strokes_of) > 1 else {}
@@ -69,7 +69,7 @@ def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
     """The strokes of all drawings, in rows one below another as on a sheet of them, so that none lies on another."""
     if len(drawings) == 1:
         return list(drawings[0])
-    boxes = [np.concatenate([one.xy for one in strokes]) for strokes in drawings]
+    boxes = [np.concatenate([stroke.xy for stroke in strokes]) for strokes in drawings]
     lows, sizes = np.array([b.min(axis=0) for b in boxes]), np.array([np.ptp(b, axis=0) for b in boxes])
     gap = _GAP * float(sizes.max())
     room = max(float(sizes[:, 0].max()), math.sqrt(len(drawings)) * float(sizes.max()))
@@ -77,7 +77,7 @@ def _apart(drawings: Sequence[Sequence[Raw]]) -> list[Raw]:
     for strokes, low, size in zip(drawings, lows, sizes, strict=True):
         if corner[0] > 0 and corner[0] + size[0] > room:
             corner = np.array([0.0, lowest + gap])
-        placed += [replace(one, xy=one.xy - low + corner) for one in strokes]
+        placed += [replace(stroke, xy=stroke.xy - low + corner) for stroke in strokes]
         lowest = max(lowest, corner[1] + size[1])
         corner = corner + np.array([size[0] + gap, 0.0])
     return placed

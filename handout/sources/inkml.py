@@ -102,9 +102,9 @@ class _Formats:
             return self._channels(element, None)
         if depth > 8:
             return current
-        own = element.find("traceFormat")
-        if own is not None:
-            return self._channels(own, element if element.tag == "inkSource" else element.find("inkSource"))
+        trace_format = element.find("traceFormat")
+        if trace_format is not None:
+            return self._channels(trace_format, element if element.tag == "inkSource" else element.find("inkSource"))
         for key in ("traceFormatRef", "inkSourceRef", "contextRef"):
             target = self._named.get((element.get(key) or "").partition("#")[2])
             if target is not None:
@@ -224,8 +224,8 @@ class _Decoder:
         self.mode = qualifier or self.mode
         if self.mode == "!":
             if text != "*":
-                given = _decimal(text)
-                self.value, self.step = given, given - self.value
+                value = _decimal(text)
+                self.value, self.step = value, value - self.value
             return self.value
         if text != "*":
             self.step = _decimal(text) + (self.step if self.mode == '"' else 0.0)
@@ -254,7 +254,7 @@ def _own(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
 
 
 def _foreign(traces: list[_Trace], notes: dict[str, str]) -> Drawing:
-    raw = [Raw(_xy(one), one.channels.get("T"), _pen(one), *one.notes, start=one.start) for one in traces]
+    raw = [Raw(_xy(trace), trace.channels.get("T"), _pen(trace), *trace.notes, start=trace.start) for trace in traces]
     return recorded.as_drawing(raw, "InkML", {kind: text for kind, text in notes.items() if kind}, fit=False)
 
 

@@ -4,7 +4,7 @@ The first line is the number of samples; each further line is one sample: y, x (
 time (ms), whether the pen is on the paper (1) or above it (0), azimuth and altitude (tenths of a degree), pressure
 (raw).
 
-Source: the format as it is described with the public samples of handwriting signal libraries.
+Source: SVC, as the format is described with the public samples of handwriting signal libraries.
 """
 
 from __future__ import annotations

@@ -181,9 +181,9 @@ class _Line:
         candidates = np.flatnonzero(inner if inner.any() else in_column)
         return int(candidates[np.abs(self.up[candidates] - _SETTINGS.anchor).argmin()]) if len(candidates) else None
 
-    def _mark(self, i: int, taken: set[int]) -> int | None:
+    def _mark(self, i: int, assigned: set[int]) -> int | None:
         """A vertex of the free component nearest to a mark's column, at a height where such marks are."""
-        free = ~np.isin(self.whole, list(taken))
+        free = ~np.isin(self.whole, list(assigned))
         distance = np.maximum(np.maximum(self.left[i] - self.u, self.u - self.right[i]), 0)
         fitting = free & (distance <= _SETTINGS.near)
         if self.names[i] in _LOW_MARKS:
@@ -219,9 +219,9 @@ class _Line:
         steps = np.hypot(self.u[a] - self.u[b], self.up[a] - self.up[b])
         return np.asarray(np.bincount(piece[a], steps, minlength=int(piece.max()) + 1), dtype=np.float64)
 
-    def _free(self, own: NDArray[np.bool_]) -> int:
+    def _free(self, component: NDArray[np.bool_]) -> int:
         """The letter that a component without any letter of its own belongs to: a dot, a bar, an accent, a speck."""
-        middle, height = float(self.u[own].mean()), float(self.up[own].mean())
+        middle, height = float(self.u[component].mean()), float(self.up[component].mean())
         away = np.maximum(np.maximum(self.left - middle, middle - self.right), 0)
         away = np.where(self.present, away, np.inf)
         dotted = np.array([name in _DOTTED or not name.isascii() for name in self.names])

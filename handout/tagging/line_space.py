@@ -186,25 +186,25 @@ def strips(mask: NDArray[np.bool_], frames: Sequence[Frame], slant: float | None
     frames : of the lines; their own slants are replaced.
     slant : tangent; without it the page's, found here.
     """
-    own = line_owners(mask, frames)
+    owners = line_owners(mask, frames)
     if slant is None:
-        slant = median_slant([straightened(own == i, replace(f, slant=0.0)).image for i, f in enumerate(frames)])
-    return [straightened(own == i, replace(frame, slant=slant)) for i, frame in enumerate(frames)]
+        slant = median_slant([straightened(owners == i, replace(f, slant=0.0)).image for i, f in enumerate(frames)])
+    return [straightened(owners == i, replace(frame, slant=slant)) for i, frame in enumerate(frames)]
 
 
 def median_slant(images: Sequence[Image]) -> float:
     """The tangent of the slant of straightened lines: the shear that gathers their ink in the fewest columns."""
     import cv2
 
-    found = []
+    slants = []
     for image in images:
         sharpness = []
         for slant in _SLANTS:
             shear = np.array([[1, slant, -slant * ABOVE + HEIGHT], [0, 1, 0]], dtype=np.float32)
             upright = cv2.warpAffine(image, shear, (image.shape[1] + 2 * HEIGHT, HEIGHT))
             sharpness.append(float(np.square(upright.sum(axis=0, dtype=np.float64)).sum()))
-        found.append(_SLANTS[int(np.argmax(sharpness))])
-    return float(np.median(found))
+        slants.append(_SLANTS[int(np.argmax(sharpness))])
+    return float(np.median(slants))
 
 
 def straightened(ink: NDArray[np.bool_], frame: Frame) -> Strip:

@@ -129,10 +129,10 @@ def gather_sources(
     pages = chosen_pages(names)
     if len(texts) > len(pages):
         raise InputError(f"{_counted(len(texts), 'text')} for {_counted(len(pages), 'page')}: {_ONE_EACH}.")
-    remaining, sources, seen = list(texts), list[PageSource](), dict[bytes, str]()
+    remaining, sources, source_of = list(texts), list[PageSource](), dict[bytes, str]()
     for path, page in pages:
         picture = read_picture(path, page)
-        _refuse_duplicate(picture, seen)
+        _refuse_duplicate(picture, source_of)
         sheet = filled_sheet(picture)
         has_text = len(texts) == len(pages) or (sheet is None and bool(remaining))
         if sheet is None and not has_text:
@@ -159,15 +159,15 @@ def _missing_text(source: str, texts: int, pages: int) -> str:
     )
 
 
-def _refuse_duplicate(picture: Picture, seen: dict[bytes, str]) -> None:
+def _refuse_duplicate(picture: Picture, source_of: dict[bytes, str]) -> None:
     """Raise InputError for a picture that is the same as one before, under another name."""
     digest = hashlib.blake2b(np.ascontiguousarray(picture.rgb).data, person=b"scan").digest()
-    if digest in seen:
+    if digest in source_of:
         raise InputError(
-            f"{picture.source} shows the very same picture as {seen[digest]}: leave one of them out, or its "
+            f"{picture.source} shows the very same picture as {source_of[digest]}: leave one of them out, or its "
             "letters would count twice."
         )
-    seen[digest] = picture.source
+    source_of[digest] = picture.source
 
 
 def _prepared(picture: Picture, dpi: float | None, say: Say) -> Prepared:
@@ -305,10 +305,10 @@ def refuse_mirrored(scan: Scan | Picture) -> None:
     from handout.prompting.registration import register
 
     try:
-        found = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
+        mirrored = register(np.ascontiguousarray(scan.rgb[:, ::-1])) is not None
     except InputError:
-        found = True
-    if found:
+        mirrored = True
+    if mirrored:
         raise InputError(
             f"{scan.source} is mirrored: the marks of a sheet can be read only backwards. Scan it again without "
             "mirroring, or flip the picture from left to right."

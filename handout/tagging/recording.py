@@ -54,7 +54,7 @@ class Recording:
 
 def x_height_of_strokes(strokes: Sequence[Stroke]) -> float:
     """The x-height, mm, which is the height that most ups and downs of a pen have; 0 if there are too few."""
-    heights = np.concatenate([np.zeros(0), *(np.abs(np.diff(one)) for one in turns(strokes))])
+    heights = np.concatenate([np.zeros(0), *(np.abs(np.diff(stroke_heights)) for stroke_heights in turns(strokes))])
     return float(np.median(heights)) if len(heights) >= _LEAST else 0.0
 
 
@@ -62,8 +62,8 @@ def turns(strokes: Sequence[Stroke]) -> list[Array]:
     """Of every stroke that is no dot or bar the heights y between which the pen goes up and down."""
     high = [float(np.ptp(stroke.xy[:, 1])) for stroke in strokes]
     usual = float(np.median([h for h in high if h > 0.1 * max(high)] or [0.0]))
-    found = [_turning(stroke.xy[:, 1], _TURN * usual) for stroke, h in zip(strokes, high, strict=True) if h > 0]
-    return [one for one in found if len(one) > 1]
+    extremes = [_turning(stroke.xy[:, 1], _TURN * usual) for stroke, h in zip(strokes, high, strict=True) if h > 0]
+    return [heights for heights in extremes if len(heights) > 1]
 
 
 def _turning(y: Array, least: float) -> Array:
@@ -131,24 +131,26 @@ def labelled_pieces(name: str, drawing: Drawing) -> list[Piece]:
 
 
 def _piece(drawing: Drawing, segment: Mapping[str, Any], level: str, letters: Sequence[Mapping[str, Any]]) -> Piece:
-    label, own = " ".join(segment["label"].split()), segment["strokes"]
-    strokes = tuple(drawing.strokes[i] for i in own)
+    label, numbers = " ".join(segment["label"].split()), segment["strokes"]
+    strokes = tuple(drawing.strokes[i] for i in numbers)
     if level == "CHARACTER":
         low, high = _extent(label)
         alone = Piece(strokes, label, 0.0, (0,) * len(strokes))
         return replace(alone, base=float(alone.box[3]) + low / (high - low) * alone.height)
-    turned = np.concatenate([np.maximum(one[:-1], one[1:]) for one in turns(strokes)] or [strokes[0].xy[:1, 1]])
-    return Piece(strokes, label, float(np.median(turned)), _spelt(label, own, letters))
+    turned = np.concatenate(
+        [np.maximum(heights[:-1], heights[1:]) for heights in turns(strokes)] or [strokes[0].xy[:1, 1]]
+    )
+    return Piece(strokes, label, float(np.median(turned)), _spelt(label, numbers, letters))
 
 
 def _spelt(label: str, strokes: Sequence[int], letters: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
     """Which grapheme of a label each stroke writes, if labels of single letters spell it, each with its own strokes."""
     units = graphemes(label)
     written = [i for i, unit in enumerate(units) if not unit.isspace()]
-    inside = [one for one in letters if set(one["strokes"]) <= set(strokes)]
-    of = {stroke: at for at, one in zip(written, inside, strict=False) for stroke in one["strokes"]}
-    spelt = [one["label"] for one in inside] == [units[i] for i in written]
-    alone = sum(len(one["strokes"]) for one in inside) == len(of) == len(strokes)
+    inside = [letter for letter in letters if set(letter["strokes"]) <= set(strokes)]
+    of = {stroke: at for at, letter in zip(written, inside, strict=False) for stroke in letter["strokes"]}
+    spelt = [letter["label"] for letter in inside] == [units[i] for i in written]
+    alone = sum(len(letter["strokes"]) for letter in inside) == len(of) == len(strokes)
     return tuple(of[stroke] for stroke in strokes) if spelt and alone else ()
 
 
@@ -157,8 +159,8 @@ def pieces_x_height(pieces: Sequence[Piece]) -> float:
     if any(set(piece.letters) != {0} for piece in pieces):
         return x_height_of_strokes([stroke for piece in pieces for stroke in piece.strokes])
     sizes = [(piece.height, high - low) for piece in pieces for low, high in [_extent(piece.label)]]
-    told = [height / usual for height, usual in sizes if usual > _TELLING]
-    return float(np.median(told)) if len(told) >= _LEAST_PIECES else 0.0
+    x_heights = [height / usual for height, usual in sizes if usual > _TELLING]
+    return float(np.median(x_heights)) if len(x_heights) >= _LEAST_PIECES else 0.0
 
 
 @lru_cache(maxsize=256)
@@ -205,8 +207,8 @@ def _page(name: str, rows: Sequence[Sequence[Piece]], pitch: float) -> Recording
         shift = np.array([0.0, pitch * number])
         strokes += [replace(stroke, xy=stroke.xy + shift) for piece in row for stroke in piece.strokes]
     first = accumulate(counts, initial=0)
-    of = [at + own for piece, at in zip(pieces, first, strict=False) for own in piece.letters]
+    of = [at + letter for piece, at in zip(pieces, first, strict=False) for letter in piece.letters]
     letters = tuple(np.full(len(s.t), at, dtype=np.intp) for s, at in zip(strokes, of, strict=False))
     text = "\n".join(" ".join(piece.label for piece in row) for row in rows)
-    known = letters if len(letters) == len(strokes) else ()
-    return Recording(name, Drawing(tuple(strokes), Page(1.0, 1.0)), text, known, len(rows))
+    stroke_letters = letters if len(letters) == len(strokes) else ()
+    return Recording(name, Drawing(tuple(strokes), Page(1.0, 1.0)), text, stroke_letters, len(rows))

@@ -57,14 +57,14 @@ Spans = Sequence[tuple[str, float, float]]
 def page_scale(images: Sequence[Image], lines: Sequence[TranscriptLine], widths: Array) -> float:
     """How broad this page's letters are against the usual ones: median over the lines."""
     usual = dict(zip(LETTERS, widths, strict=True))
-    found = []
+    scales = []
     for image, line in zip(images, lines, strict=True):
         x = np.flatnonzero((image > INKY).any(axis=0))
         expected = X_HEIGHT * sum(usual[letter] for letter in line.letters if letter != SPACE)
         if len(x) > 1 and expected > 0:
             gaps = np.diff(x)
-            found.append((np.ptp(x) - gaps[gaps > _WORD_GAP * X_HEIGHT].sum()) / expected)
-    return float(np.median(found)) if found else 1.0
+            scales.append((np.ptp(x) - gaps[gaps > _WORD_GAP * X_HEIGHT].sum()) / expected)
+    return float(np.median(scales)) if scales else 1.0
 
 
 class PageReader:
@@ -75,7 +75,7 @@ class PageReader:
         self.networks = tuple(networks)
         self.features = [describe(image) for image in images]
         self._terms = terms
-        self._prior = np.mean([one.log_prior for one in networks], axis=0)
+        self._prior = np.mean([network.log_prior for network in networks], axis=0)
 
     def part(self, lines: Sequence[int]) -> PageReader:
         """Some of the lines."""
@@ -91,16 +91,16 @@ class PageReader:
 
     def widths(self, lines: Sequence[TranscriptLine]) -> dict[str, float]:
         """Letter → usual width on this page, pixels of line space, given what is written on its lines."""
-        mean = np.mean([one.widths for one in self.networks], axis=0).astype(np.float64)
+        mean = np.mean([network.widths for network in self.networks], axis=0).astype(np.float64)
         usual = np.maximum(mean * page_scale(self.images, lines, mean) * X_HEIGHT, 3.0)
         return dict(zip(LETTERS, usual.tolist(), strict=True))
 
 
-def spans(line: TranscriptLine, found: Decoded) -> list[tuple[str, float, float]]:
+def spans(line: TranscriptLine, decoded: Decoded) -> list[tuple[str, float, float]]:
     """The letters with their ends, without spaces and without what was not found."""
     return [
         (letter, a, b)
-        for letter, a, b in zip(line.letters, found.left.tolist(), found.right.tolist(), strict=True)
+        for letter, a, b in zip(line.letters, decoded.left.tolist(), decoded.right.tolist(), strict=True)
         if letter != SPACE and b > a
     ]
 
@@ -120,7 +120,9 @@ def by_segments(
     # networks that have not learned from the page agree less than those that have learned from the same letters
     single = [_by_each_network(page, i, line, widths, page.networks) for i, line in enumerate(lines)]
     if not adapting or len(lines) < _ADAPTATION.folds:
-        return [[*others, one] if len(page.networks) > 1 else [one] for others, one in zip(single, best, strict=True)]
+        return [
+            [*others, joint] if len(page.networks) > 1 else [joint] for others, joint in zip(single, best, strict=True)
+        ]
     fold = folds(len(lines))
     rehearsed = rehearsal([line.text for line in lines], rng)
     for half in range(_ADAPTATION.folds):

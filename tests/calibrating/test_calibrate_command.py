@@ -38,6 +38,7 @@ def coarse(monkeypatch, profile):
     monkeypatch.setattr(printers, "resolve", lambda name, queue="": profile if name == "sim" else known(name, queue))
 
 
+@pytest.mark.slow
 def test_read_build_show_export(call, scan, tmp_path):
     out, err = call("calibrate", "read", scan, "-o", "patches.ti3", "--report", "report.html", "--json")
     assert json.loads(out)["patches"] == 760 and "760 colours read" in err
@@ -59,6 +60,7 @@ def test_the_help_of_export_explains_every_format(call):
     assert all(name in explained[1] + explained[2] for name in exports.FORMATS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dpi", [50, 55, 60])
 def test_too_few_dpi_are_the_cause_that_is_named(call, sheet, tmp_path, dpi):
     loop.write(Flatbed().scan(sheet, dpi, np.random.default_rng(2)), dpi, tmp_path / "coarse.tif")
@@ -88,6 +90,7 @@ def test_the_wizard_needs_somewhere_to_print(call):
     assert "paper 'blue'" in call("calibrate", "wizard", "--printer", "sim", "--paper", "blue", code=2)[1]
 
 
+@pytest.mark.slow
 def test_print_goes_through_the_calibration(call, coarse, stored, profile, tmp_path):
     (tmp_path / "table.csv").write_text(TABLE)
     given = ("print", "--printer", "sim", "table.csv", "--seed", "1", "--pen", "pencil")
@@ -107,6 +110,7 @@ def test_print_goes_through_the_calibration(call, coarse, stored, profile, tmp_p
     assert np.abs(after - told).mean() < 0.02 < np.abs(before - told).mean()
 
 
+@pytest.mark.slow
 def test_without_a_calibration_it_is_said(call, coarse, tmp_path):
     (tmp_path / "table.csv").write_text(TABLE)
     assert "not calibrated" in call("print", "--printer", "sim", "table.csv", "--seed", "1")[1]

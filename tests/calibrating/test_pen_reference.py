@@ -41,26 +41,28 @@ def with_pen(stored, scribbles, tmp_path):
     return stored
 
 
+@pytest.mark.slow
 def test_settings_that_differ_are_named(scribbles):
     known = pen_reference.compared(scribbles["scanner-gamma"], HAND)
     assert known.kind is Kind.CORRECTED and known.doubtful and known.facts()["difference"] > 4
-    assert "lighter than the hand's own scan" in known.said and "the scanner's settings differ" in known.said
+    assert "lighter than the hand's own scan" in known.sentence and "the scanner's settings differ" in known.sentence
 
 
+@pytest.mark.slow
 def test_words_in_the_frame_are_found(sheet, profile):
     words = loop.simulated(profile, "white", hand=HAND)._written(sheet, chart("A4").pages[0].scribble_field)
     picture = Flatbed().scan(words, 120, np.random.default_rng(1))
     reading = read([Scan(picture, (120, 120))])
     assert reading.findings == () and reading.scribble.density.max() > 0.5
     known = pen_reference.compared(reading.scribble, HAND)
-    assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.said
+    assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.sentence
 
 
 def test_without_words_nothing_is_known_and_that_is_said(patches, scan):
     assert read([scan]).scribble is None
     known = pen_reference.compared(None, HAND)
     assert known.kind is Kind.NOTHING and known.doubtful and known.match is None
-    assert "cannot be known" in known.said and "in the frame" in known.said
+    assert "cannot be known" in known.sentence and "in the frame" in known.sentence
 
 
 def test_whose_pen_it_is(scribbles):
@@ -68,16 +70,18 @@ def test_whose_pen_it_is(scribbles):
     assert pen_reference.compared(some, "").kind is Kind.KEPT
     assert pen_reference.compared(some, "house-print").kind is Kind.DRAWN
     other = pen_reference.compared(some, HAND, "somebody")
-    assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.said
+    assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.sentence
 
 
+@pytest.mark.slow
 def test_another_pen_is_not_taken_for_settings(scribbles):
     some = scribbles["same"]
     red = type(some)(some.paper * np.exp(-some.density * np.array([0.1, 1.5, 1.0])), some.paper, some.dpi)
     known = pen_reference.compared(red.__class__(red.picture.astype(np.float32), red.paper, red.dpi), HAND)
-    assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.said
+    assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.sentence
 
 
+@pytest.mark.slow
 def test_a_page_is_printed_in_the_pens_colour(with_pen):
     said = []
     known = calibrated_ink.pen_of(with_pen, HAND, said.append)
@@ -91,12 +95,14 @@ def test_a_page_is_printed_in_the_pens_colour(with_pen):
     assert made.facts()["pen"]["kind"] == "corrected"
 
 
+@pytest.mark.slow
 def test_the_strip_is_of_the_pens_colour(with_pen):
     made = strip.prepare(with_pen, HAND)
     page = ink_samples.reach_of(HAND, with_pen.table(), pen_reference.of_calibration(with_pen, HAND))
     assert (made.out, made.lost, made.whose) == (page.out, page.mean, f"of {HAND}")
 
 
+@pytest.mark.slow
 def test_one_figure_on_ink_out_of_reach(stored):
     made_strip = strip.prepare(stored)
     rgba = np.full((3, 3, 4), 0.5, dtype=np.float32)
@@ -122,6 +128,7 @@ def test_what_the_pen_wrote_is_kept(with_pen, scribbles, tmp_path):
         load(bad)
 
 
+@pytest.mark.slow
 def test_writing_of_a_hand_is_on_its_own_paper():
     density, paper, dpi = pen_reference.writing(find(HAND))
     assert 100 <= dpi <= 1200 and np.allclose(paper, ink_samples.paper_of(HAND))

@@ -16,6 +16,7 @@ from handout.simulated.printer import Flatbed, Inkjet
 DPI = 80
 
 
+@pytest.mark.slow
 def test_the_whole_way(with_table, profile, tmp_path):
     wizard, printer = with_table, loop.simulated(profile, "white")
     printer.dpi, printer.flatbed = 150, Flatbed(shading=0.0)
@@ -28,7 +29,7 @@ def test_the_whole_way(with_table, profile, tmp_path):
     assert store.every() == []
     kept = wizard.store()
     assert wizard.step is Step.DONE
-    assert store.newest("sim").made == kept.made
+    assert store.newest("sim").date == kept.date
     assert kept.verification()["after"]["mean"] == verified.after.mean
     assert not wizard.session.folder.exists()
 
@@ -50,6 +51,7 @@ def test_a_run_that_was_left_is_gone_on_with(wizard, scan, profile):
     assert not afresh.resumed and afresh.step is Step.PRINT and not again.session.folder.exists()
 
 
+@pytest.mark.slow
 def test_a_chart_of_two_pages_waits_for_the_other(profile, tmp_path):
     wizard = Wizard(Task(profile, "sim", "white", pages=2))
     document, *_ = wizard.print_chart()
@@ -138,6 +140,7 @@ def test_a_bad_scan_is_named(code, wizard, picture, tmp_path):
     assert code in found or (code == "low-dpi" and found & {"few-marks", "no-marks"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", DOUBTFUL)
 def test_a_doubtful_scan_is_taken_with_a_word(code, wizard, picture, tmp_path):
     path = tmp_path / "scan.tif"
@@ -150,6 +153,7 @@ def test_a_doubtful_scan_is_taken_with_a_word(code, wizard, picture, tmp_path):
     assert store.every() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fault", "code"), [("clogged", "banding"), ("fit-to-page", "scaled")])
 def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_path):
     sheet = Inkjet("white", faults=[fault]).printed(chart_pixels, profile.dpi, profile.margins)

@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 KEYS = {"pages", "lines", "characters", "strokes", "pen_down_mm", "pen_up_mm", "duration_s", "seed", "hand", "files"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hand", ["house-joined", "house-quick", "house-print"])
 def test_write_is_reproducible(call, hand):
     command = ["write", "--file", ROOT / "examples/letter.txt", "--hand", hand, "--json"]
@@ -54,6 +55,7 @@ def test_write_from_standard_input(call, monkeypatch):
     assert facts["characters"] == len("fromapipeä")
 
 
+@pytest.mark.slow
 def test_slips_are_struck_out_and_told(call):
     text = "people remember their mornings and write them down with care " * 3
     plain = json.loads(call("write", text, "-o", "a.svg", "--json", "--seed", 2)[0])
@@ -71,6 +73,7 @@ def test_slips_are_struck_out_and_told(call):
     assert told["slips"] and told["executed_s"] > 0
 
 
+@pytest.mark.slow
 def test_several_pages_are_numbered(call):
     facts = json.loads(call("write", "word " * 400, "--page", "A6", "-o", "l.svg", "-o", "l.pdf", "--json", "-q")[0])
     assert facts["pages"] > 1
@@ -125,6 +128,7 @@ def test_plot_reports_how_faithful_the_motion_is(call, tmp_path):
     assert "nowhere" in err and not Path("q.svg").exists()
 
 
+@pytest.mark.slow
 def test_plot_fit_to_the_bed(call):
     text = "line\n" * 20
     _, err = call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", code=2)
@@ -132,6 +136,7 @@ def test_plot_fit_to_the_bed(call):
     call("plot", "--port", "sim:", text, "--page", "400x400mm", "--x-height", "5mm", "--fit", "-q")
 
 
+@pytest.mark.slow
 def test_print_dry_run(call):
     table = ROOT / "examples/envelope.csv"
     facts = json.loads(call("print", "--printer", "epson", table, "--dry-run", "e.svg", "--json", "--seed", 1)[0])
@@ -151,6 +156,7 @@ def test_print_reports_rows_that_cannot_be_done(call):
     assert "row 3" in err and "house-joined" in err
 
 
+@pytest.mark.slow
 def test_hand_list_and_show(call):
     out, _ = call("hand", "list")
     assert {"house-joined", "house-quick", "house-joined-ballpoint"} <= {line.split()[0] for line in out.splitlines()}

@@ -47,6 +47,7 @@ def test_a_drawing_is_plotted_in_the_order_with_the_least_travel(folder):
     assert facts["pen_down_mm"] == pytest.approx(166, abs=0.1) and facts["executed_s"] > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["drawing.svg", "the boats came home last night with the tide, and all was well"])
 def test_a_preview_shows_the_order_of_travel_that_is_plotted(folder, what):
     def facts(*more):

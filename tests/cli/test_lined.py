@@ -100,6 +100,7 @@ def test_a_photographed_sheet_is_written_on_its_rules_and_inside_its_margin(call
     assert left > max(made.seen(margin, 20)[0], made.seen(margin, 60)[0]) + 0.5
 
 
+@pytest.mark.slow
 def test_a_sheet_without_rules_is_said(call):
     made = scanned(sheet([], dpi=120), np.random.default_rng(2))
     Image.fromarray(made.rgb).save("blank.png")

@@ -8,6 +8,7 @@ import pytest
 from handout import profiles
 
 
+@pytest.mark.slow
 def test_the_sheet_is_written(call, tmp_path):
     out, err = call("pen", "test", "--device", "axidraw-minikit", "--dry-run", "a.svg", "--dry-run", "a.ebb", "--json")
     told = json.loads(out)
@@ -18,6 +19,7 @@ def test_the_sheet_is_written(call, tmp_path):
     assert "pen.down_time" in err and "limits.draw_speed" in err
 
 
+@pytest.mark.slow
 def test_the_sheet_is_plotted_and_kept_as_a_job(call):
     told = json.loads(call("pen", "test", "--device", "hp-7475a", "--port", "sim:", "--json", "--quiet")[0])
     assert told["executed_s"] == pytest.approx(told["planned_s"], rel=0.05)

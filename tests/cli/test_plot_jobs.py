@@ -161,6 +161,7 @@ def until_it_draws(process, place):
     raise AssertionError("it never drew")
 
 
+@pytest.mark.slow
 def test_killed_in_the_middle(call, tmp_path):
     place = tmp_path / "state" / "handout" / "plots"
     process = command("--port", "sim:?realtime=1", TEXT, "--seed", "1", "-q")
@@ -216,6 +217,7 @@ class Desk:
         self.server.close()
 
 
+@pytest.mark.slow
 def test_killed_and_the_plotter_went_on_with_what_it_had(call, tmp_path):
     desk, place = Desk(), tmp_path / "state" / "handout" / "plots"
     try:

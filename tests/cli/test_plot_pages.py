@@ -38,6 +38,7 @@ def begun(call, monkeypatch, hand="house-print", text=TEXT, *more):
     return job
 
 
+@pytest.mark.slow
 def test_what_is_made_later_is_what_the_preview_shows(call, monkeypatch):
     facts = json.loads(call("plot", TEXT, *SMALL, "house-print", "--dry-run", "x.json", "--json", "--slips", 40)[0])
     shown = [from_json(Path(file).read_bytes()) for file in facts["files"]]
@@ -55,6 +56,7 @@ def test_what_is_made_later_is_what_the_preview_shows(call, monkeypatch):
     assert told["slips"] == facts["slips"]
 
 
+@pytest.mark.slow
 def test_a_job_that_broke_off_on_its_first_page_is_gone_on_with_to_its_last(call, monkeypatch):
     job = begun(call, monkeypatch)
     told = json.loads(call("plot", "show", job.name, "--json")[0])
@@ -66,6 +68,7 @@ def test_a_job_that_broke_off_on_its_first_page_is_gone_on_with_to_its_last(call
     assert told["drawn_mm"] == told["pen_down_mm"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harm", ["changed", "gone", "program"])
 def test_what_the_pages_are_made_from_is_another_now(call, monkeypatch, harm):
     shutil.copy(path("house-print"), "mine.toml")
@@ -107,6 +110,7 @@ def test_pages_that_end_elsewhere_are_not_mixed(call, monkeypatch):
         list(job_pages.complete(job.folder))
 
 
+@pytest.mark.slow
 def test_the_program_that_makes_pages_stops_when_nobody_plots(call, monkeypatch):
     job = begun(call, monkeypatch, "house-print", TEXT * 8)
     environment = {"PYTHONPATH": str(Path(handout.__file__).parents[1]), "OMP_NUM_THREADS": "1"}

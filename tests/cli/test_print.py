@@ -48,6 +48,7 @@ def placed(path):
     return box, [v * 25.4 / 72 for v in (x, y, x + width, y + height)]
 
 
+@pytest.mark.slow
 def test_a_jam_and_then_the_rest(call, table):
     with SimulatedPrinter(Path("out"), Faults(jam_at=2)) as printer:
         command = ("print", table, "--printer", "epson", "--queue", printer.uri, *QUICK)
@@ -67,6 +68,7 @@ def test_a_jam_and_then_the_rest(call, table):
         assert len({about(path)["seed"] for path in Path("out").glob("*.pdf")}) == 1
 
 
+@pytest.mark.slow
 def test_an_envelope_that_nobody_knows_of(call, table):
     with SimulatedPrinter(faults=Faults(lie_at=1)) as printer:
         command = ("print", table, "--printer", printer.uri, "--rows", "2-3", *QUICK)
@@ -78,6 +80,7 @@ def test_an_envelope_that_nobody_knows_of(call, table):
         assert [job.name.split()[-1] for job in printer.printed] == ["3", "2"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_cancels_what_is_in_flight(table, heard):
     with SimulatedPrinter(faults=Faults(printing=60)) as printer:
         tell, followed = printer._report_job, threading.Event()
@@ -97,6 +100,7 @@ def test_ctrl_c_cancels_what_is_in_flight(table, heard):
         assert [job.state.name for job in printer.jobs] == ["CANCELED"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "sheet", "corner"),
     [
@@ -115,6 +119,7 @@ def test_feed_and_flap(call, table, asked, sheet, corner):
     assert corner == f"{'upper' if along > sheet[1] / 2 else 'lower'} {'right' if across > sheet[0] / 2 else 'left'}"
 
 
+@pytest.mark.slow
 def test_nudge(call, table):
     for folder, nudge in (("still", "0,0"), ("moved", "2mm,-1.5mm")):
         call(
@@ -137,6 +142,7 @@ def test_nudge(call, table):
     assert [b - a for a, b in zip(still, moved, strict=True)] == pytest.approx([2, 1.5, 2, 1.5], abs=25.4 / 600)
 
 
+@pytest.mark.slow
 def test_the_tray_is_told(call, table):
     with SimulatedPrinter() as printer:
         command = ("print", table, "--rows", 2, "--printer", "epson", "--queue", printer.uri, *QUICK)
@@ -158,6 +164,7 @@ def test_the_printer_s_own_address_is_in_its_profile(call, table):
         assert printer.printed[0].document.startswith(b"RaS2PwgRaster")
 
 
+@pytest.mark.slow
 def test_ink_that_a_nudge_moves_beyond_the_margin_is_a_warning(call, table):
     _, err = call(
         "print", table, "--rows", 2, "--printer", "epson", "--queue", "file:out", "--nudge", "0mm,-50mm", *QUICK
@@ -212,6 +219,7 @@ def test_a_table_without_names_needs_a_word(call):
     assert "warning: row 2: it has no name" in err and "1 of 1 envelope done" in err
 
 
+@pytest.mark.slow
 def test_a_batch_is_gone_on_with_by_the_same_columns(call):
     Path("o.csv").write_text("Who,Street,City,Work Street,Work City\n" + "Ada,1 Lane,Ely,2 Road,York\n" * 2)
     with SimulatedPrinter(faults=Faults(hold_at=1)) as printer:

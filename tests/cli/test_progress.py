@@ -86,6 +86,7 @@ def test_pages_and_plots_tell_how_far_they_are(call, told):
     assert len(shares) > 5 and shares == sorted(shares) and shares[-1] == pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_a_batch_tells_how_far_it_is(call, told, tmp_path):
     (tmp_path / "a.csv").write_text("name,street,city\nAda,1 Lane,Town\nBob,2 Lane,Town\n", encoding="utf-8")
     call("print", "a.csv", "--printer", "epson", "--dry-run", "a.pdf", "--seed", 1, "-q")

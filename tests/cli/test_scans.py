@@ -17,6 +17,7 @@ def kept(small_hand):
     return "small.hand"
 
 
+@pytest.mark.slow
 def test_read_and_check(call, small_scan, told):
     out, err = call(
         "hand", "read", "mine", "--scan", small_scan.scan, "--text", small_scan.text, "-o", "mine.hand", "--json",
@@ -102,6 +103,7 @@ def test_import_list_show_export_remove(call, kept):
     assert "No scanned hand is called 'mine'" in err
 
 
+@pytest.mark.slow
 def test_the_hands_that_ship(call):
     listed = {one["name"]: one for one in json.loads(call("hand", "list", "--json")[0])["scanned"]}
     assert {"house-joined-ballpoint", "house-print-fountain"} <= listed.keys()
@@ -170,6 +172,7 @@ def test_wrong_inputs_are_named(call, kept, small_scan, tmp_path):
     assert not Path("x.hand").exists()
 
 
+@pytest.mark.slow
 def test_the_text_of_another_page_is_refused(call, small_scan):
     Path("other.txt").write_text("Quantum flux zig-zagged\nby 27 wax boxes, Dr. K\nwhy shrug at Puck?\n")
     _, err = call("hand", "read", "m", "--scan", small_scan.scan, "--text", "other.txt", "-o", "x.hand", code=2)
@@ -203,6 +206,7 @@ def test_texts_go_to_scans_that_are_no_sheets(small_scan, monkeypatch):
         texts("sheet", "second-sheet", given=("other",))
 
 
+@pytest.mark.slow
 def test_wrong_scans_are_named_in_a_sentence_and_nothing_is_written(call, small_scan):
     good = Image.open(small_scan.scan).convert("RGB")
     good.save("page.png", dpi=(300, 300))

@@ -30,6 +30,7 @@ def run(folder: Path, name: str, *arguments: str, given: str = "") -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_colprof_makes_a_profile_of_our_ti3(tmp_path) -> None:
     patches = Patches(sheet(), dull(sheet()), np.full(len(sheet()), np.nan))
     cgats.write(tmp_path / "scan.ti3", ti3(patches, {"PRINTER": 'a "formula"', "PAPER": "cream"}))
@@ -67,6 +68,7 @@ def recognition(page: ChartPage) -> str:
     return "\n".join([*lines, "", "BOX_SHRINK 8.0", "", "REF_ROTATION 0.0", "", *edges])
 
 
+@pytest.mark.slow
 def test_scanin_reads_a_page_by_our_ti2(tmp_path) -> None:
     made = chart()
     (page,) = made.pages

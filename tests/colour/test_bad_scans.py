@@ -75,6 +75,7 @@ def test_no_marks(good):
     assert "16 square marks" in finding.sentence
 
 
+@pytest.mark.slow
 def test_too_few_marks(good):
     pixels, at = good[0].copy(), good[1]
     for corners in at(PAGE.marks.reshape(-1, 2)).reshape(-1, 4, 2)[:12]:
@@ -90,6 +91,7 @@ def test_hidden_marks_are_said_and_do_no_harm(good):
     assert "2 of the chart's 16" in only(of(pixels), "marks-hidden", "warn").sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [0, 1])
 def test_mirrored(good, axis):
     reading = of(np.ascontiguousarray(np.flip(good[0], axis)))
@@ -103,6 +105,7 @@ def test_another_chart(sheet, good):
     assert len(reading.device) == 0
 
 
+@pytest.mark.slow
 def test_two_charts_in_one_picture(good):
     other = chart("letter")
     pixels, _ = scanned(paper(render(other.pages[0], 300)), DPI)
@@ -111,6 +114,7 @@ def test_two_charts_in_one_picture(good):
     assert "two charts" in only(of(np.hstack(both)), "another-chart", "refuse").sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "edge"), [(0, "upper edge"), (1, "right edge"), (2, "lower edge"), (3, "left edge")])
 def test_cropped_by_60_mm(good, turn, edge):
     pixels = np.ascontiguousarray(np.rot90(good[0], turn)[round(60 / 25.4 * DPI) :])
@@ -139,18 +143,21 @@ def test_patches_of_fewer_than_ten_pixels(sheet):
         assert "9.9 pixels" in only(reading, "low-dpi", "refuse").sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.94, 0.97, 1.03])
 def test_printed_scaled(sheet, size):
     finding = only(of(scanned(sheet, DPI, size=size)[0]), "scaled", "warn")
     assert f"{size:.1%}" in finding.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stretch", "angle"), [(1.03, 0), (0.97, 90)])
 def test_stretched(sheet, stretch, angle):
     finding = only(of(scanned(sheet, DPI, stretch=stretch, angle=angle)[0]), "stretched", "warn")
     assert "3." in finding.sentence
 
 
+@pytest.mark.slow
 def test_warped(sheet):
     reading = of(scanned(sheet, DPI, warp=2.0)[0])
     only(reading, "warped", "warn")

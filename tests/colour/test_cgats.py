@@ -39,6 +39,7 @@ def tables(draw):
     return cgats.Table("CTI3", tuple(keywords), tuple(fields), tuple(rows))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.lists(tables(), min_size=1, max_size=3))
 def test_what_is_written_is_read_again(some):

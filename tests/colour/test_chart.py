@@ -91,6 +91,7 @@ def test_numbers_of_marks_say_which_page_it_is():
     assert page_of_marks(999) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dpi", [300, 360, 600])
 def test_pixels_are_the_colours_and_nothing_else(dpi):
     page = chart("A4").pages[0]
@@ -106,6 +107,7 @@ def test_pixels_are_the_colours_and_nothing_else(dpi):
     assert (pixels[outside] == 255).all()
 
 
+@pytest.mark.slow
 def test_marks_are_what_any_reader_of_aruco_finds():
     page = chart("letter", pages=2).pages[1]
     grey = cv2.cvtColor(render(page, 300), cv2.COLOR_RGB2GRAY)

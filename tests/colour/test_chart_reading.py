@@ -35,6 +35,7 @@ def far(reading):
     return float(np.abs(reading.scanned - printed(reading.device)).max()) * 255
 
 
+@pytest.mark.slow
 @settings(max_examples=7, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     angle=st.floats(0, 360), dpi=st.floats(50, 130), size=st.floats(0.95, 1.05), warp=st.floats(0, 2.0),
@@ -56,6 +57,7 @@ def test_any_angle_size_and_resolution_gives_the_same(sheet, angle, dpi, size, w
     assert np.linalg.norm(found - true, axis=1).max() * 25.4 / dpi < 0.2 + 80 / dpi
 
 
+@pytest.mark.slow
 def test_1200_dpi(sheet):
     # the upper part of the page, so that the picture stays small: the rest is cropped, and said so
     part = np.rint(sheet[: len(sheet) * 11 // 25] * 255).astype(np.uint8)
@@ -66,6 +68,7 @@ def test_1200_dpi(sheet):
     assert [finding.code for finding in reading.findings if finding.severity == "refuse"] == ["cropped"]
 
 
+@pytest.mark.slow
 def test_a_warped_page_is_followed(sheet):
     pixels, at = scanned(sheet, 150.0, warp=2.0, angle=-17)
     found = place(Scan(pixels, (150.0, 150.0)))
@@ -102,6 +105,7 @@ FILES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_files(tmp_path, good, name):
     FILES[name](tmp_path / name, good)
@@ -132,6 +136,7 @@ def test_pages_of_a_file_are_scans(tmp_path, sheet, good):
     assert error[1] < 0.8 * error[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mode", "suffix", "code", "severity"),
     [
@@ -153,6 +158,7 @@ def test_kinds_of_pixels(tmp_path, good, mode, suffix, code, severity):
     assert found.get(code) == severity
 
 
+@pytest.mark.slow
 def test_resolution_that_differs_both_ways(tmp_path, good):
     Image.fromarray(good).save(tmp_path / "x.png", dpi=(100, 200))
     codes = [finding.code for finding in read([tmp_path / "x.png"]).findings]
@@ -178,6 +184,7 @@ def test_no_scan():
     assert not reading.usable
 
 
+@pytest.mark.slow
 def test_two_pages(sheet):
     made = chart("A4", pages=2)
     scans = [Scan(scanned(paper(render(page, 300)), 100.0, seed=page.number)[0], (100.0, 100.0), f"p{page.number}")

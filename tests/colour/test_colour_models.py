@@ -73,6 +73,7 @@ def test_a_few_patches_with_dust_on_them_are_left_out() -> None:
     assert met[0] < met[1] + 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_patches_that_scan_alike_do_no_harm(method: str) -> None:
     # 8-bit means, and every grey twice: exact duplicates, and centres a rounding apart
@@ -119,6 +120,7 @@ def test_out_of_gamut_goes_to_what_looks_nearest(models) -> None:
     assert inverse.printable(forward, dull(INSIDE))[1].max() < 0.1
 
 
+@pytest.mark.slow
 def test_the_worst_of_dark_colours_comes_out_nearly_as_well_as_the_model_knows_them() -> None:
     printer = Dark().scan_patches
     model = fit(scanned(printer, 1 / 255, 3, chart(8, 256)))

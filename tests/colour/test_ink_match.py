@@ -42,6 +42,7 @@ def scan(ink, paper, amounts, flatbed, seed):
     return np.rint(flatbed.toned(noisy, power) * 255) / 255, flatbed.toned(seen, power)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ink", LOBES)
 @pytest.mark.parametrize("name", ["same", *SETTINGS])
 def test_ink_becomes_what_the_charts_scan_shows_of_it(ink, name):
@@ -65,6 +66,7 @@ def test_ink_becomes_what_the_charts_scan_shows_of_it(ink, name):
         assert before > 4 and not found.alike and found.lighter > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ink", LOBES)
 def test_a_contrast_that_both_scans_have_is_no_difference(ink):
     steep = Flatbed(contrast=0.6)

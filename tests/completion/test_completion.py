@@ -69,6 +69,7 @@ def test_what_cannot_be_had_is_an_error_with_its_places(small_hand):
     assert "'漢'" in str(caught.value) and "'Z'" not in str(caught.value) and "--fallback" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_all_that_a_drawn_hand_has_can_be_lent(small_hand):
     text = "Zß 7&?! ç É ñ ê å ž x X (ł)"
     lent, borrowed = complete_hand(small_hand, text, fallback=True)

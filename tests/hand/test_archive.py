@@ -94,6 +94,7 @@ def test_an_array_of_objects_is_never_made(tmp_path):
     assert "not an array" in refusal(tmp_path, {"x.npy": stream.getvalue()}, lambda a: a.array("x.npy", "O", None))
 
 
+@pytest.mark.slow
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):
     path = tmp_path / "bomb.hand"
     zipped = zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)

@@ -166,6 +166,7 @@ def test_what_cannot_be_done_is_refused(small_hand):
             apply(small_hand, [wrong])
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.data())
 def test_any_corrections_leave_a_hand(small_hand, data):

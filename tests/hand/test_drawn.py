@@ -107,6 +107,7 @@ def test_frequent_letters_have_several_forms():
             assert len({g.form for g in made.glyphs[letter]}) >= 3, (name, letter)
 
 
+@pytest.mark.slow
 def test_weight_says_how_often_a_form_is_written(tmp_path):
     from handout.writing.choice import Chooser
     from handout.writing.text import Letter

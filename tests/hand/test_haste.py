@@ -25,6 +25,7 @@ def test_none_is_the_hand_itself():
     assert hasten(hand, 0.0) is hand
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_haste_is_quicker_broader_flatter_and_more_slanted(name):
     hand = load(name)

@@ -13,6 +13,7 @@ from handout.hand.report import facts
 NAMES = ("house-joined-ballpoint", "house-print-fountain")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_hand_is_whole(name):
     path = library.scanned_file(name)

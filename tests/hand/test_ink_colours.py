@@ -77,6 +77,7 @@ def grey_hand(small_hand, tmp_path):
     return str(path)
 
 
+@pytest.mark.slow
 def test_strokes_have_it_in_svg_and_pdf(grey_hand, tmp_path):
     from click.testing import CliRunner
     from PIL import Image
@@ -103,6 +104,7 @@ def test_strokes_have_it_in_svg_and_pdf(grey_hand, tmp_path):
     assert not given and 'stroke="#00ff00"' in svg.read_text()
 
 
+@pytest.mark.slow
 def test_what_scanned_ink_does_not_follow_is_said(grey_hand, tmp_path):
     import json
 

@@ -59,6 +59,7 @@ def test_the_centre_weighs_ink_above_the_line_and_between_the_neighbours(small_h
         assert hand.centre(number) == pytest.approx(total / mass, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_body_is_a_glyph_without_its_ligatures(small_hand):
     hand = small_hand
     joined = [i for i, glyph in enumerate(hand.glyphs) if glyph.ligatures]

@@ -52,6 +52,7 @@ def darkness(drawing: Drawing, model: str, dpi: float = 300, seed: int = 5) -> A
     return 1 - pens.image(drawing, dpi, usual(model), rng(seed)).mean(axis=2) / 255
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", REAL)
 def test_same_at_any_resolution(model: str) -> None:
     drawing = drawn(line(3, 0.4), line(6, 0.6), zigzag())
@@ -59,6 +60,7 @@ def test_same_at_any_resolution(model: str) -> None:
     assert means == pytest.approx([means[1]] * 3, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", REAL)
 def test_gaps_are_in_the_same_places_at_any_resolution(model: str) -> None:
     drawing = drawn(line(3, 0.4), line(6, 0.6), zigzag())
@@ -70,6 +72,7 @@ def test_gaps_are_in_the_same_places_at_any_resolution(model: str) -> None:
     assert np.abs(coarse - boxed).mean() < np.abs(coarse - other).mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", REAL)
 def test_same_noise_same_pixels_and_other_noise_others(model: str) -> None:
     drawing = drawn(line(3), zigzag())
@@ -79,6 +82,7 @@ def test_same_noise_same_pixels_and_other_noise_others(model: str) -> None:
     assert not np.array_equal(first, other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["ballpoint", "fountain", "pencil"])
 def test_pressure_gives_more_ink(model: str) -> None:
     # each is the mean of the same noise, so that only pressure differs
@@ -86,6 +90,7 @@ def test_pressure_gives_more_ink(model: str) -> None:
     assert (np.diff(shares) > 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["ballpoint", "fineliner", "fountain", "pencil"])
 def test_speed_gives_less_ink(model: str) -> None:
     shares = [darkness(drawn(line(6, 0.55, speed)), model).mean() for speed in (4, 12, 30, 90)]
@@ -104,6 +109,7 @@ def test_width_and_load_follow_pressure_and_speed(low: float, high: float, slow:
     assert (swift.radius <= calm.radius + 1e-9).all() and (swift.load <= calm.load + 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["ballpoint", "fineliner", "fountain"])
 def test_ink_pools_where_the_pen_turns(model: str) -> None:
     dark = np.mean([darkness(drawn(zigzag()), model, 300, seed) for seed in range(4)], axis=0)

@@ -13,6 +13,7 @@ from handout.writing.compose import compose
 from handout.writing.layout import Layout
 
 
+@pytest.mark.slow
 def test_words_are_struck_in_the_authors_ink(small_hand):
     layout = Layout(page("120x40mm"), (5.0, 5.0, 5.0, 5.0), x_height=small_hand.x_height)
     (sheet,) = compose("ten even hens jumped of", small_hand, layout, np.random.default_rng(2), slips=100.0, pages=1)

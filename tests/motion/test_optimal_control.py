@@ -152,6 +152,7 @@ def test_singular_covariances_are_taken():
     assert np.isfinite(xy).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [None, np.broadcast_to(np.diag([0.0004, 0.0001]), (8, 2, 2))])
 def test_jitter_is_as_large_as_was_asked_for(spread):
     rng = np.random.default_rng(2)

@@ -91,6 +91,7 @@ def test_noise_of_the_chain_has_the_covariance_of_the_posterior(ends, dimensions
     assert np.abs(root @ root.T - dense).max() <= 1e-6 * dense.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", ["free", "rest", "fixed"])
 @pytest.mark.parametrize("order", [2, 4, 5])
 @pytest.mark.parametrize("smooth", [0.1, 0.3, 0.4])

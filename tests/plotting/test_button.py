@@ -44,6 +44,7 @@ def no_waiting_for_the_disk(monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("version", "after"), [("2.4.5", 0), ("2.4.5", 90), ("2.8.1", 0), ("2.8.1", 40), ("3.0.0", 12), ("3.0.0", 10**6)]
 )

@@ -19,6 +19,7 @@ def short():
 RUNS = [(MACHINES[(7 * n) % len(MACHINES)], fault, 3000 + n) for n, fault in enumerate(FAULTS * 3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("machine", "fault", "seed"), RUNS, ids=[f"{m.title} {f} {n}" for m, f, n in RUNS])
 def test_whatever_goes_wrong_everything_is_drawn_once(machine, fault, seed):
     run = disturbed(machine, fault, seed, short(), extent(machine))
@@ -29,6 +30,7 @@ def test_whatever_goes_wrong_everything_is_drawn_once(machine, fault, seed):
         assert verdict(run) == "right", run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", SHORTLY, ids=lambda machine: machine.title)
 @pytest.mark.parametrize("part", [0, 1, 2])
 def test_the_power_is_cut_at_any_byte(machine, part):

@@ -21,6 +21,7 @@ extent = functools.cache(lambda machine: faults.undisturbed(machine, short()))
 RUNS = [(MACHINES[(4 * n) % len(MACHINES)], KINDS[n % len(KINDS)], n) for n in range(21)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("machine", "kind", "seed"), RUNS, ids=[f"{m.title} {k} {n}" for m, k, n in RUNS])
 def test_no_ink_is_missing_when_a_damaged_plot_is_finished(machine, kind, seed):
     run = damages.damaged(machine, kind, seed, short(), extent(machine))

@@ -24,6 +24,7 @@ def changed(profile, table, **values):
     return msgspec.structs.replace(profile, **{table: msgspec.structs.replace(getattr(profile, table), **values)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)
 @pytest.mark.parametrize(
     ("fault", "error", "said", "lifted"),
@@ -86,6 +87,7 @@ def test_late_answers_are_no_fault():
     assert len(port.executed().strokes) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
 def test_an_interrupt_stops_the_machine_and_lifts_the_pen(profile, share):
@@ -169,6 +171,7 @@ def test_several_sheets_over_one_connection():
         assert report.executed_s == pytest.approx(report.announced_s, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zero", ["kept", "here"])
 @pytest.mark.parametrize("origin", ["bottom-left", "top-left", "centre"])
 @pytest.mark.parametrize("y", ["up", "down"])
@@ -249,6 +252,7 @@ class Watching:
         return done
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z], ids=lambda p: p.name)
 @pytest.mark.parametrize("overlap", [3.0, 20.0])
 def test_no_more_ink_is_on_its_way_than_may_be_drawn_twice(profile, overlap):

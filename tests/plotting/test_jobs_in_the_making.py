@@ -126,6 +126,7 @@ def one_life(desk, place, power, ahead, monkeypatch):
     return True
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.integers(0, 60), max_size=4), st.lists(st.floats(0, 0.9), max_size=4))
 def test_the_power_goes_at_any_moment(tmp_path_factory, cuts, shares):

@@ -46,6 +46,7 @@ def plotted(name, every=0, away=0.0, clock=True, **options):
     return plotter, report
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TELLING)
 @pytest.mark.parametrize("clock", [True, False], ids=["real", "virtual"])
 def test_a_plot_without_rests_has_none(name, clock):
@@ -60,6 +61,7 @@ def test_a_plot_without_rests_has_none(name, clock):
     assert "never rested on the paper for longer than 0.0" in plot_report.sentence([report])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TELLING)
 @pytest.mark.parametrize(("every", "away"), [(190, 0.6), (131, 0.45)])
 def test_rests_are_found_where_they_are(name, every, away):

@@ -118,6 +118,7 @@ def test_a_ring_is_begun_where_it_is_nearest():
     assert travel(by_tour(strokes)) < 4
 
 
+@pytest.mark.slow
 def test_a_sheet_is_much_shorter_than_nearest_neighbours_make_it():
     rng = np.random.default_rng(3)
     start = rng.uniform(0, 100, (300, 2))

@@ -50,6 +50,7 @@ def met(name):
     return profile, port, driver.connect(port, profile, lambda _: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_both_heights_are_found(name):
     profile, port, controller = met(name)

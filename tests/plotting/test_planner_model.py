@@ -39,6 +39,7 @@ def stepped_through(points, feed, queue, deviation, line_time=0.0):
     return stepped.execute(program, STEPS, ACCELERATION, RATE, deviation, queue, line_time)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(
     st.integers(0, 10**6), st.integers(1, 30), st.sampled_from([0.15, 0.5]), st.sampled_from([0.15, 0.4]),

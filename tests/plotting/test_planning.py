@@ -33,6 +33,7 @@ def executed(drawing, profile, **how):
     return made, report, port
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("acceleration", [1000, 2000, 5000])
 @pytest.mark.parametrize("lift", ["simulated", "grbl-z"])
 def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
@@ -51,6 +52,7 @@ def test_the_page_is_drawn_as_it_was_announced(acceleration, lift):
     assert found.correlation > (0.94 if acceleration == 1000 else 0.99)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([2.0, 3.0, 6.0]), st.sampled_from([0.5, 1.0, 2.0, "fast"]))
 def test_the_path_is_kept_at_any_speed(seed, x_height, speed):
@@ -177,6 +179,7 @@ def awkward(draw):
     return Drawing(tuple(strokes), Page(148, 210))
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(awkward(), st.sampled_from([1.0, 0.2, 5.0, "fast"]), st.sampled_from(["simulated", "grbl-z"]))
 def test_awkward_strokes_are_drawn_all_the_same(drawing, speed, name):

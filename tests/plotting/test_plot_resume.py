@@ -74,6 +74,7 @@ class Stop:
             raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z, HOMING, HERE], ids=["servo", "z", "homing", "here"])
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.6])
 def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
@@ -88,6 +89,7 @@ def test_ctrl_c_loses_nothing_and_draws_nothing_twice(tmp_path, profile, share):
     assert job.standing().finished and not list(job.folder.glob("page-*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [PROFILE, ON_Z, HERE], ids=["servo", "z", "here"])
 @pytest.mark.parametrize("after", [9, 60, 130, 200])
 def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, profile, after):
@@ -100,6 +102,7 @@ def test_the_cable_is_pulled_and_the_machine_goes_on_with_what_it_has(tmp_path, 
 
 
 # every fault at each way to a zero: early in a job at two of them, late at the others
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["reset", "power-cut", "alarm", "jam", "error", "lost-byte"])
 @pytest.mark.parametrize(
     ("profile", "after"), [(PROFILE, 40), (ON_Z, 170), (HOMING, 40), (HERE, 170)], ids=["servo", "z", "homing", "here"]

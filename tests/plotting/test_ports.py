@@ -98,6 +98,7 @@ def test_a_plot_through_a_serial_line():
         os.close(outer)
 
 
+@pytest.mark.slow
 def test_a_plot_through_a_socket_and_a_broken_connection():
     server = socket.create_server(("127.0.0.1", 0))
     plotter, end = SimulatedPlotter(PROFILE), threading.Event()

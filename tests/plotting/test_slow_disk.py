@@ -62,6 +62,7 @@ def late(monkeypatch):
     return clock, disk
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MACHINES)
 def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
     clock, disk = late
@@ -76,6 +77,7 @@ def test_a_disk_that_takes_a_second_does_not_stop_the_pen(tmp_path, late, name):
     assert ink.missing == 0 and ink.doubled == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("overlap", [8.0, 20.0])
 def test_a_quick_disk_keeps_the_overlap_and_nothing_is_said(tmp_path, late, name, overlap):
@@ -96,6 +98,7 @@ def test_short_strokes_keep_the_overlap_on_a_slow_disk_too(tmp_path, late):
     assert rests(report.plan.intended(), plotter.executed()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("share", [0.15, 0.4, 0.8])
 def test_the_computer_dies_while_the_disk_is_late(tmp_path, late, monkeypatch, name, share):

@@ -152,6 +152,7 @@ def test_blocks_and_at_tell_the_same_story():
     assert made.duration == pytest.approx(total, abs=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(awkward(), st.sampled_from([1.0, 0.2, 5.0, "fast"]), st.sampled_from(["corexy", "cartesian"]))
 def test_awkward_strokes_are_planned_all_the_same(drawing, speed, gantry):

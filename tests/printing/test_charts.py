@@ -16,6 +16,7 @@ from handout.printing.charts import chart_for, write_chart
 from handout.profiles import Length, Margins, Printer
 
 
+@pytest.mark.slow
 def test_one_picture_a_page_pixel_for_pixel(tmp_path):
     made = chart("letter", pages=2)
     paths = write_chart(made, tmp_path / "chart.pdf", 360.0, ("Printer X, plain paper", "2026-11-22"))

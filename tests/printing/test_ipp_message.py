@@ -56,6 +56,7 @@ MESSAGES = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(MESSAGES, st.binary(max_size=20))
 def test_what_is_encoded_is_decoded(message, document):
     data = encode(message)

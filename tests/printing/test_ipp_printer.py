@@ -214,6 +214,7 @@ def test_a_printer_that_is_gone_after_taking_a_page_is_unknown(page):
     assert not isinstance(caught.value, OutcomeUnknown)
 
 
+@pytest.mark.slow
 def test_a_slow_printer_is_waited_for_and_a_silent_one_is_not(page):
     with SimulatedPrinter(faults=Faults(slow=0.3)) as printer:
         queue, _, _ = connected(printer)

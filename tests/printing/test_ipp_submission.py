@@ -131,6 +131,7 @@ def requests_of_a_batch(tmp_path, hand, **faults):
     return printer.requests
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simple", [False, True])
 @pytest.mark.parametrize("failure", [failure for failure in FAILURES if failure not in ("error", "text")])
 def test_any_failure_at_any_request(tmp_path, hand, failure, simple):

@@ -78,6 +78,7 @@ def run(printer, kept=None, queue=None, **given):
         return print_all(read_addresses(TABLE), rule, PROFILE, DL, ink=block, queue=queue, journal=kept, **given)
 
 
+@pytest.mark.slow
 def test_twelve_envelopes_arrive_as_they_were_sent(started, tmp_path):
     printer = started()
     report = run(printer)
@@ -176,6 +177,7 @@ class Failing(Transport):
         return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("after", "retryable"), [(True, False), (False, False), (False, True)])
 def test_a_server_that_fails_at_any_request_prints_every_row_once(started, tmp_path, after, retryable):
     printer = started()
@@ -200,6 +202,7 @@ def _short(seconds):
     threading.Event().wait(min(seconds, 0.05))
 
 
+@pytest.mark.slow
 def test_killed_in_the_middle_and_gone_on_with(started, tmp_path):
     printer = started()
     hand = tmp_path / "hand.toml"

@@ -142,6 +142,7 @@ def killed_at(monkeypatch, step):
             yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", range(12))
 def test_after_a_crash_at_any_step_nothing_is_lost_and_nothing_twice(what, tmp_path, monkeypatch, step):
     """Four envelopes make twelve lines; the printer is still on and is asked."""

@@ -23,6 +23,7 @@ _cell = st.lists(_word.filter(bool), min_size=0, max_size=3).map("\n".join)
 _row = st.lists(_cell, min_size=5, max_size=5).filter(lambda cells: any(cells))
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     rows=st.lists(st.one_of(_row, st.just([])), min_size=1, max_size=6).filter(any),

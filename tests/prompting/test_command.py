@@ -24,6 +24,7 @@ def call(capsys, tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_sheets_and_a_report(call):
     out, err = call("-o", "a.pdf", "--pages", 1, "--ruling", "20mm")
     assert Path("a.pdf").read_bytes().startswith(b"%PDF")
@@ -39,6 +40,7 @@ def test_the_table_is_there_for_the_asking(call):
     assert err.count("\n") == 1 and "--verbose" not in err
 
 
+@pytest.mark.slow
 def test_the_time_is_what_people_take_to_copy(call):
     """Four pages of some 3,800 letters, at 114 to 121 letters a minute (Graham and others, 1998)."""
     out, err = call("-o", "a.pdf", "--json")
@@ -48,6 +50,7 @@ def test_the_time_is_what_people_take_to_copy(call):
     assert f"about {5 * round(facts['minutes'] / 5)} minutes of writing" in err
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_is_in_the_text(call):
     Path("mine.txt").write_text("Çà et là, l’été: “déjà vu”.", encoding="utf-8")
     facts = json.loads(

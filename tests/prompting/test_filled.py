@@ -19,6 +19,7 @@ def photo(drawn):
     return scans.scanned(written, 200, angle=3, perspective=0.15, shadow=0.3)[0]
 
 
+@pytest.mark.slow
 def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, tmp_path):
     Image.fromarray(photo).save(tmp_path / "photo.png")  # no resolution, no text
     (source,) = gather_sources([str(tmp_path / "photo.png")], [], None, pytest.fail)
@@ -29,6 +30,7 @@ def test_a_photograph_of_a_sheet_is_made_flat_and_knows_its_size(photo, prompt, 
     assert size == pytest.approx((297, 210), abs=12)
 
 
+@pytest.mark.slow
 def test_a_mirrored_sheet_is_named(photo, tmp_path):
     Image.fromarray(photo[:, ::-1].copy()).save(tmp_path / "photo.png")
     with pytest.raises(InputError, match=r"photo\.png is mirrored: the marks of a sheet can be read only backwards"):

@@ -130,6 +130,7 @@ def test_a_corpus_of_ones_own():
     assert set(corpus.PRINTABLE) <= set(text_of(whole))
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_is_refused():
     with pytest.raises(DoesNotFit, match="characters asked for do not fit on a page of 2 lines of 51"):
         prompt_pages.prompt(corpus.shipped(), TARGET, pages=1, lines=2)
@@ -158,6 +159,7 @@ def test_a_page_filled_step_by_step_is_wrapped_as_a_whole(texts):
     assert page.left == (100 - max(len(page.lines), 1) + 1) * 12 - (used + 1 if page.lines else 0)
 
 
+@pytest.mark.slow
 def test_five_thousand_sentences_take_little_time():
     rng = np.random.default_rng(2)
     vocabulary = np.array(" ".join(corpus.usable(corpus.shipped(), ASCII)).split())

@@ -19,6 +19,7 @@ def error(truth, found):
     return np.linalg.norm(found.mm(scans.carried(truth, GRID)) - GRID, axis=1).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("dpi", "laid", "worst"),
     [
@@ -51,6 +52,7 @@ def covered(image, truth, corners):
     return image
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", [(0,), (2,), (0, 2), (1, 3)])
 def test_two_opposite_marks_suffice_on_a_scanner(drawn, missing):
     image, truth = scans.scanned(drawn, 200, angle=-3)
@@ -127,6 +129,7 @@ def test_two_sheets_in_one_scan_are_refused(drawn):
         find_sheet(np.hstack([image, image]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("colours", [1, 3])
 def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
     image, _ = scans.scanned(drawn, 240, angle=187)

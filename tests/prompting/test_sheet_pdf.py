@@ -129,6 +129,7 @@ def test_more_than_the_codes_hold_is_refused():
         sheet_pdf.to_pdf(Prompt((noise,), ()), SheetLayout(A4, 6.0))
 
 
+@pytest.mark.slow
 def test_a_narrow_ruling_full_of_english_fits_its_codes():
     from handout.prompting import corpus, sentence_choice
 

@@ -88,6 +88,7 @@ def read(scan, **options):
 INK = coverage(lines_of(3, 80.0), 80.0, 40.0, 300.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{"pen": name} for name in PENS] + [{"method": "hysteresis"}, {}])
 def test_mask_is_the_ink(options):
     found = read(scan_of(INK), **options).ink

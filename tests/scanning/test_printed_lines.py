@@ -23,6 +23,7 @@ def expected(picture, rules):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("photo", [False, True])
 def test_lines_of_sheets_that_are_sold(name, photo):
@@ -47,12 +48,14 @@ def test_lines_of_sheets_that_are_sold(name, photo):
         assert seen.left == pytest.approx(inner, abs=0.5)
 
 
+@pytest.mark.slow
 def test_only_heavy_lines_of_seyes_are_written_on():
     how, *_ = KINDS["seyes"]
     seen = found_on(scanned(sheet(**how, dpi=120), np.random.default_rng(3)))
     assert seen.pitch == pytest.approx(8, rel=0.01) and seen.fine == pytest.approx(2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_plain_paper_and_writing_have_no_rules(small_scan):
     blank = sheet([], dpi=120)
     for seed in range(2):
@@ -61,12 +64,14 @@ def test_plain_paper_and_writing_have_no_rules(small_scan):
     assert find_printed_lines(small_scan.simulated.image, 90.0, 50.0) is None
 
 
+@pytest.mark.slow
 def test_a_rule_that_is_hidden_is_filled_in():
     made = sheet(np.array([h for h in np.arange(24, 202, 8) if h != 48]), dpi=120)
     seen = found_on(scanned(made, np.random.default_rng(1)))
     assert np.allclose(np.diff([rule.at for rule in seen.rules]), 8, atol=0.15)
 
 
+@pytest.mark.slow
 def test_a_right_margin_is_one():
     made = sheet(np.arange(24, 202, 8), margins=(30.0, 130.0), dpi=120)
     seen = found_on(scanned(made, np.random.default_rng(1)))

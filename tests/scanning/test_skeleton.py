@@ -43,6 +43,7 @@ def off(graph, strokes):
     return cKDTree(true).query(graph.xy[inner])[0], cKDTree(drawn).query(true[middle])[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dpi", [300.0, 600.0])
 @pytest.mark.parametrize("wide", [3.0, 5.0])
 def test_two_strokes_to_a_point_are_taken_apart(wide, dpi, monkeypatch):
@@ -54,6 +55,7 @@ def test_two_strokes_to_a_point_are_taken_apart(wide, dpi, monkeypatch):
     assert (met <= NEAR).mean() > (off(read([sharp], dpi), [sharp])[1] <= NEAR).mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [25, 40, 60, 85])
 def test_a_crossing_goes_straight_through(angle):
     centre = np.array([20, 11])

@@ -9,6 +9,7 @@ from handout.scanning.scan import Scan
 from handout.scanning.written_page import find_ink, prepare, read_page
 
 
+@pytest.mark.slow
 def test_a_page_is_read(tmp_path):
     scan = page(4)
     path = tmp_path / "page.png"
@@ -42,6 +43,7 @@ def test_thin_strokes_are_named():
         read_page(scan_of(coverage(lines_of(4, 100.0), 100.0, 48.0, 110.0, pen=0.3), 110.0))
 
 
+@pytest.mark.slow
 def test_pages_may_share_a_scale():
     own = [prepare(page(4)), prepare(page(3, colour=(0.6, 0.6, 0.7)))]
     scale = pooled_scale([one.scale for one in own])

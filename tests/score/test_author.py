@@ -148,6 +148,7 @@ def test_the_same_generator_gives_the_same(lines):
     assert halves[0] == halves[1] and len(set(halves[0])) > 1
 
 
+@pytest.mark.slow
 def test_the_command_says_all_of_it(tmp_path):
     crowd = tmp_path / "crowd"
     crowd.mkdir()

@@ -72,6 +72,7 @@ def test_errors_are_said_in_a_sentence(tmp_path):
         read_crowd(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_command_compares(folder, tmp_path):
     one, two = tmp_path / "one.png", tmp_path / "two.png"
     cv2.imwrite(str(one), page(lines=4, **KINDS[2]))

@@ -11,6 +11,7 @@ def level(i, x=1000.0, slope=0.0, pitch=110.0):
     return 150 + (i + 1) * pitch + slope * (x - 1000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [-0.06, 0.0, 0.04])
 def test_every_line_its_slope_and_the_height_of_letters(slope):
     found = find_lines(ink(page(slope=slope)))
@@ -22,6 +23,7 @@ def test_every_line_its_slope_and_the_height_of_letters(slope):
         assert float(line.base(900)) == pytest.approx(level(i, 900, slope), abs=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", [-18, 0, 18])
 def test_the_bend_of_lines(bend):
     lines = find_lines(ink(page(bend=bend, words=8))).lines
@@ -61,6 +63,7 @@ def test_a_baseline_is_what_its_curve_says():
     assert line.bend == pytest.approx(10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slant", [0.0, 0.35])
 def test_words_and_their_gaps(slant):
     rng = np.random.default_rng(3)

@@ -40,6 +40,7 @@ def test_only_writing_is_ink():
     assert not ink(np.full((40, 40), 200, np.uint8)).any()
 
 
+@pytest.mark.slow
 def test_a_house_page_repeats_itself_as_little_as_people_do():
     from handout.hand.library import load
     from handout.inking.plain import flatten, ink

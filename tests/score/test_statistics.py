@@ -9,6 +9,7 @@ from handout.score.written_lines import find_lines, ink
 from tests.score.drawn import X, page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-12, 0, 9, 25])
 def test_slant(degrees):
     grey = page(slant=np.radians(degrees))
@@ -41,6 +42,7 @@ def test_slope_and_margin():
     assert np.tan(found.margin_drift) == pytest.approx(0.1, abs=0.03)
 
 
+@pytest.mark.slow
 def test_thicker_lines_and_uneven_ones():
     thin, thick = page_statistics(page()), page_statistics(page(thickness=7))
     assert thick.line_width > 1.3 * thin.line_width

@@ -13,6 +13,7 @@ from handout.sources.drawing_json import from_json
 from handout.values import Drawing
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(drawing=drawings)
 def test_round_trip_is_exact(drawing: Drawing) -> None:

@@ -21,6 +21,7 @@ def ink(body: str) -> bytes:
     return f'<ink xmlns="http://www.w3.org/2003/InkML">{body}</ink>'.encode()
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(drawing=drawings)
 def test_round_trip(drawing: Drawing) -> None:

@@ -226,6 +226,7 @@ def test_is_xml_whatever_the_text(text: str) -> None:
     assert stored["hand"] == stored["about"]["text"] == readable
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(drawing=drawings)
 def test_any_drawing(drawing: Drawing) -> None:
@@ -261,6 +262,7 @@ def _browse(args: list[str]) -> bytes:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="the program chromium, which shows the SVG, is not installed")
 def test_in_a_browser_it_plays_only_when_asked(tmp_path: Path) -> None:
     (tmp_path / "loops.svg").write_bytes(to_svg(loops()))
@@ -271,6 +273,7 @@ def test_in_a_browser_it_plays_only_when_asked(tmp_path: Path) -> None:
     assert b'class="stroke later"' in playing and b'class="playing"' in playing
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="the program chromium, which shows the SVG, is not installed")
 def test_in_a_browser_travel_shows_only_when_asked(tmp_path: Path) -> None:
     from PIL import Image

@@ -180,6 +180,7 @@ def test_bad_files_are_refused_in_a_sentence(name):
     assert word in str(refused.value) and "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_bomb_of_uses_and_too_many_points_are_noticed_before_they_take_room(monkeypatch):
     levels = "".join(f'<g id="a{i}">' + f'<use href="#a{i + 1}"/>' * 10 + "</g>" for i in range(9))
     bomb = f'<svg>{levels}<path id="a9" d="M0 0h1" stroke="red"/></svg>'.encode()

@@ -85,6 +85,7 @@ def test_most_letters_are_sure_and_the_list_of_doubt_begins_with_the_worst(align
     assert doubt == sorted(doubt) and len(doubt) < 0.2 * len(sure)
 
 
+@pytest.mark.slow
 def test_the_same_generator_gives_the_same_alignment(monkeypatch):
     monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()
@@ -93,6 +94,7 @@ def test_the_same_generator_gives_the_same_alignment(monkeypatch):
     assert first == second
 
 
+@pytest.mark.slow
 def test_line_breaks_that_differ_from_the_page_are_found():
     strips, texts, _ = page()
     some = PageReader([strip.image for strip in strips], network.shipped())
@@ -102,6 +104,7 @@ def test_line_breaks_that_differ_from_the_page_are_found():
     assert [part.text for part in parts] == texts
 
 
+@pytest.mark.slow
 def test_the_transcript_of_another_page_is_refused():
     strips, _, _ = page()
     other = "Dear Aunt Ruth,\nThank you for the parcel, which\narrived on Monday with the plums\nunharmed and sweet."
@@ -109,6 +112,7 @@ def test_the_transcript_of_another_page_is_refused():
         align_strips(strips, other, rng=np.random.default_rng(1))
 
 
+@pytest.mark.slow
 def test_a_line_of_wrong_text_is_named():
     strips, texts, _ = page()
     wrong = [*texts[:1], "quite other words stand here, surely", *texts[2:]]
@@ -116,6 +120,7 @@ def test_a_line_of_wrong_text_is_named():
     assert found.poor == (1,)
 
 
+@pytest.mark.slow
 def test_small_slips_cost_only_themselves():
     strips, texts, spans = page()
     slip = [texts[0].replace("master", "mastter"), texts[1] + "!", *texts[2:]]
@@ -150,6 +155,7 @@ def test_decodings_that_agree_are_sure():
     assert (confidence([away, one, one]) > confidence([away, one])).all()
 
 
+@pytest.mark.slow
 def test_what_is_compared_for_confidence_is_every_network_alone(monkeypatch):
     monkeypatch.setattr(segmentation, "_ADAPTATION", Adaptation(rehearsed=2, copies=1))
     strips, texts, _ = page()

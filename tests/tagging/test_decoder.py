@@ -64,6 +64,7 @@ def best_by_trying(reading: Reading, letters: str) -> float:
     return best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letters", ["a", "ab", "a b", "a.", "a" + JUNK])
 @pytest.mark.parametrize("seed", range(4))
 def test_it_equals_brute_force(letters, seed):

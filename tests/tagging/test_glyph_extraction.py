@@ -32,6 +32,7 @@ def extent(small_scan):
     return ys.min(), xs.min(), ys.max() + 1, xs.max() + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edge", ["upper", "lower", "left", "right"])
 def test_letters_cut_at_each_edge_are_doubted_and_come_back(small_scan, tmp_path, edge):
     top, left, bottom, right = extent(small_scan)
@@ -53,6 +54,7 @@ def test_a_whole_page_has_no_letter_cut(small_page):
     assert not any("cuts" in note for note in small_page.made.notes)
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(st.data())
 def test_any_crop_of_a_page_can_be_kept(small_scan, tmp_path_factory, data):

@@ -96,6 +96,7 @@ def test_columns_are_followed_exactly_where_that_cuts_a_stroke_no_more_than_once
     assert _fewest_cuts(cost).tolist() == [0, 0, 1, 1]
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given_(cost=arrays(np.float64, (6, 3), elements=st.floats(0, 0.05)))
 def test_no_other_way_of_cutting_is_cheaper(cost):

@@ -32,11 +32,13 @@ def rng():
     return np.random.default_rng(0)
 
 
+@pytest.mark.slow
 def test_a_page_that_lies_right_is_left_alone(inked, small_page):
     assert find_turn(inked, small_page.written, rng()) == 0
     assert find_turn(inked, small_page.written.replace("\n", " "), rng()) == 0, "line breaks may be missing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scanned", "turn", "said"),
     [(1, 3, "its top to the left"), (2, 2, "upside down")],
@@ -49,17 +51,20 @@ def test_a_page_that_lies_wrong_is_turned(inked, small_page, scanned, turn, said
     assert np.array_equal(upright.scan.rgb, inked.prepared.scan.rgb)
 
 
+@pytest.mark.slow
 def test_a_mirrored_page_is_refused(inked, small_page):
     wrong = lying(inked, lambda picture: picture[:, ::-1])
     with pytest.raises(InputError, match=r"page\.png is mirrored.*flip the picture"):
         find_turn(wrong, small_page.written, rng())
 
 
+@pytest.mark.slow
 def test_another_text_is_refused(inked):
     with pytest.raises(InputError, match=r"does not seem to be this page's.*3 lines of writing, the transcript 3"):
         find_turn(inked, OTHER, rng())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -72,6 +77,7 @@ def test_too_much_and_too_little_text_is_named(inked, text, says):
         find_turn(inked, text, rng())
 
 
+@pytest.mark.slow
 def test_two_pages_side_by_side_are_named(inked, small_page):
     empty = np.zeros((len(inked.mask.ink), 150), dtype=bool)
     ink = np.hstack([inked.mask.ink, empty, inked.mask.ink])

@@ -95,6 +95,7 @@ def two(small_scan, tmp_path_factory):
     return gathered([str(small_scan.scan), str(pale)], [small_scan.written] * 2)[0]
 
 
+@pytest.mark.slow
 def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
     scale, used = common_scale(two), []
     assert common_scale(two[:1]) is None
@@ -112,6 +113,7 @@ def test_pages_of_a_hand_share_their_scale_of_ink(two, monkeypatch):
     assert [one.page.source for one in made] == ["page.png", "pale.png"] and "Page 2 of 2" in "".join(said)
 
 
+@pytest.mark.slow
 def test_a_page_scanned_upside_down_is_turned_and_that_is_said(two, small_page):
     said, source = [], replace(two[0], prepared=two[0].prepared.turned(2))
     (made,) = tagged_pages([source], 0, None, said.append, method="segments-once")

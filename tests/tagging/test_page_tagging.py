@@ -61,6 +61,7 @@ def test_the_edge_of_the_sheet_is_nobodys(small_page):
         assert np.ptp(place[:, 0]) < 1.2 and place[:, 1].min() > -1 and place[:, 1].max() < 1.2
 
 
+@pytest.mark.slow
 def test_what_is_not_there_is_listed(small_page, monkeypatch):
     def without(page, transcript, **options):
         found = align(page, transcript, **options)
@@ -81,6 +82,7 @@ def test_what_is_not_there_is_listed(small_page, monkeypatch):
     assert made.poor == (2,)
 
 
+@pytest.mark.slow
 def test_struck_out_words_are_no_letters(small_page):
     text = small_page.written.replace("minute", "~~minute~~")
     made = tag_page(small_page.read, text, rng=np.random.default_rng(1), method="segments-once")
@@ -90,6 +92,7 @@ def test_struck_out_words_are_no_letters(small_page):
     assert not made.missing
 
 
+@pytest.mark.slow
 def test_lines_are_counted_by_the_text_only_where_that_fits(small_page):
     page, rng = small_page.read, np.random.default_rng(1)
     assert with_transcript_lines(page, small_page.written, rng) is page
@@ -99,6 +102,7 @@ def test_lines_are_counted_by_the_text_only_where_that_fits(small_page):
     assert len(with_transcript_lines(wrong, small_page.written, rng).text_lines.lines) == 3
 
 
+@pytest.mark.slow
 def test_places_are_those_of_the_file_where_a_border_was_cut_off(small_page):
     scan = small_page.read.scan
     wide = Scan(np.pad(scan.rgb, ((40, 30), (70, 20), (0, 0))), scan.dpi, "wide")

@@ -60,6 +60,7 @@ def test_letters_stand_on_the_baseline(lines):
     assert abs(np.median(feet)) < 4
 
 
+@pytest.mark.slow
 def test_what_is_struck_out_is_junk():
     rng = np.random.default_rng(2)
     made = [line for _ in range(6) for line in write_lines(TEXT, HANDS[1], random_habits(rng), rng, struck=True)]

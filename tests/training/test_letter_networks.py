@@ -19,6 +19,7 @@ def test_a_letter_never_seen_has_a_usual_width():
     assert widths[INDEX["i"]] == pytest.approx(0.4) and widths[INDEX["q"]] == pytest.approx(0.8)
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_network_that_has_begun_to_learn(tmp_path, monkeypatch):
     monkeypatch.setattr(letter_networks, "_TEST_LINES", 4)
     path = tmp_path / "net.npz"

@@ -48,6 +48,7 @@ def test_every_sentence_is_written_without_borrowed_forms(name):
             assert borrowed(written, known) == [], language
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HANDS)
 def test_all_of_it_lies_on_the_page(name):
     text = "\n".join(SENTENCES.values())
@@ -77,6 +78,7 @@ def made(hand, letter, seed=0):
         yield glyph, body, marks, whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HANDS)
 def test_marks_are_where_a_pen_sets_them(name):
     hand = load(name)

@@ -50,6 +50,7 @@ def apart(one, other):
     return float(np.sqrt(((a[:, None] - b) ** 2).sum(axis=2)).min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HANDS)
 def test_signs_keep_clear_of_their_neighbours(name):
     found = []
@@ -90,6 +91,7 @@ def flown(word):
     return beyond / max(1.0, 0.33 * float(np.ptp(body[:, 0])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HANDS)
 def test_bars_strike_no_letter_through_and_do_not_fly_off(name):
     measured = [(struck(word), flown(word)) for _, word in words(name, BARRED, SEEDS)]
@@ -100,6 +102,7 @@ def test_bars_strike_no_letter_through_and_do_not_fly_off(name):
     assert flights.max() > 0.2 or name == "house-print"  # but bars do fly
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HANDS)
 def test_dots_and_accents_stay_clear_of_the_letters_beside_them(name):
     found = []

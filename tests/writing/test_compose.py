@@ -41,6 +41,7 @@ def test_every_letter_is_written_once_in_order(hand):
     assert at == sorted(set(at))
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(WORDS, st.integers(0, 5))
 def test_words_keep_their_order_and_stay_on_the_page(words, seed):
@@ -122,6 +123,7 @@ def test_a_word_that_cannot_fit_is_broken_and_no_other():
     assert " ".join(line.text for line in pages(text, layout=layout)[0].lines) == text
 
 
+@pytest.mark.slow
 def test_pages_follow_and_blank_lines_stay():
     sheets = pages(LONG * 5)
     assert len(sheets) > 1
@@ -129,6 +131,7 @@ def test_pages_follow_and_blank_lines_stay():
     assert b[1].baseline - b[0].baseline > 1.7 * (a[1].baseline - a[0].baseline)
 
 
+@pytest.mark.slow
 def test_too_much_text_says_by_how_much_and_fit_shrinks():
     with pytest.raises(DoesNotFit, match=r"lines or \d+ mm too many"):
         pages(LONG * 3, pages=1)

@@ -30,6 +30,7 @@ def sheets(text=MANY, slips=0.0, **options):
     return each_page(text, HAND, SMALL, np.random.default_rng(4), slips=slips, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [MANY, TEXT * 3], ids=["paragraphs", "one paragraph"])
 def test_the_first_page_waits_for_no_word_behind_it(text, monkeypatch):
     written, word = [], WordWriter.word
@@ -43,6 +44,7 @@ def test_the_first_page_waits_for_no_word_behind_it(text, monkeypatch):
     assert last.last and len(written) == len(text.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slips", [0.0, 30.0])
 def test_pages_are_the_same_however_they_are_asked_for(slips):
     at_once = compose(MANY, HAND, SMALL, np.random.default_rng(4), slips=slips)

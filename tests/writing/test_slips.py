@@ -69,6 +69,7 @@ def test_numbers_capitals_and_compounds_never_go_wrong(text):
     assert not any(struck(slipped(text, seed=seed)) for seed in range(30))
 
 
+@pytest.mark.slow
 def test_as_many_as_are_asked_for():
     text = "people sometimes write something wrongly without noticing " * 500
     assert not struck(slipped(text, 0.0))

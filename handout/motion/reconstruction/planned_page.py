@@ -124,7 +124,7 @@ def sampled(plan: LognormalPlan) -> Array:
 def drawing(page: PlannedPage) -> Drawing:
     """The drawing that the plans make."""
     strokes = []
-    for one in page.fits:
-        t = sampled(one.plan)
-        strokes.append(Stroke(t, one.plan.at(t), word=one.word))
+    for fit in page.fits:
+        t = sampled(fit.plan)
+        strokes.append(Stroke(t, fit.plan.at(t), word=fit.word))
     return Drawing(tuple(strokes), page.page, page.about)

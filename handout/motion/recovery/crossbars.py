@@ -43,7 +43,7 @@ class CrossbarSettings:
     drawn: float = 4.0  # half widths from where it meets another line and is drawn towards it
     most: int = 9  # branches
     hidden: float = 0.4  # of its length that other strokes hide, at most
-    seen: float = 2.0  # half widths that they hide, at least
+    least_hidden: float = 2.0  # half widths that they hide, at least
     open: float = 0.4  # x-heights: worth of a loose end
     straight: float = 10.0  # worth of a length, for one that it leaves the straight line on average
 
@@ -196,14 +196,14 @@ class WordCrossbars:
     def _find(self, word: Sequence[int]) -> tuple[Crossbar, ...]:
         number = self._hand.glyphs[word[0]].page
         page = self._hand.pages[number]
-        own = [np.concatenate([self._hand.glyphs[n].vertices, *self._ligatures.get(n, ())]) for n in word]
-        every = np.unique(np.concatenate(own))
+        letter_vertices = [np.concatenate([self._hand.glyphs[n].vertices, *self._ligatures.get(n, ())]) for n in word]
+        every = np.unique(np.concatenate(letter_vertices))
         local = np.searchsorted(every, self._edges_between(number, every))
         xy = page.to_line(self._hand.glyphs[word[0]].line, page.graph.uv[every])
         net = build_network(xy, page.graph.radius[every] / page.pitch, page.graph.density[every], local)
         chains = list(_level_chains(net, page.x_height / page.pitch))
         bars: list[Crossbar] = []
-        for at, (glyph, vertices) in enumerate(zip(word, own, strict=True)):
+        for at, (glyph, vertices) in enumerate(zip(word, letter_vertices, strict=True)):
             if self._hand.glyphs[glyph].letter not in CROSSED:
                 continue
             theirs = np.searchsorted(every, vertices)
@@ -279,9 +279,9 @@ def _worth(net: Network, chain: tuple[int, ...], x_height: float) -> float | Non
     clear = (run >= (0 if loose[0] else of.drawn)) & (run <= run[-1] - (0 if loose[1] else of.drawn))
     if clear.sum() < 3:
         return 0.0
-    kept = way[clear] - way[clear].mean(axis=0)
-    normal = np.linalg.svd(kept, full_matrices=False)[2][1]
-    off = np.abs(kept @ normal)
+    centred = way[clear] - way[clear].mean(axis=0)
+    normal = np.linalg.svd(centred, full_matrices=False)[2][1]
+    off = np.abs(centred @ normal)
     if off.max() > of.jog * net.half_width + of.word_bow * size:
         return 0.0
     at = np.arange(run[clear][0], max(run[clear][-1] - of.window, run[clear][0]) + 1e-9, 1.0)
@@ -294,12 +294,12 @@ def _worth(net: Network, chain: tuple[int, ...], x_height: float) -> float | Non
 
 
 def _best_chain(
-    net: Network, chains: Sequence[tuple[tuple[int, ...], float]], own: set[int], later: set[int]
+    net: Network, chains: Sequence[tuple[tuple[int, ...], float]], letter_vertices: set[int], later: set[int]
 ) -> tuple[int, ...]:
     """The best crossbar of a letter, given its vertices with those of its ligatures, and those of later letters."""
     most, best = 0.0, tuple[int, ...]()
     for chain, worth in chains:
-        if worth <= most or own.isdisjoint(chain_vertices(net, chain).tolist()):
+        if worth <= most or letter_vertices.isdisjoint(chain_vertices(net, chain).tolist()):
             continue
         # what leads from the letter before to the stem is a ligature
         if net.is_loose(chain[0]) or net.is_loose(chain[-1] ^ 1) or int(net.node[chain[-1] ^ 1]) in later:
@@ -310,7 +310,7 @@ def _best_chain(
 def _hidden_part(net: Network, chain: Sequence[int], *, right: bool) -> Indices:
     """Vertices, outwards, of other strokes over which a crossbar runs straight on at one side; without its node."""
     last = chain[-1] ^ 1 if right else chain[0]
-    farthest, hidden = _SETTINGS.seen * net.half_width, np.zeros(0, dtype=np.intp)
+    farthest, hidden = _SETTINGS.least_hidden * net.half_width, np.zeros(0, dtype=np.intp)
     if net.is_loose(last):
         return hidden
     way = net.xy[chain_vertices(net, chain)]

@@ -142,7 +142,9 @@ def _fitting(glyphs: Sequence[Glyph], entered: bool, left: bool) -> list[Glyph]:
     for glyph in fitting or glyphs:
         ranked.setdefault(glyph.form, []).append(glyph)
     # variants of one drawing differ in how they are entered: another one of them for each drawing
-    turned = [own[i % len(own) :] + own[: i % len(own)] for i, own in enumerate(ranked.values())]
+    turned = [
+        variants[i % len(variants) :] + variants[: i % len(variants)] for i, variants in enumerate(ranked.values())
+    ]
     return [g for row in zip_longest(*turned) for g in row if g is not None][:_FORMS]
 
 
@@ -256,7 +258,7 @@ def _curve(points: Array) -> Array:
     return np.concatenate([way.reshape(-1, 2), points[-1:]])
 
 
-def turning_points(net: Network, body: Sequence[int], own: Indices, laid: Array, forms: LetterForms) -> list[int]:
+def turning_points(net: Network, body: Sequence[int], vertices: Indices, laid: Array, forms: LetterForms) -> list[int]:
     """Vertices in the middle of branches where the nearest forms of the letter begin, cease or turn back.
 
     Parameters
@@ -264,7 +266,7 @@ def turning_points(net: Network, body: Sequence[int], own: Indices, laid: Array,
     body : branches of the letter; own : (n,) int, vertices of these.
     laid : (f, s, 2) float: the forms, laid over the letter.
     """
-    xy = net.xy[own]
+    xy = net.xy[vertices]
     middle = xy.mean(axis=0)
     size = float(np.sqrt((xy.std(axis=0) ** 2).sum()))
     marks = np.concatenate(forms.ends[:_LOOKED]) @ frame_of(xy - middle).T + middle
@@ -275,7 +277,7 @@ def turning_points(net: Network, body: Sequence[int], own: Indices, laid: Array,
     runs: dict[int, Array] = {}
     points: list[int] = []
     # many marks of different forms are at one vertex
-    for mark in dict.fromkeys(own[near].tolist()):
+    for mark in dict.fromkeys(vertices[near].tolist()):
         vertex = _sharpest_near(net, mark, place, runs)
         if vertex is not None and vertex not in points and _is_clear(net, vertex, points, place):
             points.append(vertex)

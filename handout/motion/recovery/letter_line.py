@@ -160,11 +160,11 @@ def loop_direction_errors(
     least = _LEAST * net.half_width**2
     errors, nodes = 0, net.node.tolist()
     for stroke in strokes:
-        seen: dict[int, int] = {}
+        step_of: dict[int, int] = {}
         for step, node in enumerate([*(nodes[end] for end in stroke), nodes[stroke[-1] ^ 1]]):
-            if node in seen:
-                errors += _is_reversed([net.extent(end) for end in stroke[seen[node] : step]], least, tail, stem)
-            seen[node] = step
+            if node in step_of:
+                errors += _is_reversed([net.extent(end) for end in stroke[step_of[node] : step]], least, tail, stem)
+            step_of[node] = step
     return errors
 
 

@@ -187,7 +187,7 @@ def _search(
     laid, turns = _nearest(net, rest, line, letter, hands)
     bar_ends = [int(bar[end]) for bar in (*line.own_bars, *line.foreign_bars) for end in (0, -1)]
     net = subnetwork(net, rest, [*turns, *bar_ends])
-    ends = Ends(*(_ends_at(net, own) for own in (line.entries, line.exits, line.bar_entries)))
+    ends = Ends(*(_ends_at(net, vertices) for vertices in (line.entries, line.exits, line.bar_entries)))
     foreign = _foreign_bars(net, line, ends)
     cheap = _with_crossbars(net, line, letter, ends, foreign, weights)
     least = min(traversal.cost for traversal in cheap)
@@ -233,9 +233,9 @@ def _nearest(
     foreign = {int(v) for bar in line.foreign_bars for v in bar}
     inner = [b for b in rest if not {int(net.branches[b][0]), int(net.branches[b][-1])} & line.joints]
     body = [b for b in inner if not lies_on(net.branches[b], foreign)]
-    own = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
-    forms, laid = nearest_forms(every, net.xy[own], _FORMS)
-    turns = turning_points(net, body, own, laid, forms) if body else []
+    vertices = np.unique(np.concatenate([net.branches[b] for b in body or rest]))
+    forms, laid = nearest_forms(every, net.xy[vertices], _FORMS)
+    turns = turning_points(net, body, vertices, laid, forms) if body else []
     barred = {int(v) for bar in line.own_bars for v in bar}
     return _Laid(forms, laid), [v for v in turns if v not in barred]
 
@@ -244,15 +244,15 @@ def _with_crossbars(
     net: Network, line: LetterLine, letter: str, ends: Ends, foreign: _Chains, weights: CostWeights
 ) -> list[Traversal]:
     """Traversals of a letter whose crossbars are found beforehand and come last, and, where there are none, others."""
-    own = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
+    bar_chains = [chain for bar in line.own_bars for chain in crossbar_chains(net, bar, line.entries)]
     search = Ends(ends.entries, ends.exits)
     barred: list[Traversal] = []
-    if not own and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
+    if not bar_chains and not line.own_bars and letter in CROSSED | CROSSED_ASLANT:
         bar = find_crossbar(net, _bar_starts(net, ends, foreign), line.x_height, aslant=letter in CROSSED_ASLANT)
         if bar:
             barred += _beside_bars(net, line.x_height, [*foreign, bar], search, weights)
     if not barred:
-        barred += _beside_bars(net, line.x_height, [*foreign, *own], search, weights)
+        barred += _beside_bars(net, line.x_height, [*foreign, *bar_chains], search, weights)
     return barred or beam_search(net, line.x_height, ends, weights=weights, most=_TRAVERSALS)
 
 
@@ -267,17 +267,18 @@ def _beside_bars(net: Network, x_height: float, bars: _Chains, ends: Ends, weigh
     """Traversals of a letter beside its crossbars, which come last; none if there is nothing else."""
     if not bars:
         return beam_search(net, x_height, ends, weights=weights, most=_TRAVERSALS)
-    kept = branches_beside(net, [e for chain in bars for e in chain])
-    if not kept:
+    beside = branches_beside(net, [e for chain in bars for e in chain])
+    if not beside:
         return []
-    number = {b: i for i, b in enumerate(kept)}
+    number = {b: i for i, b in enumerate(beside)}
     entries, exits = (
-        [2 * number[e >> 1] + (e & 1) for e in own if e >> 1 in number] for own in (ends.entries, ends.exits)
+        [2 * number[e >> 1] + (e & 1) for e in half_edges if e >> 1 in number]
+        for half_edges in (ends.entries, ends.exits)
     )
-    rest = subnetwork(net, kept)
+    rest = subnetwork(net, beside)
     traversals = beam_search(rest, x_height, Ends(entries, exits), weights=weights, most=_TRAVERSALS)
     return [
-        Traversal((*(tuple(2 * kept[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
+        Traversal((*(tuple(2 * beside[e >> 1] + (e & 1) for e in s) for s in t.strokes), *bars), t.cost, tuple(bars))
         for t in traversals
     ]
 

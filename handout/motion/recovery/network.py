@@ -110,10 +110,17 @@ def subnetwork(net: Network, keep: Sequence[int], cuts: Sequence[int] = ()) -> N
     """Some branches of a network, with further nodes at the vertices `cuts`."""
     if not cuts:
         ends = np.array([e for b in keep for e in (2 * b, 2 * b + 1)], dtype=np.intp)
-        kept = tuple(net.branches[b] for b in keep)
+        branches = tuple(net.branches[b] for b in keep)
         rows = list(keep)
         return Network(
-            net.xy, net.radius, net.density, net.half_width, kept, net.node[ends], net.length[rows], net.leaving[ends]
+            net.xy,
+            net.radius,
+            net.density,
+            net.half_width,
+            branches,
+            net.node[ends],
+            net.length[rows],
+            net.leaving[ends],
         )
     places, paths, measures = as_complex(net.xy), list[Indices](), list[tuple[float, Array]]()
     for b in keep:

@@ -245,10 +245,10 @@ def _divide(glyph: PlacedGlyph, leads: set[int]) -> tuple[list[PlacedStroke], li
 
 def _path(parts: Sequence[Part], delayed: bool) -> PenPath:
     """One path of the parts that several glyphs have in it."""
-    xy = np.concatenate([glyph.graph.xy[own] for glyph, own in parts])
-    radius = np.concatenate([glyph.graph.radius[own] for glyph, own in parts])
-    density = np.concatenate([glyph.graph.density[own] for glyph, own in parts])
-    of = np.concatenate([np.full(len(own), glyph.placed.at, dtype=np.intp) for glyph, own in parts])
+    xy = np.concatenate([glyph.graph.xy[vertices] for glyph, vertices in parts])
+    radius = np.concatenate([glyph.graph.radius[vertices] for glyph, vertices in parts])
+    density = np.concatenate([glyph.graph.density[vertices] for glyph, vertices in parts])
+    of = np.concatenate([np.full(len(vertices), glyph.placed.at, dtype=np.intp) for glyph, vertices in parts])
     return PenPath(xy, 2 * radius, density, parts[0][0].placed.word, of, delayed, *_recorded(parts))
 
 
@@ -257,11 +257,11 @@ def _recorded(parts: Sequence[Part]) -> tuple[Array | None, Array | None]:
     if all(glyph.clocks is None for glyph, _ in parts):
         return None, None
     steps, poses = list[Array](), list[Array]()
-    for glyph, own in parts:
+    for glyph, vertices in parts:
         times, pose = np.full(len(glyph.graph), np.nan), np.full((len(glyph.graph), len(POSE)), np.nan)
         if glyph.clocks is not None:
             times[: len(glyph.clocks[0])], pose[: len(glyph.clocks[1])] = glyph.clocks
-        following = np.abs(np.diff(own)) == 1
-        steps += [np.where(following, np.abs(np.diff(times[own])), np.nan), np.array([np.nan])]
-        poses.append(pose[own])
+        following = np.abs(np.diff(vertices)) == 1
+        steps += [np.where(following, np.abs(np.diff(times[vertices])), np.nan), np.array([np.nan])]
+        poses.append(pose[vertices])
     return np.concatenate(steps)[:-1], np.concatenate(poses)

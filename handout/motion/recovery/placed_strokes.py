@@ -78,8 +78,8 @@ def place_strokes(placed: Placed, model: StrokeOrderModel) -> PlacedGlyph:
     chains = _chains(graph, form)
     glyph = PlacedGlyph(placed, graph, len(form.entries), chains, model.clocks(number))
     section = np.full(len(form.xy) + sum(map(len, sections)), -1, dtype=np.intp)
-    for k, own in enumerate(sections):
-        section[own] = k
+    for k, ligature in enumerate(sections):
+        section[ligature] = k
     bars = written.bars or written.delayed
     for vertices, delayed, bar in zip(written.strokes, written.delayed, bars, strict=True):
         path, begin, end = _on_placed(vertices, section, sections, chains)
@@ -269,13 +269,13 @@ def orient_loop(parts: Sequence[Part]) -> list[Part]:
     ----------
     parts : what it has in each glyph, in order; places have y down.
     """
-    part_of = np.repeat(np.arange(len(parts)), [len(own) for _, own in parts])
-    nodes = [(id(glyph), v) for glyph, own in parts for v in own.tolist()]
+    part_of = np.repeat(np.arange(len(parts)), [len(part_vertices) for _, part_vertices in parts])
+    nodes = [(id(glyph), v) for glyph, part_vertices in parts for v in part_vertices.tolist()]
     loop = _shortest_loop(parts, part_of, nodes)
     if loop is None:
         return list(parts)
     first, last = loop
-    xy = np.concatenate([glyph.graph.xy[own] for glyph, own in parts])
+    xy = np.concatenate([glyph.graph.xy[part_vertices] for glyph, part_vertices in parts])
     x, y = xy[first:last].T
     if float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) <= 0:
         return list(parts)
@@ -283,16 +283,16 @@ def orient_loop(parts: Sequence[Part]) -> list[Part]:
     vertices = np.array([v for _, v in nodes], dtype=np.intp)[order]
     bounds = np.flatnonzero(np.diff(part_of[order])) + 1
     starts = zip([0, *bounds], np.split(vertices, bounds), strict=True)
-    return [(parts[int(part_of[order[at]])][0], own) for at, own in starts]
+    return [(parts[int(part_of[order[at]])][0], part_vertices) for at, part_vertices in starts]
 
 
 def _shortest_loop(parts: Sequence[Part], part_of: Indices, nodes: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
     """First and last place of the shortest loop of a movement over more than one glyph."""
-    seen: dict[tuple[int, int], int] = {}
+    place_of: dict[tuple[int, int], int] = {}
     shortest: tuple[int, int] | None = None
     for at, node in enumerate(nodes):
-        before = seen.get(node)
-        seen[node] = at
+        before = place_of.get(node)
+        place_of[node] = at
         if before is None or (shortest is not None and at - before >= shortest[1] - shortest[0]):
             continue
         if len({id(parts[k][0]) for k in range(part_of[before], part_of[at] + 1)}) > 1:
@@ -314,19 +314,19 @@ class WordInk:
         # complex numbers are sorted far faster than pairs
         rounded = as_complex(np.rint(xy / _GRAIN))
         _, self._vertex_of, self._node_of = np.unique(rounded, return_index=True, return_inverse=True)
-        own = [glyph.graph.edges + first for glyph, first in zip(glyphs, self._first[:-1], strict=True)]
-        edges = self._node_of[np.concatenate(own)]
+        edge_parts = [glyph.graph.edges + first for glyph, first in zip(glyphs, self._first[:-1], strict=True)]
+        edges = self._node_of[np.concatenate(edge_parts)]
         place = xy[self._vertex_of]
         length = np.hypot(*(place[edges[:, 0]] - place[edges[:, 1]]).T) + 1e-9
         count = len(place)
         # an edge that two letters share is there once
-        _, kept = np.unique(edges.min(axis=1) * count + edges.max(axis=1), return_index=True)
-        pairs = np.sort(edges[kept], axis=1)
+        _, distinct = np.unique(edges.min(axis=1) * count + edges.max(axis=1), return_index=True)
+        pairs = np.sort(edges[distinct], axis=1)
         radius = np.concatenate([glyph.graph.radius for glyph in glyphs])
         owner = np.repeat(np.arange(len(glyphs)), np.diff(self._first))[self._vertex_of]
         over = gap_bridges(place, radius[self._vertex_of], pairs, float(np.median(radius)), owner, joined_share)
         far = np.hypot(*(place[over[:, 0]] - place[over[:, 1]]).T)
-        pairs, length = np.concatenate([pairs, over]), np.concatenate([length[kept], _FAILED * far])
+        pairs, length = np.concatenate([pairs, over]), np.concatenate([length[distinct], _FAILED * far])
         self._lengths = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
 
     def path_between(self, before: Part, after: Part, most: float) -> list[Part] | None:

@@ -87,8 +87,8 @@ class StrokeOrderModel:
 
     def _pool(self, letter: str) -> tuple[int, ...]:
         """Instances of a letter, those that are most as its others are."""
-        own = self._hand.of(letter)
-        return tuple(own[typical_instances(self._measures[own], POOL)].tolist())
+        numbers = self._hand.of(letter)
+        return tuple(numbers[typical_instances(self._measures[numbers], POOL)].tolist())
 
     @cached_property
     def _measures(self) -> Array:
@@ -99,13 +99,13 @@ class StrokeOrderModel:
 
     def _instance(self, number: int) -> tuple[Instance, tuple[Indices, ...]]:
         """A glyph with its candidates, and the vertices of its ligatures."""
-        known = self._instances.get(number)
-        if known is None:
+        entry = self._instances.get(number)
+        if entry is None:
             line, sections = _letter_line(self.forms[number], self._x_height)
             line = self._with_neighbours(number, line, sections)
             instance = instance_of(self._candidates(number, line), line, len(self.forms[number].xy))
-            known = self._instances[number] = (instance, sections)
-        return known
+            entry = self._instances[number] = (instance, sections)
+        return entry
 
     def _candidates(self, number: int, line: LetterLine) -> list[Candidate]:
         glyph = self._hand.glyphs[number]
@@ -121,9 +121,9 @@ class StrokeOrderModel:
         moments = self._hand.pages[self._hand.glyphs[number].page].moments
         if moments is None:
             return None
-        own = self.forms.vertices(number)
+        vertices = self.forms.vertices(number)
         times, *pose = (
-            np.full(len(own), np.nan) if channel is None else channel[own]
+            np.full(len(vertices), np.nan) if channel is None else channel[vertices]
             for channel in (getattr(moments, name) for name in ("times", *POSE))
         )
         return times, np.column_stack(pose)
@@ -159,8 +159,12 @@ class StrokeOrderModel:
     def _high_entries(self, number: int, line: LetterLine, sections: tuple[Indices, ...]) -> list[int]:
         """Loose ends of ligatures by which a crossbar of the letter before may come in that no word told of."""
         glyph, form = self._hand.glyphs[number], self.forms[number]
-        known = any(bar.glyph == glyph.before for bar in self._crossbars[number])
-        if known or glyph.before == NOBODY or self._hand.glyphs[glyph.before].letter not in CROSSED | CROSSED_CAPITALS:
+        has_word_bar = any(bar.glyph == glyph.before for bar in self._crossbars[number])
+        if (
+            has_word_bar
+            or glyph.before == NOBODY
+            or self._hand.glyphs[glyph.before].letter not in CROSSED | CROSSED_CAPITALS
+        ):
             return []
         ends = [int(section[-1]) for section in sections[: len(form.entries)]]
         rows = zip(ends, form.entries, strict=True)
@@ -273,13 +277,13 @@ def _letter_line(form: Form, x_height: float) -> tuple[LetterLine, tuple[Indices
     edges, sections = [form.edges], []
     count = len(form.xy)
     for way, step in outwards(form):
-        own = np.arange(len(way))[::step][1:]
-        parts.append((way.xy[own], way.radius[own], way.density[own]))
-        numbers = np.arange(count, count + len(own))
+        places = np.arange(len(way))[::step][1:]
+        parts.append((way.xy[places], way.radius[places], way.density[places]))
+        numbers = np.arange(count, count + len(places))
         chain = np.concatenate([[way.anchor], numbers])
         edges.append(np.column_stack([chain[:-1], chain[1:]]))
         sections.append(numbers)
-        count += len(own)
+        count += len(places)
     xy, radius, density = (np.concatenate(values) for values in zip(*parts, strict=True))
     ends = tuple(int(section[-1]) for section in sections)
     entries, exits = ends[: len(form.entries)], ends[len(form.entries) :]
@@ -315,7 +319,7 @@ def _first_written(path: Indices, body: Indices) -> int:
 
 def _forwards(path: Indices, line: LetterLine, count: int) -> Indices:
     """A path from where the pen began."""
-    own = path[path < count]
-    if len(own) > 1:
-        return path if own[0] < own[-1] else path[::-1]
+    letter_part = path[path < count]
+    if len(letter_part) > 1:
+        return path if letter_part[0] < letter_part[-1] else path[::-1]
     return path[::-1] if path[-1] in line.entries or path[0] in line.exits else path

@@ -196,17 +196,17 @@ def _without_lift(
 
 def _cheapest(states: list[_State], width: int) -> list[_State]:
     """The cheapest, of those in the same situation only a few."""
-    kept: list[_State] = []
+    cheapest: list[_State] = []
     often: dict[tuple[int, int, int, int], int] = {}
     states.sort(key=itemgetter(0))
     for state in states:
         situation = state[1:5]
         if often.get(situation, 0) < _ALIKE:
             often[situation] = often.get(situation, 0) + 1
-            kept.append(state)
-            if len(kept) == width:
+            cheapest.append(state)
+            if len(cheapest) == width:
                 break
-    return kept
+    return cheapest
 
 
 def _strokes(last: _State) -> _Strokes:

@@ -59,8 +59,8 @@ def instance_of(candidates: Sequence[Candidate], line: LetterLine, count: int) -
     for candidate in candidates:
         # a crossbar that comes in from the letter before is none of this one's
         within = [v for v in candidate.strokes if v[0] not in line.bar_entries] or candidate.strokes
-        own = [line.xy[stroke[stroke < count]] for stroke in within]
-        parts.append([xy for xy in own if len(xy) > 1])
+        lines = [line.xy[stroke[stroke < count]] for stroke in within]
+        parts.append([xy for xy in lines if len(xy) > 1])
     return Instance(candidates, parts, line.xy[:count])
 
 
@@ -86,12 +86,12 @@ class WriterHabit:
     share: Array
     alike: Mapping[int, Array]
 
-    def choose(self, instance: Instance, own: int = -1) -> Candidate:
-        """How an instance was written; `own` is its number among those that the habit was learned from."""
+    def choose(self, instance: Instance, number: int = -1) -> Candidate:
+        """How an instance was written; `number` is its number among those that the habit was learned from."""
         if len(instance.candidates) == 1 or not all(instance.parts):
             return instance.candidates[0]
-        others = self.owner != own
-        alike = self.alike[own] if own in self.alike else _alike(instance, self.forms)
+        others = self.owner != number
+        alike = self.alike[number] if number in self.alike else _alike(instance, self.forms)
         count = len(np.unique(self.owner[others]))
         return instance.candidates[int((_costs(instance) + _cost(alike @ (self.share * others), count)).argmin())]
 
@@ -102,19 +102,22 @@ def learn_habit(pool: Sequence[Instance]) -> WriterHabit | None:
     The instances explain one another: how likely each candidate of one is depends on how like it is to the likely
     candidates of the others (the mean field of a mixture in which every instance is drawn from those of the others).
     """
-    known = [instance for instance in pool if all(instance.parts)]
-    if len(known) < 2:
+    readable = [instance for instance in pool if all(instance.parts)]
+    if len(readable) < 2:
         return None
-    forms, owner = _as_forms(known), np.repeat(np.arange(len(known)), [len(instance.candidates) for instance in known])
-    alike = np.concatenate([_alike(instance, forms) for instance in known]) * (owner[:, None] != owner)
-    costs = np.concatenate([_costs(instance) for instance in known])
+    forms, owner = (
+        _as_forms(readable),
+        np.repeat(np.arange(len(readable)), [len(instance.candidates) for instance in readable]),
+    )
+    alike = np.concatenate([_alike(instance, forms) for instance in readable]) * (owner[:, None] != owner)
+    costs = np.concatenate([_costs(instance) for instance in readable])
     share = _shares(costs, owner)
     for _ in range(_SETTINGS.rounds):
-        share = _shares(costs + _cost(alike @ share, len(known) - 1), owner)
-    kept = np.flatnonzero(share >= _SETTINGS.least)
+        share = _shares(costs + _cost(alike @ share, len(readable) - 1), owner)
+    likely = np.flatnonzero(share >= _SETTINGS.least)
     numbers = np.array([k for k, instance in enumerate(pool) if all(instance.parts)], dtype=np.intp)
-    own = {k: alike[owner == i][:, kept] for i, k in enumerate(numbers.tolist())}
-    return WriterHabit(forms.take(kept), numbers[owner[kept]], share[kept], own)
+    likeness = {k: alike[owner == i][:, likely] for i, k in enumerate(numbers.tolist())}
+    return WriterHabit(forms.take(likely), numbers[owner[likely]], share[likely], likeness)
 
 
 def _as_forms(pool: Sequence[Instance]) -> LetterForms:

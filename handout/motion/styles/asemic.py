@@ -160,10 +160,10 @@ def crossover(a: Indices, b: Indices, low: int, high: int) -> Indices:
     """
     child = b.copy()
     child[low:high] = a[low:high]
-    given = {int(one): int(other) for one, other in zip(a[low:high], b[low:high], strict=True)}
+    partner = {int(node): int(other) for node, other in zip(a[low:high], b[low:high], strict=True)}
     for at in (*range(low), *range(high, len(b))):
         value = int(b[at])
-        while value in given:
-            value = given[value]
+        while value in partner:
+            value = partner[value]
         child[at] = value
     return child

@@ -78,8 +78,8 @@ def _crossed(piece: Array, starts: Indices, along: Array) -> Array | None:
         corners.append(np.linalg.solve(pair, place[k : k + 2]))
     legs = np.diff([*corners, piece[-1]], axis=0)
     progress = np.einsum("ij,ij->i", along, piece[starts[1:]] - piece[starts[:-1]])
-    made = np.einsum("ij,ij->i", along, legs)
-    return np.asarray(legs) if ((made > 0.2 * progress) & (made < _LONGEST * progress)).all() else None
+    products = np.einsum("ij,ij->i", along, legs)
+    return np.asarray(legs) if ((products > 0.2 * progress) & (products < _LONGEST * progress)).all() else None
 
 
 def _two(whole: Array, either: Array) -> Array:

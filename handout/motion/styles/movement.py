@@ -221,11 +221,13 @@ def _run(xy: Array) -> tuple[Array, float]:
     return along, float(along[-1])
 
 
-def join_poses(parts: Sequence[Mapping[str, Array]], sizes: Sequence[int], kept: NDArray[np.bool_]) -> dict[str, Array]:
+def join_poses(
+    parts: Sequence[Mapping[str, Array]], sizes: Sequence[int], remaining: NDArray[np.bool_]
+) -> dict[str, Array]:
     """Channels of sequences of targets that are joined, of so many targets each; those that all of them have."""
     shared = [name for name in POSE if all(name in part for part in parts)]
-    assert len(kept) == sum(sizes)
-    joined = {name: np.concatenate([part[name] for part in parts])[kept] for name in shared}
+    assert len(remaining) == sum(sizes)
+    joined = {name: np.concatenate([part[name] for part in parts])[remaining] for name in shared}
     return {name: np.unwrap(values) if name in TURNS else values for name, values in joined.items()}
 
 
@@ -234,14 +236,14 @@ def pose_along(channels: Mapping[str, Array], samples: int, *, free: bool, ring:
 
     free, ring : whether the movement begins and ends at its targets' own places, and whether it comes round again.
     """
-    made = {}
+    joined = {}
     for name, values in channels.items():
         if name in TURNS:
             values = np.unwrap(values)
         number = np.arange(samples) / STEPS if free or ring else (np.arange(samples) + 0.5) / STEPS - 0.5
         if ring:
             whole = np.append(values, values[0])
-            made[name] = np.interp(number % len(values), np.arange(len(whole)), whole)
+            joined[name] = np.interp(number % len(values), np.arange(len(whole)), whole)
         else:
-            made[name] = np.interp(number, np.arange(len(values)), values)
-    return made
+            joined[name] = np.interp(number, np.arange(len(values)), values)
+    return joined

@@ -70,9 +70,9 @@ def restyle(drawing: Drawing, style: Style, rng: np.random.Generator, height: fl
     tall = targets.letter_height(drawing) if height is None else height
     lines = zip(drawing.strokes, _middles(drawing.strokes), strict=True)
     sequences = [_sequence(stroke, style, tall, middle) for stroke, middle in lines]
-    made = draw_sequences(_joined(sequences, style, tall), style, tall, rng)
+    strokes = draw_sequences(_joined(sequences, style, tall), style, tall, rng)
     about = {key: value for key, value in drawing.about.items() if key != "timing"} | {"style": style.name}
-    return Drawing(_on_page(made, drawing), drawing.page, about)
+    return Drawing(_on_page(strokes, drawing), drawing.page, about)
 
 
 def draw_sequences(
@@ -80,15 +80,15 @@ def draw_sequences(
 ) -> tuple[Stroke, ...]:
     """Timed strokes of target sequences in a style."""
     clock, before, strokes = 0.0, None, []
-    for one in sequences:
+    for sequence in sequences:
         if before is not None:
-            way = float(np.linalg.norm(one.points[0] - before)) / height
+            way = float(np.linalg.norm(sequence.points[0] - before)) / height
             clock += style.movement.interval * (_LIFT + _AIR * math.sqrt(way))
-        guide = _along(one.points) if style.breaking.directions and len(one.points) > 1 else None
-        motion = around if one.ring else move
-        t, xy = motion(one.points, one.corner, style, height, rng, guide)
-        width = widths(t, xy, style, height, tapered=not one.ring)
-        carried = pose_along(one.channels, len(t), free=style.movement.end == "free", ring=one.ring)
+        guide = _along(sequence.points) if style.breaking.directions and len(sequence.points) > 1 else None
+        motion = around if sequence.ring else move
+        t, xy = motion(sequence.points, sequence.corner, style, height, rng, guide)
+        width = widths(t, xy, style, height, tapered=not sequence.ring)
+        carried = pose_along(sequence.channels, len(t), free=style.movement.end == "free", ring=sequence.ring)
         nib = style.brush.kind == "nib"
         if nib:
             carried["rotation"] = np.full(len(t), -style.brush.angle)
@@ -99,9 +99,9 @@ def draw_sequences(
                 **carried,
                 width=width,
                 nib=style.brush.width * height if nib else 0.0,
-                word=one.word,
-                layer=one.layer,
-                colour=one.colour,
+                word=sequence.word,
+                layer=sequence.layer,
+                colour=sequence.colour,
             )
         )
         clock += float(t[-1])
@@ -120,10 +120,10 @@ def losses(before: Drawing, after: Drawing, style: Style) -> list[str]:
             notes.append("The recorded rotation is left out: the style's flat nib keeps its own angle.")
         elif (had == len(before.strokes) > 0 and has < len(after.strokes)) or 0 < had < len(before.strokes):
             notes.append(f"Only {has} of {len(after.strokes)} strokes have a {name}: not all that was recorded has it.")
-    kept = _kept(before, after, style)
-    if kept < _COLLAPSED:
+    share = _kept(before, after, style)
+    if share < _COLLAPSED:
         notes.append(
-            f"smooth = {style.movement.smooth:g} rounds the letters away: {kept:.0%} of the length of their lines is "
+            f"smooth = {style.movement.smooth:g} rounds the letters away: {share:.0%} of the length of their lines is "
             f"left, and they may be hard to read; {style.movement.drawn_at:g} keeps them as they were drawn."
         )
     return notes
@@ -155,8 +155,10 @@ def _middles(strokes: Sequence[Stroke]) -> Array:
     for at in order.tolist():
         row, lowest = (row - 1, foot[at]) if top[at] > lowest else (row, max(lowest, foot[at]))
         group[at] = row
-    middles = {one: 0.5 * (top[group == one].min() + foot[group == one].max()) for one in np.unique(group).tolist()}
-    return np.array([(across, middles[one]) for one in group.tolist()])
+    middles = {
+        number: 0.5 * (top[group == number].min() + foot[group == number].max()) for number in np.unique(group).tolist()
+    }
+    return np.array([(across, middles[number]) for number in group.tolist()])
 
 
 def _on_page(strokes: tuple[Stroke, ...], before: Drawing) -> tuple[Stroke, ...]:
@@ -197,19 +199,19 @@ def _sequence(stroke: Stroke, style: Style, height: float, middle: Array) -> Tar
     channels = partial(pose_at_targets, formed)
     # found upright, since the extremes of a leaning curve are not where its strokes turn
     motif = replace(motif, path=middle + (motif.path - middle) @ form, points=middle + (motif.points - middle) @ form)
-    one = TargetSequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
-    one = replace(one, channels=channels(one.points, ring=motif.ring))
+    sequence = TargetSequence(motif.points, motif.corner, motif.ring, stroke.word, stroke.layer, stroke.colour)
+    sequence = replace(sequence, channels=channels(sequence.points, ring=motif.ring))
     if len(motif.points) == 1:
-        return one
+        return sequence
     if style.breaking.directions:
         path, bends = _begun_at_top(motif) if motif.ring else (motif.path, motif.bends)
         points, corner = broken_path(path, bends, style, height, footed=not motif.ring)
-        return replace(one, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
+        return replace(sequence, points=points, corner=corner, ring=False, channels=channels(points, ring=motif.ring))
     if motif.ring:
-        return one
+        return sequence
     arm = min(_ARM, len(motif.path) - 1)
     tips = motif.path[0] - motif.path[arm], motif.path[-1] - motif.path[-1 - arm]
-    return replace(one, points=flicked(motif.points, tips, style, height))
+    return replace(sequence, points=flicked(motif.points, tips, style, height))
 
 
 def flicked(points: Array, tips: tuple[Array, Array], style: Style, height: float) -> Array:
@@ -257,11 +259,11 @@ def _joined(sequences: Sequence[TargetSequence], style: Style, height: float) ->
     """Neighbours near each other as one sequence, where the style joins."""
     reach = style.ligature.reach * height
     group: list[TargetSequence] = []
-    for one in sequences:
-        if group and not _joins(group[-1], one, reach):
+    for sequence in sequences:
+        if group and not _joins(group[-1], sequence, reach):
             yield _as_one(group, style.ligature.turn)
             group = []
-        group.append(one)
+        group.append(sequence)
     if group:
         yield _as_one(group, style.ligature.turn)
 
@@ -269,20 +271,23 @@ def _joined(sequences: Sequence[TargetSequence], style: Style, height: float) ->
 def _as_one(group: Sequence[TargetSequence], turn: float) -> TargetSequence:
     if len(group) == 1:
         return group[0]
-    opened = [_opened(one) for one in group]
-    points, kept = join_targets([one.points for one in opened], turn)
-    channels = join_poses([one.channels for one in opened], [len(one.points) for one in opened], kept)
-    corner = np.concatenate([one.corner for one in opened])[kept]
+    opened = [_opened(part) for part in group]
+    points, remaining = join_targets([part.points for part in opened], turn)
+    channels = join_poses([part.channels for part in opened], [len(part.points) for part in opened], remaining)
+    corner = np.concatenate([part.corner for part in opened])[remaining]
     return replace(opened[0], points=points, corner=corner, channels=channels)
 
 
-def _opened(one: TargetSequence) -> TargetSequence:
+def _opened(sequence: TargetSequence) -> TargetSequence:
     """A ring as a sequence that ends with the target it begins with."""
-    if not one.ring:
-        return one
-    points, corner = np.concatenate([one.points, one.points[:1]]), np.concatenate([one.corner, one.corner[:1]])
-    channels = {name: np.append(values, values[:1]) for name, values in one.channels.items()}
-    return replace(one, points=points, corner=corner, ring=False, channels=channels)
+    if not sequence.ring:
+        return sequence
+    points, corner = (
+        np.concatenate([sequence.points, sequence.points[:1]]),
+        np.concatenate([sequence.corner, sequence.corner[:1]]),
+    )
+    channels = {name: np.append(values, values[:1]) for name, values in sequence.channels.items()}
+    return replace(sequence, points=points, corner=corner, ring=False, channels=channels)
 
 
 def _joins(a: TargetSequence, b: TargetSequence, reach: float) -> bool:
@@ -304,18 +309,18 @@ def join_targets(parts: Sequence[Array], turn: float) -> tuple[Array, NDArray[np
     Returns
     -------
     points : (n, 2) float
-    kept : bool, for each of the targets of all parts: which of them these are.
+    remaining : bool, for each of the targets of all parts: which of them these are.
     """
     points = np.concatenate(parts)
-    kept = np.ones(len(points), dtype=bool)
+    remaining = np.ones(len(points), dtype=bool)
     for join in np.cumsum([len(part) for part in parts])[:-1].tolist():
         for at in (join - 1, join):
             before = at - 1
-            while before >= 0 and not kept[before]:
+            while before >= 0 and not remaining[before]:
                 before -= 1
             if before >= 0 and at < len(points) - 1 and angle(points[before], points[at], points[at + 1]) > turn:
-                kept[at] = False
-    return points[kept], kept
+                remaining[at] = False
+    return points[remaining], remaining
 
 
 def angle(before: Array, at: Array, after: Array) -> float:

@@ -204,8 +204,8 @@ def find(name: str) -> Style:
     """
     if name.endswith(".toml"):
         return read(Path(name))
-    known = shipped.files("styles", "*.toml")
-    if name in known:
-        return read(known[name])
-    near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+    styles = shipped.files("styles", "*.toml")
+    if name in styles:
+        return read(styles[name])
+    near = difflib.get_close_matches(name, styles, 3, 0.5) or sorted(styles)
     raise InputError(f"style: {name!r} is neither a style nor a .toml file; the nearest: {', '.join(near)}.")

@@ -65,9 +65,9 @@ def letter_height(drawing: Drawing) -> float:
     ValueError
         No strokes.
     """
-    known = drawing.about.get("x_height")
-    if isinstance(known, int | float) and 0 < known <= max(drawing.page.width, drawing.page.height):
-        return _USUAL * float(known)
+    x_height = drawing.about.get("x_height")
+    if isinstance(x_height, int | float) and 0 < x_height <= max(drawing.page.width, drawing.page.height):
+        return _USUAL * float(x_height)
     sizes = [_size(stroke.xy) for stroke in drawing.strokes]
     weights = [stroke.length for stroke in drawing.strokes]
     if not sizes:
@@ -119,10 +119,10 @@ def find(xy: Array, height: float) -> Motif:
     # a small letter among large ones has its targets as near to each other as it is small
     unit = float(np.clip(_size(xy), _SMALL * height, height)) / _step(path)
     if ring:
-        kept = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
+        places = _around(_apart(samples, corners, samples[:0], _SOON * unit), len(path) - 1, _LONG * unit)
     else:
-        kept = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
-    return Motif(path, path[kept], np.isin(kept, corners), corners, ring)
+        places = _filled(_apart(samples, corners, ends, _SOON * unit), _LONG * unit)
+    return Motif(path, path[places], np.isin(places, corners), corners, ring)
 
 
 def _resampled(xy: Array, away: Array, height: float) -> Array:
@@ -211,23 +211,23 @@ def _crossings(quarter: Array, slack: float = 0.12) -> list[int]:
 def _apart(samples: Indices, corners: Indices, ends: Indices, least: float) -> Indices:
     """Targets that keep their distance; ends win over corners, and corners over extremes."""
     rank = np.where(np.isin(samples, ends), 2, np.where(np.isin(samples, corners), 1, 0))
-    kept: list[int] = sorted(ends.tolist())
+    places: list[int] = sorted(ends.tolist())
     for at in samples[np.lexsort((samples, -rank))].tolist():
-        place = bisect(kept, at)
-        if all(abs(at - other) >= least for other in kept[max(place - 1, 0) : place + 1]):
-            kept.insert(place, at)
-    return np.array(kept, dtype=np.intp)
+        place = bisect(places, at)
+        if all(abs(at - other) >= least for other in places[max(place - 1, 0) : place + 1]):
+            places.insert(place, at)
+    return np.array(places, dtype=np.intp)
 
 
-def _filled(kept: Indices, most: float) -> Indices:
+def _filled(places: Indices, most: float) -> Indices:
     """Long ways between targets get further ones, evenly."""
-    parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(kept.tolist())]
-    return np.unique(np.rint(np.concatenate([*parts, kept[-1:]])).astype(np.intp))
+    parts = [np.linspace(a, b, int(np.ceil((b - a) / most)) + 1)[:-1] for a, b in pairwise(places.tolist())]
+    return np.unique(np.rint(np.concatenate([*parts, places[-1:]])).astype(np.intp))
 
 
-def _around(kept: Indices, samples: int, most: float) -> Indices:
+def _around(places: Indices, samples: int, most: float) -> Indices:
     """Targets of a ring, its long ways filled; at least three."""
-    first = kept[:1] if len(kept) else np.zeros(1, dtype=np.intp)
-    turn = np.concatenate([kept if len(kept) else first, first + samples])
+    first = places[:1] if len(places) else np.zeros(1, dtype=np.intp)
+    turn = np.concatenate([places if len(places) else first, first + samples])
     longest = min(_ROUND * most, samples / 3)
     return np.unique(_filled(turn, longest)[:-1] % samples)

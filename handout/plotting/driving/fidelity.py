@@ -57,8 +57,8 @@ def compare(intended: Drawing, executed: Drawing) -> Fidelity:
 
 def stretched(intended: Drawing, executed: Drawing) -> float:
     """Time the strokes took over the time they were meant to take; dots do not count."""
-    meant, took = times(intended, executed)
-    return took / meant if meant > 0 else 1.0
+    planned, executed_time = times(intended, executed)
+    return executed_time / planned if planned > 0 else 1.0
 
 
 def times(intended: Drawing, executed: Drawing) -> tuple[float, float]:

@@ -125,14 +125,14 @@ class Observer:
         usual = float(np.percentile(np.append(np.concatenate(lost), 0.0), _USUAL))
         least = max(REST, _UNUSUAL * usual)
         rests = [rest for number, delay in delays.items() for rest in self._rests(number, *delay, least)]
-        every, meant, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
-        comparable = any(map(fidelity.comparable, meant.strokes, executed.strokes))
+        every, intended, executed = np.concatenate(apart), self.plan.intended(), self._drawing(delays)
+        comparable = any(map(fidelity.comparable, intended.strokes, executed.strokes))
         return Observation(
             rests=tuple(rests),
             least_s=least,
             every_s=float(np.median(every)) if every.size else 0.0,
-            correlation=fidelity.compare(meant, executed).timed if comparable else None,
-            stretched=fidelity.stretched(meant, executed),
+            correlation=fidelity.compare(intended, executed).timed if comparable else None,
+            stretched=fidelity.stretched(intended, executed),
             executed=executed,
         )
 
@@ -168,16 +168,16 @@ class Observer:
         for at in np.flatnonzero(stroke >= 0).tolist():
             if not np.isnan(self._places[at][0]):
                 same = at > 0 and stroke[at - 1] == stroke[at]
-                meant = self._times[at] - (self._times[at - 1] - reached[at - 1]) if same else -np.inf
-                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), meant + _GAIN)
+                planned = self._times[at] - (self._times[at - 1] - reached[at - 1]) if same else -np.inf
+                move, gone, reached[at] = self._furthest(int(row[at]), np.array(self._places[at]), planned + _GAIN)
                 if ahead[move] - gone <= _NEAR:  # it stands there to lift the pen
                     stroke[at] = -1
                 elif same:
-                    reached[at] = self._soonest(behind, move, gone, meant)
+                    reached[at] = self._soonest(behind, move, gone, planned)
         return stroke, np.maximum.accumulate(reached)
 
-    def _soonest(self, behind: Array, row: int, gone: float, meant: float) -> float:
-        """The one of the plan's times that is nearest to `meant`, of those at which the pen is near a place, s.
+    def _soonest(self, behind: Array, row: int, gone: float, planned: float) -> float:
+        """The one of the plan's times that is nearest to `planned`, of those at which the pen is near a place, s.
 
         Where the pen is slow, a hundredth of a millimetre is a long time, and no answer is finer than that.
 
@@ -192,7 +192,7 @@ class Observer:
             float(self.plan.starts[at]) + self._since(int(at), float(come - behind[at]))
             for at, come in zip(rows, near, strict=True)
         )
-        return min(max(meant, low), high)
+        return min(max(planned, low), high)
 
     def _furthest(self, row: int, place: Array, most: float) -> tuple[int, float, float]:
         """The latest of the plan's times, no later than `most`, at which the pen is at a place.

@@ -135,10 +135,10 @@ class OverlapGuard:
         assert self._pending is not None
         with contextlib.suppress(TimeoutError):
             self._pending[1].exception(seconds)
-        kept = self._pending[1].done()
-        if kept:
+        done = self._pending[1].done()
+        if done:
             self._wait()
-        return kept
+        return done
 
     def _way(self, number: int) -> float:
         """Ink that is not secured once command `number` is sent, mm."""

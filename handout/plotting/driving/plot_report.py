@@ -53,16 +53,16 @@ def row(
         rested_s : in all; least_rest_s : shorter ones may not have been noticed; all None if that is not known.
         deviation_mm : greatest distance of the paths; stretched_at : strokes in which time was stretched, and how far.
     """
-    meant, done = plan.intended(), plan.predicted() if executed is None else executed
+    intended, done = plan.intended(), plan.predicted() if executed is None else executed
     segments = int(np.count_nonzero(plan.toolpath.draws))
     took = float(plan.motion.duration[plan.toolpath.draws].sum())
     if min_queue is None:
         min_queue = feed_segments.least_queue(plan)
-    intended_s, executed_s = fidelity.times(meant, done)
+    intended_s, executed_s = fidelity.times(intended, done)
     return {
         "page": page,
         "measured": executed is not None,
-        **_likeness(meant, done),
+        **_likeness(intended, done),
         "intended_s": round(intended_s, 3),
         "executed_s": round(executed_s, 3),
         "stretched": round(executed_s / intended_s, 5) if intended_s > 0 else 1.0,
@@ -70,7 +70,7 @@ def row(
         "segments": segments,
         "segments_per_s": round(segments / took, 1) if took > 0 else 0.0,
         "min_queue": min_queue,
-        "stretched_at": stretches(meant, done),
+        "stretched_at": stretches(intended, done),
         **_rests(observation),
     }
 
@@ -86,11 +86,11 @@ def _rests(observation: Observation | None) -> Row:
     return {"unknown": "", "rests": rests, **seconds}
 
 
-def _likeness(meant: Drawing, done: Drawing) -> Row:
+def _likeness(intended: Drawing, executed: Drawing) -> Row:
     """How alike two drawings of the same strokes are; all None if nothing in them moves."""
-    if not any(fidelity.comparable(*pair) for pair in _pairs(meant, done)):
+    if not any(fidelity.comparable(*pair) for pair in _pairs(intended, executed)):
         return {"correlation": None, "rms_of_peak": None, "in_place": None, "deviation_mm": None}
-    likeness = fidelity.compare(meant, done)
+    likeness = fidelity.compare(intended, executed)
     return {
         "correlation": round(likeness.timed, 5),
         "rms_of_peak": round(likeness.timed_rms, 5),
@@ -125,12 +125,12 @@ def facts(reports: Sequence[Report]) -> Row:
         unsecured_mm : ink that was drawn and not yet certain on the disk, at most.
     """
     unknown = next((report.observation.unknown for report in reports if report.observation.unknown), "")
-    known = bool(reports) and not unknown
+    measured = bool(reports) and not unknown
     return {
-        "measured": known,
+        "measured": measured,
         **({"unknown": unknown} if unknown else {}),
-        "rests": sum(len(report.observation.rests) for report in reports) if known else None,
-        "rested_s": round(sum(report.observation.rested_s for report in reports), 2) if known else None,
+        "rests": sum(len(report.observation.rests) for report in reports) if measured else None,
+        "rested_s": round(sum(report.observation.rested_s for report in reports), 2) if measured else None,
         "unsecured_mm": round(max((report.unsecured for report in reports), default=0.0), 1),
     }
 
@@ -144,9 +144,9 @@ def sentence(reports: Sequence[Report]) -> str:
         return f"Whether the pen rested is not known: {figures['unknown']}"
     least = max(report.observation.least_s for report in reports)
     fits = [report.observation.correlation for report in reports if report.observation.correlation is not None]
-    kept = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
+    speeds = f"speeds as meant (r {min(fits):.3f}), " if fits else ""
     time = max(report.observation.stretched for report in reports)
-    measured = f"Measured: {kept}strokes in {time:.3f} of their time;"
+    measured = f"Measured: {speeds}strokes in {time:.3f} of their time;"
     if not figures["rests"]:
         return f"{measured} the pen never rested on the paper for longer than {least:.2f} s."
     words = dict.fromkeys(rest.text for report in reports for rest in report.observation.rests if rest.text)
@@ -156,7 +156,7 @@ def sentence(reports: Sequence[Report]) -> str:
     return f"{measured} the pen rested {times}, {figures['rested_s']:.2f} s in all{where}."
 
 
-def stretches(meant: Drawing, done: Drawing) -> list[Row]:
+def stretches(intended: Drawing, executed: Drawing) -> list[Row]:
     """The strokes in which half a second took noticeably longer than it was meant to.
 
     Returns
@@ -166,7 +166,7 @@ def stretches(meant: Drawing, done: Drawing) -> list[Row]:
         second that was stretched most; at_s : when that begins, from the start of the stroke as it was meant.
     """
     rows = []
-    for number, (a, b) in enumerate(_pairs(meant, done)):
+    for number, (a, b) in enumerate(_pairs(intended, executed)):
         if not fidelity.moves(a, b):
             continue
         clock = np.arange(0.0, max(a.t[-1] - a.t[0] - _WINDOW, 0.0) + 1e-9, _WINDOW / 10)
@@ -213,8 +213,8 @@ def write(path: Path, rows: Sequence[Row]) -> None:
     atomic.write(path, (json.dumps(whole(rows), indent=1) + "\n").encode())
 
 
-def _pairs(meant: Drawing, done: Drawing) -> Iterator[tuple[Stroke, Stroke]]:
-    return zip(meant.strokes, done.strokes, strict=True)
+def _pairs(intended: Drawing, executed: Drawing) -> Iterator[tuple[Stroke, Stroke]]:
+    return zip(intended.strokes, executed.strokes, strict=True)
 
 
 def _share(xy: Array) -> Array:

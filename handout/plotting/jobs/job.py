@@ -98,8 +98,8 @@ class Job:
     @property
     def ink(self) -> float:
         """mm that all of its parts draw; about so many, as long as it is not `whole`."""
-        known = sum(part.ink for part in self.parts)
-        return known if self.whole else known * self.options.copies / max(self.share, 1e-9)
+        length = sum(part.ink for part in self.parts)
+        return length if self.whole else length * self.options.copies / max(self.share, 1e-9)
 
     def standing(self) -> Standing:
         """How far it has come."""
@@ -122,16 +122,16 @@ class Job:
         """Delete its drawings: all of them are on paper."""
         pages.drop(self.folder)
 
-    def with_pages(self, found: list[Record]) -> Job:
+    def with_pages(self, records: list[Record]) -> Job:
         """The job with these pages, and if it is `whole` with all copies of them."""
-        layers = [record.layers for record in found]
+        layers = [record.layers for record in records]
         return dataclasses.replace(
             self,
-            pages=len(found),
+            pages=len(records),
             layers=tuple(dict.fromkeys(layer.name for page in layers for layer in page)),
             parts=tuple(parts(layers, self.options.copies if self.whole else 1, self.options.pause_every)),
-            told=tuple(record.told for record in found),
-            share=1.0 if self.whole else found[-1].share if found else 0.0,
+            told=tuple(record.told for record in records),
+            share=1.0 if self.whole else records[-1].share if records else 0.0,
         )
 
     def write(self) -> None:

@@ -264,7 +264,7 @@ def _behind(waiting: list[bytes], line: bytes) -> list[bytes]:
     many = len(waiting)
     while many and _kind(waiting[many - 1]):
         many -= 1
-    return waiting[:many] + [one for one in waiting[many:] if _kind(one) != kind]  # a later place says it all
+    return waiting[:many] + [line for line in waiting[many:] if _kind(line) != kind]  # a later place says it all
 
 
 def _kind(line: bytes) -> str:

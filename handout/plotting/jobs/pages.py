@@ -50,7 +50,7 @@ class Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     told: dict[str, Any]
 
 
-def keep(made: Made, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
+def keep(page: Made, folder: Path, number: int, profile: Plotter, layers: Layers, order: Order) -> Record:
     """Write the drawing of page `number`, from 0, with its strokes in the order in which they are to be drawn.
 
     Raises
@@ -58,15 +58,15 @@ def keep(made: Made, folder: Path, number: int, profile: Plotter, layers: Layers
     DoesNotFit
         It has strokes outside the bed.
     """
-    if made.drawing.strokes:
-        placed = bed.place(made.drawing.page, profile)
-        for stroke in made.drawing.strokes:
+    if page.drawing.strokes:
+        placed = bed.place(page.drawing.page, profile)
+        for stroke in page.drawing.strokes:
             bed.check(placed.to_machine(stroke.xy), profile)
-    drawing = laid_out(made.drawing, profile, layers, order)
+    drawing = laid_out(page.drawing, profile, layers, order)
     write(_drawing(folder, number), gzip.compress(to_json(drawing), 1))
     moved = {"pen_up": drawing.pen_up, "duration": drawing.duration} if order == "travel" else {}
-    told = {name: moved.get(name, value) for name, value in made.told.items()}
-    return Record(survey(drawing, layers), made.share, told)
+    details = {name: moved.get(name, value) for name, value in page.told.items()}
+    return Record(survey(drawing, layers), page.share, details)
 
 
 def laid_out(drawing: Drawing, profile: Plotter, layers: Layers, order: Order) -> Drawing:

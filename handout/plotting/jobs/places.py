@@ -74,10 +74,10 @@ def place(plan: Plan, done: int) -> Place:
 def _reached(plan: Plan) -> Array:
     """(n,) float, s: for every drawn move of the toolpath, the time in the drawing at which it ends."""
     draws, stroke = plan.toolpath.draws, plan.toolpath.stroke
-    meant = np.where(draws, np.maximum(plan.target_time, 0.0), 0.0)
-    so_far = np.cumsum(meant)
+    planned = np.where(draws, np.maximum(plan.target_time, 0.0), 0.0)
+    so_far = np.cumsum(planned)
     many = len(plan.drawing.strokes)
-    whole = np.bincount(stroke[draws], meant[draws], many)
+    whole = np.bincount(stroke[draws], planned[draws], many)
     before = np.append(0.0, np.cumsum(whole)[:-1])
     begins, ends = (np.array([line.t[at] for line in plan.drawing.strokes]) for at in (0, -1))
     share = np.clip((so_far - before[stroke]) / np.maximum(whole[stroke], 1e-12), 0.0, 1.0)

@@ -105,8 +105,8 @@ def run_job(
         Nobody is there to be asked; the journal or a drawing is damaged; another program plots the job; a page cannot
         be made.
     """
-    with job.open() as kept:
-        run = _Run(job, kept, supply, person, progress, plotted, log or (lambda _: None))
+    with job.open() as journal:
+        run = _Run(job, journal, supply, person, progress, plotted, log or (lambda _: None))
         at_zero = options.at_zero
         while not run.is_done():
             try:
@@ -126,14 +126,14 @@ class _Run:
     def __init__(
         self,
         job: Job,
-        kept: Journal,
+        journal: Journal,
         supply: PageProducer | None,
         person: Person,
         progress: Progress | None,
         plotted: Callable[[Report, Port], None] | None,
         log: Callable[[str], None],
     ) -> None:
-        self.job, self.kept, self.supply, self.person, self.log = job, kept, supply, person, log
+        self.job, self.journal, self.supply, self.person, self.log = job, journal, supply, person, log
         self.progress, self.plotted = progress, plotted
         self.reports: list[Report] = []
         self.controller: Controller
@@ -141,23 +141,23 @@ class _Run:
 
     def is_done(self) -> bool:
         """Whether nothing is left; a part that only its end was not written down of is complete."""
-        kept = self.kept
-        if kept.standing.finished:
+        journal = self.journal
+        if journal.standing.finished:
             return True
         part = self._next()
-        if part is not None and kept.standing.begun and not self._left(kept.standing.part).strokes:
-            kept.complete()
+        if part is not None and journal.standing.begun and not self._left(journal.standing.part).strokes:
+            journal.complete()
             part = self._next()
         if part is None:
-            kept.finish()
+            journal.finish()
         return part is None
 
     def _left(self, number: int) -> Drawing:
-        return remaining(self.job.drawing(number), self.kept.standing.place)
+        return remaining(self.job.drawing(number), self.journal.standing.place)
 
     def _next(self) -> Part | None:
         """The part that is under way or comes next, waited for if it is not made yet; None behind the last."""
-        number, waited = self.kept.standing.part, False
+        number, waited = self.journal.standing.part, False
         if number >= len(self.job.parts) and not self.job.whole:
             self.job = load(self.job.folder)
         while number >= len(self.job.parts) and not self.job.whole:
@@ -187,18 +187,20 @@ class _Run:
         return controller
 
     def _parts(self, port: Port, patience: float) -> None:
-        kept = self.kept
+        journal = self.journal
         while (part := self._next()) is not None:
             self._warn()
-            number = kept.standing.part
+            number = journal.standing.part
             before = self.job.parts[number - 1] if number else None
-            fresh = not kept.standing.begun and (before is None or (before.copy, before.page) != (part.copy, part.page))
-            if not kept.standing.begun:
+            fresh = not journal.standing.begun and (
+                before is None or (before.copy, before.page) != (part.copy, part.page)
+            )
+            if not journal.standing.begun:
                 for request in asked(before, part, self.job.pages, self.job.layers):
                     self.person.do(request)
-                kept.begin(number)
+                journal.begin(number)
             self._draw_with_pauses(number, port, fresh, patience)
-            kept.complete()
+            journal.complete()
 
     def _draw_with_pauses(self, number: int, port: Port, fresh: bool, patience: float) -> None:
         """One part; when its button is pressed the machine stops, lifts its pen and waits, as after an interrupt."""
@@ -227,7 +229,7 @@ class _Run:
 
     def _find_zero(self, controller: Controller, at_zero: bool) -> None:
         """Make sure that the machine knows its zero and stands in it."""
-        profile, standing = self.job.profile, self.kept.standing
+        profile, standing = self.job.profile, self.journal.standing
         resumed = standing.begun or standing.part > 0
         knows = resumed and not at_zero and self._look(controller)
         if profile.homing:
@@ -253,28 +255,28 @@ class _Run:
         at = controller.position()
         if at is None or max(map(abs, at)) < _ZERO:
             return False
-        if self.kept.standing.begun and not self.kept.standing.doubtful:
-            whole = self.job.drawing(self.kept.standing.part)
+        if self.journal.standing.begun and not self.journal.standing.doubtful:
+            whole = self.job.drawing(self.journal.standing.part)
             xy, zero = bed.place(whole.page, self.job.profile).to_page(np.array([at, (0.0, 0.0)]))
-            place = found(whole, self.kept.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
+            place = found(whole, self.journal.standing.place, xy, _REACH * self.job.options.overlap + _WRITTEN, zero)
             if place is not None:
-                self.kept.drawn(place)
+                self.journal.drawn(place)
         return True
 
     def _draw(self, number: int, controller: Controller, port: Port, fresh: bool) -> None:
         """One part, or what is left of it."""
-        job, kept = self.job, self.kept
+        job, journal = self.job, self.journal
         whole = job.drawing(number)
-        left = remaining(whole, kept.standing.place)
+        left = remaining(whole, journal.standing.place)
         profile = msgspec.structs.replace(controller.profile, bed=job.profile.bed)
         planned = plan(left, profile, speed=job.options.speed)
-        keeper = _Keeper(kept, whole, left, planned)
+        keeper = _Keeper(journal, whole, left, planned)
         try:
             report = draw(planned, controller, port, job.profile, self._monitor(number, planned, keeper), fresh=fresh)
         except DeviceError as error:
             keeper.write()
             if isinstance(error, DeviceGarbled):
-                kept.doubt()
+                journal.doubt()
             raise
         except BaseException:  # the machine was stopped in good order
             keeper.write()
@@ -336,9 +338,9 @@ def _for_a_while(pressed: Callable[[], bool], patience: float) -> Callable[[], b
 class _Keeper:
     """Writes into the journal how far a part has come, as the driver tells it."""
 
-    def __init__(self, kept: Journal, whole: Drawing, left: Drawing, made: Plan) -> None:
-        self.kept, self.whole, self.left = kept, whole, left
-        self.start, self.reached = kept.standing.place, Milestones(made)
+    def __init__(self, journal: Journal, whole: Drawing, left: Drawing, plan: Plan) -> None:
+        self.journal, self.whole, self.left = journal, whole, left
+        self.start, self.reached = journal.standing.place, Milestones(plan)
         self._done = self._written = self._proven = self._sure = 0
 
     def note(self, sent: int, taken: int, executed: int, done: int) -> None:
@@ -356,9 +358,9 @@ class _Keeper:
     def write(self) -> None:
         """Write down what was noted last."""
         self._written, self._sure = self._done, self._proven
-        self.kept.drawn(self._place(min(self._proven, self._done)))
+        self.journal.drawn(self._place(min(self._proven, self._done)))
         if self._proven < self._done:
-            self.kept.drawn(self._place(self._done), proven=False)
+            self.journal.drawn(self._place(self._done), proven=False)
 
     def _place(self, done: int) -> Place:
         return onward(self.start, self.left, self.whole, self.reached.place(done))
@@ -366,4 +368,4 @@ class _Keeper:
     def secure(self) -> Future[None]:
         """What was noted last is to survive a power cut; done when it would."""
         self.write()
-        return self.kept.secure()
+        return self.journal.secure()

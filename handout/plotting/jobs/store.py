@@ -67,7 +67,7 @@ def create(
 
 
 def begin(
-    made: Iterable[Made],
+    new_pages: Iterable[Made],
     profile: Plotter,
     options: Options,
     inputs: dict[str, Any] | None,
@@ -80,7 +80,7 @@ def begin(
 
     Parameters
     ----------
-    made : its first pages; those that are lacking can be made anew from `inputs` at any time.
+    new_pages : its first pages; those that are lacking can be made anew from `inputs` at any time.
     inputs : None where there are all.
     """
     base = place or folder()
@@ -88,7 +88,7 @@ def begin(
         begun = datetime.now().isoformat(timespec="seconds")
         job = Job(work, title, begun, port, profile, 0, (), options, (), inputs=inputs)
         records = []
-        for number, page in enumerate(made):
+        for number, page in enumerate(new_pages):
             records.append(pages.keep(page, work, number, profile, options.layers, options.order))
             if not job.whole:
                 pages.enter(records[-1], work, number)
@@ -102,7 +102,7 @@ def begin(
         return _named(job, base)
 
 
-def add(job: Job, number: int, made: Made) -> None:
+def add(job: Job, number: int, page: Made) -> None:
     """One more page of a job that is not whole; page 0 is the first.
 
     Raises
@@ -113,7 +113,7 @@ def add(job: Job, number: int, made: Made) -> None:
         The page has strokes outside the bed.
     """
     try:
-        record = pages.keep(made, job.folder, number, job.profile, job.options.layers, job.options.order)
+        record = pages.keep(page, job.folder, number, job.profile, job.options.layers, job.options.order)
         pages.sync_folder(job.folder)  # the record never outlives the drawing
         pages.enter(record, job.folder, number)
         pages.sync_folder(job.folder)
@@ -180,8 +180,8 @@ def find(name: str | None = None, place: Path | None = None) -> Job:
     if match is not None:
         return match
     names = ", ".join(job.name for job in jobs[-5:])
-    known = f"the last ones are {names} (see: handout plot jobs)" if names else "none is kept"
-    raise InputError(f"There is no job {name!r}; {known}.")
+    hint = f"the last ones are {names} (see: handout plot jobs)" if names else "none is kept"
+    raise InputError(f"There is no job {name!r}; {hint}.")
 
 
 def every(place: Path | None = None) -> list[Job]:

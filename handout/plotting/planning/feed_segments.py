@@ -92,8 +92,8 @@ def run(toolpath: Toolpath, profile: Plotter) -> tuple[Array, Motion]:
     most[crowded] = np.minimum(most, blocks.length / np.maximum(wanted, 1e-9))[crowded]
     feed = feeds.round_feed(feeds.fit(blocks, wanted, pen_up, toolpath.draws, most, queue))
     motion = lookahead.run(blocks, feed / 60.0, queue)
-    seen = depth(toolpath, motion, profile)
-    short = lookahead.run(blocks, feed / 60.0, seen)
+    visible = depth(toolpath, motion, profile)
+    short = lookahead.run(blocks, feed / 60.0, visible)
     return feed, short if abs(float((short.duration - motion.duration).sum())) > _CHANGED else motion
 
 

@@ -126,8 +126,8 @@ def _reversed(stroke: Stroke) -> Stroke:
 def _picked(stroke: Stroke, at: Indices, t: Array) -> Stroke:
     """The samples `at` of a stroke at other times."""
     channels = ("pressure", "tilt", "azimuth", "rotation", "width")
-    known = {name: values[at] for name in channels if (values := getattr(stroke, name)) is not None}
-    return dataclasses.replace(stroke, t=t, xy=stroke.xy[at], **known)
+    values_of = {name: values[at] for name in channels if (values := getattr(stroke, name)) is not None}
+    return dataclasses.replace(stroke, t=t, xy=stroke.xy[at], **values_of)
 
 
 def _on_one_clock(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:

@@ -95,12 +95,12 @@ def stroke_ends(stroke: Index) -> tuple[Index, Index]:
 
 def _apart(fixed: Array, wanted: Array, gap: float) -> Array:
     """The fixed times and, in their order, those of the wanted that keep the gap from all that were taken before."""
-    taken = fixed.tolist()
+    chosen = fixed.tolist()
     for time in wanted.tolist():
-        place = bisect.bisect(taken, time)
-        if time - taken[place - 1] >= gap and (place == len(taken) or taken[place] - time >= gap):
-            taken.insert(place, time)
-    return np.array(taken)
+        place = bisect.bisect(chosen, time)
+        if time - chosen[place - 1] >= gap and (place == len(chosen) or chosen[place] - time >= gap):
+            chosen.insert(place, time)
+    return np.array(chosen)
 
 
 def _evenly(breakpoints: Array, stroke_of: Index, rate: float) -> Array:
@@ -144,41 +144,41 @@ def _merge(path: Trajectory, breakpoints: Array, wanted: Array, shortest: float)
     What is left out is always nearer than that to a breakpoint that stays.
     """
     stroke, xy = path.stroke_at(breakpoints), path.at(breakpoints)
-    kept = _filled(xy, stroke, _sifted(xy, stroke, np.isin(breakpoints, wanted), shortest), shortest)
-    length = np.hypot(*np.diff(xy[kept], axis=0).T)
+    knots = _filled(xy, stroke, _sifted(xy, stroke, np.isin(breakpoints, wanted), shortest), shortest)
+    length = np.hypot(*np.diff(xy[knots], axis=0).T)
     # no breakpoint fits between the ends of a stroke that comes back: it goes as far as it went
-    back = np.append(False, (stroke[kept][1:] == stroke[kept][:-1]) & (length < shortest))
-    return breakpoints[_filled(xy, stroke, kept[~back], shortest)]
+    back = np.append(False, (stroke[knots][1:] == stroke[knots][:-1]) & (length < shortest))
+    return breakpoints[_filled(xy, stroke, knots[~back], shortest)]
 
 
 def _sifted(xy: Array, stroke: Index, wanted: NDArray[np.bool_], shortest: float) -> Index:
     """Knots one after the other, each far enough from the one before, and both ends of every stroke."""
     places, firm = xy.tolist(), wanted.tolist()
     first, last = (set(ends.tolist()) for ends in stroke_ends(stroke))
-    kept: list[int] = []
+    knots: list[int] = []
     for index, (x, y) in enumerate(places):
         stays = firm[index] or index in last
-        while index not in first and math.hypot(x - places[kept[-1]][0], y - places[kept[-1]][1]) < shortest:
-            before = kept[-1]
+        while index not in first and math.hypot(x - places[knots[-1]][0], y - places[knots[-1]][1]) < shortest:
+            before = knots[-1]
             if before in first or not stays or (firm[before] and index not in last):
-                kept += [index] * (index in last)
+                knots += [index] * (index in last)
                 break
-            kept.pop()
+            knots.pop()
         else:
-            kept.append(index)
-    return np.array(kept)
+            knots.append(index)
+    return np.array(knots)
 
 
-def _filled(xy: Array, stroke: Index, kept: Index, shortest: float) -> Index:
+def _filled(xy: Array, stroke: Index, knots: Index, shortest: float) -> Index:
     """The kept ones and, of those left out, the farthest from its neighbours, until none is `shortest` from both."""
     while True:
-        place = np.searchsorted(kept, np.arange(len(xy)), side="right") - 1
-        before, after = kept[place], kept[np.minimum(place + 1, len(kept) - 1)]
+        place = np.searchsorted(knots, np.arange(len(xy)), side="right") - 1
+        before, after = knots[place], knots[np.minimum(place + 1, len(knots) - 1)]
         after = np.where(stroke[after] == stroke, after, before)
         room = np.minimum(np.hypot(*(xy - xy[before]).T), np.hypot(*(xy - xy[after]).T))
         order = np.lexsort((room, place))
         farthest = order[np.flatnonzero(np.diff(place[order], append=-1))]
         more = farthest[room[farthest] >= shortest]
         if len(more) == 0:
-            return kept
-        kept = np.union1d(kept, more)
+            return knots
+        knots = np.union1d(knots, more)

@@ -97,11 +97,13 @@ def _feeds(toolpath: Toolpath, lines: Blocks, wanted: Array, profile: Plotter) -
     if not draws.any():
         return feed
     stroke, many = toolpath.stroke[draws], len(toolpath.first)
-    meant = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
-    meant = _as_they_come(meant, np.bincount(stroke, minlength=many), _gaps(toolpath, lines, feed, profile), profile)
+    durations = np.asarray(np.bincount(stroke, wanted[draws], many), dtype=float)
+    durations = _as_they_come(
+        durations, np.bincount(stroke, minlength=many), _gaps(toolpath, lines, feed, profile), profile
+    )
     speeds = _speeds(profile)
     took = np.array([_times(toolpath, lines, feed, v, profile) for v in speeds])
-    chosen = _settled(np.abs(took - meant) / np.maximum(meant, 1e-9))
+    chosen = _settled(np.abs(took - durations) / np.maximum(durations, 1e-9))
     feed[draws] = speeds[chosen][stroke]
     return feed
 
@@ -114,14 +116,14 @@ def _gaps(toolpath: Toolpath, lines: Blocks, feed: Array, profile: Plotter) -> A
     return np.diff(done, prepend=0.0)
 
 
-def _as_they_come(meant: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
+def _as_they_come(durations: Array, vectors: Index, gaps: Array, profile: Plotter) -> Array:
     """(strokes,) s that strokes take: long enough for what is not in the plotter when one begins to come meanwhile.
 
-    meant : (strokes,) s; vectors : how many each has; gaps : (strokes,) s before each, in which the wire gets ahead.
+    durations, gaps : (strokes,) s: of each, and before each, in which the wire gets ahead; vectors : how many each has.
     """
     rate = profile.port.baud / 10.0 * _WIRE
     ahead, took = 0.0, []
-    for time, count, gap in zip(meant.tolist(), vectors.tolist(), gaps.tolist(), strict=True):
+    for time, count, gap in zip(durations.tolist(), vectors.tolist(), gaps.tolist(), strict=True):
         ahead = min(ahead + gap * rate - _STROKE, _AHEAD)
         need = count * _POINT
         took.append(max(time, (need - ahead) / rate))
@@ -161,10 +163,10 @@ def _settled(off: Array) -> Index:
 
 def _starved(blocks: tuple[Block, ...], toolpath: Toolpath, starts: Array, profile: Plotter) -> Array:
     """(n + 1,) float, s: how much later each move begins because it has not come over the wire by then."""
-    from handout.plotting.dialects.hpgl import protocol
+    from handout.plotting.dialects import dialect  # dialects plan with this module
 
     arrived, sent, done = np.zeros(len(blocks)), 0, 0
-    for command in protocol.program(blocks, profile):
+    for command in dialect(profile.dialect).program(blocks, profile):
         sent += len(command.data)
         arrived[done : command.done] = sent
         done = command.done

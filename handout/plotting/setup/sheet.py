@@ -88,8 +88,8 @@ def _room(profile: Plotter, page: Page) -> tuple[float, float, float, float]:
 
 
 def _panels(profile: Plotter, names: tuple[str, str], side: float, scale: float) -> list[Panel]:
-    own = profile.pen.lift == "own"
-    timing = [] if own else [panels.starts(profile, scale), panels.ends(profile, scale)]
+    lifts_itself = profile.pen.lift == "own"
+    timing = [] if lifts_itself else [panels.starts(profile, scale), panels.ends(profile, scale)]
     return [
         panels.square(side, names, profile, scale),
         panels.vernier(1, names[1], profile, scale),
@@ -123,8 +123,8 @@ def _packed(panels: Sequence[Panel], width: float, height: float, gap: float) ->
     return spots
 
 
-def _meet(one: Spot, other: Spot, gap: float) -> bool:
-    (x, y, a), (u, v, b) = one, other
+def _meet(first: Spot, second: Spot, gap: float) -> bool:
+    (x, y, a), (u, v, b) = first, second
     return x < u + b.width + gap and u < x + a.width + gap and y < v + b.height + gap and v < y + a.height + gap
 
 
@@ -134,10 +134,10 @@ def _drawn(spots: Sequence[Spot], profile: Plotter, page: Page, rng: np.random.G
     strokes = [*lines]
     for hand, pace in ((_PRINT, 1.6), (_JOINED, 1.0)):
         captions = [
-            dataclasses.replace(one, x=one.x + x, y=one.y + y)
+            dataclasses.replace(caption, x=caption.x + x, y=caption.y + y)
             for x, y, panel in spots
             if (panel.name == "sample") == (hand == _JOINED)
-            for one in panel.captions
+            for caption in panel.captions
         ]
         strokes += written(captions, hand, page, rng, pace).strokes
     about = {"program": f"handout {__version__}", "title": "test sheet", "device": profile.name}

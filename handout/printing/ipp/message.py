@@ -113,9 +113,9 @@ class Message:
 
     def all(self, name: str, group: int | None = None) -> tuple[Value, ...]:
         """The values of an attribute, wherever it first stands (or in a group with that tag); none if it is absent."""
-        for one in self.groups:
-            if group in (None, one.tag):
-                for attribute in one.attributes:
+        for section in self.groups:
+            if group in (None, section.tag):
+                for attribute in section.attributes:
                     if attribute.name == name:
                         return attribute.values
         return ()
@@ -139,17 +139,17 @@ def encode(message: Message) -> bytes:
     parts = [struct.pack(">BBHI", *message.version, message.code, message.request)]
     for group in message.groups:
         parts.append(bytes([group.tag]))
-        parts += [part for one in group.attributes for part in _attribute(one)]
+        parts += [part for attribute in group.attributes for part in _attribute(attribute)]
     parts.append(bytes([Tag.END]))
     return b"".join(parts)
 
 
-def _attribute(one: Attribute) -> Iterator[bytes]:
-    if not one.values:
-        raise ValueError(f"{one.name} has no value")
-    for n, value in enumerate(one.values):
+def _attribute(attribute: Attribute) -> Iterator[bytes]:
+    if not attribute.values:
+        raise ValueError(f"{attribute.name} has no value")
+    for n, value in enumerate(attribute.values):
         # RFC 8010 §3.1.5: a further value of the same attribute has an empty name
-        yield from _value(one.name.encode() if n == 0 else b"", value)
+        yield from _value(attribute.name.encode() if n == 0 else b"", value)
 
 
 def _value(name: bytes, value: Value) -> Iterator[bytes]:
@@ -160,8 +160,8 @@ def _value(name: bytes, value: Value) -> Iterator[bytes]:
     assert isinstance(value.value, tuple)
     for member in value.value:
         yield _item(Tag.MEMBER_NAME, b"", member.name.encode())
-        for one in member.values:
-            yield from _value(b"", one)
+        for item in member.values:
+            yield from _value(b"", item)
     yield _item(Tag.END_COLLECTION, b"", b"")
 
 
@@ -231,17 +231,17 @@ class _Reader:
 
 def _attributes(reader: _Reader) -> tuple[tuple[Attribute, ...], int]:
     """The attributes up to the next tag of a group, and that tag."""
-    found: list[tuple[str, list[Value]]] = []
+    attributes: list[tuple[str, list[Value]]] = []
     while (tag := reader.tag()) >= 0x10:
         name = _text(reader.field())
         value = _read_value(reader, tag, _DEEPEST)
         if name:
-            found.append((name, [value]))
-        elif found:
-            found[-1][1].append(value)
+            attributes.append((name, [value]))
+        elif attributes:
+            attributes[-1][1].append(value)
         else:
             raise PrinterError("An IPP message has a value without a name.")
-    return tuple(Attribute(name, tuple(values)) for name, values in found), tag
+    return tuple(Attribute(name, tuple(values)) for name, values in attributes), tag
 
 
 def _read_value(reader: _Reader, tag: int, depth: int) -> Value:

@@ -51,12 +51,12 @@ class IppQueue:
             raise PrinterError(f"{self.name} accepts no jobs at present{_because(self._capabilities.reasons)}.")
 
     def _choose(self, wanted: str) -> str:
-        known = self._capabilities.formats
-        able = [name for name in _FORMATS if MIME[name] in known or (name == "pdf" and not known)]
+        formats = self._capabilities.formats
+        able = [name for name in _FORMATS if MIME[name] in formats or (name == "pdf" and not formats)]
         if wanted and wanted not in able:
             raise InputError(f"format: {self.name} prints no {wanted}; it prints {', '.join(able) or 'none of ours'}.")
         if not able:
-            raise PrinterError(f"{self.name} prints neither PDF nor PWG Raster nor URF, only {', '.join(known)}.")
+            raise PrinterError(f"{self.name} prints neither PDF nor PWG Raster nor URF, only {', '.join(formats)}.")
         return wanted or able[0]
 
     def resolution(self, wanted: int) -> int:

@@ -91,15 +91,15 @@ def job_attributes(request: Request, capabilities: Capabilities) -> tuple[Attrib
     ProfileError
         A tray or an option that the printer does not have.
     """
-    made = [_sheet(request, capabilities)]
+    attributes = [_sheet(request, capabilities)]
     if "none" in capabilities.texts("print-scaling-supported"):
-        made.append(attribute("print-scaling", Tag.KEYWORD, "none"))
+        attributes.append(attribute("print-scaling", Tag.KEYWORD, "none"))
     if capabilities.message.all("copies-supported", Tag.PRINTER):
-        made.append(attribute("copies", Tag.INTEGER, request.copies))
+        attributes.append(attribute("copies", Tag.INTEGER, request.copies))
     if "one-sided" in capabilities.texts("sides-supported"):
-        made.append(attribute("sides", Tag.KEYWORD, "one-sided"))
+        attributes.append(attribute("sides", Tag.KEYWORD, "one-sided"))
     options = {name: _option(name, value, capabilities) for name, value in request.options.items()}
-    return (*(one for one in made if one.name not in options), *options.values())
+    return (*(item for item in attributes if item.name not in options), *options.values())
 
 
 def _sheet(request: Request, capabilities: Capabilities) -> Attribute:
@@ -130,7 +130,7 @@ def _option(name: str, value: str, capabilities: Capabilities) -> Attribute:
     listed = capabilities.message.all(f"{name}-supported", Tag.PRINTER)
     if not listed:
         raise ProfileError(f"The printer has no option {name!r}: leave it out of the profile's options.")
-    ranged = any(isinstance(one.value, Range) for one in listed)
+    ranged = any(isinstance(allowed.value, Range) for allowed in listed)
     tag = Tag.INTEGER if ranged else listed[0].tag
     if tag not in _PLAIN:
         raise ProfileError(f"The option {name!r} is no number and no word: leave it out of the profile's options.")

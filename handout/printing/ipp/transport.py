@@ -160,11 +160,11 @@ def _after(response: http.client.HTTPResponse) -> float | None:
 
     Source: RFC 9110 §10.2.3.
     """
-    told, now = response.getheader("Retry-After", "").strip(), response.getheader("Date", "")
-    if told.isascii() and told.isdigit():
-        return float(told)
+    wait, now = response.getheader("Retry-After", "").strip(), response.getheader("Date", "")
+    if wait.isascii() and wait.isdigit():
+        return float(wait)
     try:
-        return max((parsedate_to_datetime(told) - parsedate_to_datetime(now)).total_seconds(), 0.0)
+        return max((parsedate_to_datetime(wait) - parsedate_to_datetime(now)).total_seconds(), 0.0)
     except (ValueError, TypeError):
         return None
 

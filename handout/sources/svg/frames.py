@@ -79,19 +79,19 @@ def transform(text: str | None) -> Array:
     return matrix
 
 
-def _map_of(name: str, given: list[float]) -> Array:
+def _map_of(name: str, numbers: list[float]) -> Array:
     if name == "matrix":
-        a, b, c, d, e, f = given
+        a, b, c, d, e, f = numbers
         return np.array([[a, c, e], [b, d, f]])
     if name == "translate":
-        return shift(*given)
+        return shift(*numbers)
     if name == "scale":
-        x, y = given * 2 if len(given) == 1 else given
+        x, y = numbers * 2 if len(numbers) == 1 else numbers
         return np.array([[x, 0.0, 0.0], [0.0, y, 0.0]])
     if name == "rotate":
-        return _rotate(*given)
+        return _rotate(*numbers)
     if name in ("skewX", "skewY"):
-        (angle,) = given
+        (angle,) = numbers
         tangent = math.tan(math.radians(angle))
         return np.array([[1.0, tangent, 0.0], [0.0, 1.0, 0.0]] if name == "skewX" else [[1, 0, 0], [tangent, 1.0, 0]])
     raise ValueError(name)

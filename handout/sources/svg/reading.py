@@ -62,9 +62,9 @@ def from_svg(data: bytes) -> Drawing:
     about: dict[str, Any] = {}
     if walk.left_out:
         about["left_out"] = [f"{count} x {what}" for what, count in sorted(walk.left_out.items()) if count]
-    own = _own(root, lines)
-    if own is not None:
-        return own
+    drawing = _own(root, lines)
+    if drawing is not None:
+        return drawing
     strokes = tuple(_strokes(lines))
     return Drawing(strokes, _page(root, strokes), {"title": _title(root)} | about, timed=False)
 
@@ -124,28 +124,28 @@ def _own(root: Element, lines: Sequence[Line]) -> Drawing | None:
     if note is None:
         return None
     try:
-        known = json.loads(note.text or "")
-        page = Page(float(known["page"]["width"]), float(known["page"]["height"]), str(known["page"]["name"]))
+        metadata = json.loads(note.text or "")
+        page = Page(float(metadata["page"]["width"]), float(metadata["page"]["height"]), str(metadata["page"]["name"]))
         strokes = tuple(_timed(line) for line in lines)
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
     if any(b.t[0] <= a.t[-1] for a, b in pairwise(strokes)):
         return None
-    about = known.get("about")
+    about = metadata.get("about")
     return Drawing(strokes, page, about if isinstance(about, dict) else {})
 
 
 def _timed(line: Line) -> Stroke:
     """A stroke with the times that its path carries: what each of its cubics takes."""
-    given = line.attributes
-    begin, end = float(given["data-t0"]), float(given["data-t1"])
-    word = int(given.get("data-word", -1))
-    layer, colour = given.get("data-layer", ""), given.get("stroke", "")
-    if "data-k" not in given:
+    attributes = line.attributes
+    begin, end = float(attributes["data-t0"]), float(attributes["data-t1"])
+    word = int(attributes.get("data-word", -1))
+    layer, colour = attributes.get("data-layer", ""), attributes.get("stroke", "")
+    if "data-k" not in attributes:
         samples = 2 if end > begin else 1
         rest = np.array([begin, end][:samples])
         return Stroke(rest, line.path[[0, -1][:samples]], word=word, layer=layer, colour=colour)
-    spans = np.array([float(span) for span in given["data-k"].split()]) / 1000
+    spans = np.array([float(span) for span in attributes["data-k"].split()]) / 1000
     if len(spans) != len(line.path) // 3:
         raise ValueError("the path was changed")
     pieces = np.maximum(np.ceil(spans * _RATE), 1).astype(np.intp)
@@ -153,18 +153,18 @@ def _timed(line: Line) -> Stroke:
     u = (np.arange(len(cubic)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1) / pieces[cubic]
     knots = begin + np.concatenate([[0.0], np.cumsum(spans)])
     t = np.concatenate([[begin], knots[cubic] + u * spans[cubic]])
-    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(given, knots, t))
+    return Stroke(t, _at(line.path, cubic, u), word=word, layer=layer, colour=colour, **_mark(attributes, knots, t))
 
 
-def _mark(given: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
+def _mark(attributes: Mapping[str, str], knots: Array, t: Array) -> dict[str, Any]:
     """Width of a stroke, and its flat nib, where the file has them at its knots (k,) s, for samples (n,) s."""
     mark: dict[str, Any] = {}
     for name, channel in (("data-w", "width"), ("data-rotation", "rotation")):
-        if name in given:
-            values = np.array([float(value) for value in given[name].split()]) / 1000
+        if name in attributes:
+            values = np.array([float(value) for value in attributes[name].split()]) / 1000
             mark[channel] = np.interp(t, knots, np.broadcast_to(values, len(knots)))
-    if "data-nib" in given:
-        mark["nib"] = float(given["data-nib"])
+    if "data-nib" in attributes:
+        mark["nib"] = float(attributes["data-nib"])
     return mark
 
 

@@ -48,10 +48,10 @@ class Style:
         """The colour of the line as ``"#rrggbb"``; "" where it is none, such as a gradient."""
         return hexadecimal(self.color if self.stroke.lower() == "currentcolor" else self.stroke)
 
-    def inside(self, given: Mapping[str, str]) -> Style:
+    def inside(self, properties: Mapping[str, str]) -> Style:
         """The style of an element with these properties inside one of this style."""
         style = self
-        for name, value in given.items():
+        for name, value in properties.items():
             value = value.strip()
             if name in _PROPERTIES and value and value != "inherit":
                 style = replace(style, **_PROPERTIES[name](value))
@@ -139,7 +139,7 @@ def _uncommented(text: str) -> str:
 
 def _plain(text: str) -> str:
     """A style sheet without its rules for media, fonts and the like, which stand in braces of their own."""
-    kept, depth, skipping = [], 0, -1
+    rules, depth, skipping = [], 0, -1
     for piece in re.split(r"([{}])", text):
         if piece == "{":
             depth += 1
@@ -153,9 +153,9 @@ def _plain(text: str) -> str:
             if ";" in rule:  # @import and @charset have no braces
                 piece += rule.partition(";")[2]
             else:
-                kept.append(piece)
+                rules.append(piece)
                 skipping = depth
                 continue
         if skipping < 0:
-            kept.append(piece)
-    return "".join(kept)
+            rules.append(piece)
+    return "".join(rules)

@@ -42,6 +42,7 @@ def test_down_and_to_the_right_are_better():
     assert down > right > up == left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", style.names())
 def test_a_tag_fits_its_page_and_is_the_same_for_the_same_seed(name):
     first, again, other = (asemic.tag(5, style.find(name), PAGE, np.random.default_rng(s)) for s in (3, 3, 4))
@@ -59,6 +60,7 @@ def test_joined_styles_write_a_tag_in_one_go():
     assert counts == [1, 6]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letters", [1, 25])
 def test_few_and_many_letters(letters):
     made = asemic.tag(letters, style.find("calm"), PAGE, np.random.default_rng(0))

@@ -26,6 +26,7 @@ def opened(query=""):
     return open_port(f"sim:?{query}", PROFILE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", VERSIONS)
 def test_a_page_is_drawn_as_it_was_announced(version):
     profile = machine()
@@ -64,6 +65,7 @@ def test_executed_is_never_more_than_was(version):
     assert controller.executed == controller.taken == controller.sent and port.at_rest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.2.7", "2.6.5", "2.8.1", "3.0.0"])
 @pytest.mark.parametrize("share", [0.02, 0.5])
 def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):

@@ -3,6 +3,7 @@
 import dataclasses
 
 import msgspec
+import pytest
 from cursive import page
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -58,6 +59,7 @@ def test_zero_here_is_said_once_at_the_beginning():
     assert next(line for line in lines if not line.startswith(b";")) == b"G92X0Y0"
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_comments_cannot_command_the_machine(text):
     kept = comment(text)

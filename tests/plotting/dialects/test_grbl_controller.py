@@ -75,6 +75,7 @@ def test_what_is_said_to_be_executed_is(profile, options):
     assert np.median(lag) < (120 if "grblhal" in options else 60)
 
 
+@pytest.mark.slow
 def test_a_flipped_digit_is_noticed_by_where_the_machine_is():
     """Somewhere in the middle of a stroke X is given another tens digit, which is valid G-code."""
     made = plan(DRAWING, SERVO)
@@ -212,6 +213,7 @@ def test_a_plotter_that_is_still_drawing_is_let_finish():
     assert again.position() == pytest.approx(controller._tracking.at[:2], abs=0.02)  # all that was sent, and not X1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["blank=1", "variant=grblhal", "variant=fluidnc", "$13=1", "blank=1&$22=1"])
 def test_relatives_and_odd_memories_are_understood(options):
     said = []

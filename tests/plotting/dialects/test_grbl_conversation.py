@@ -35,6 +35,7 @@ def link(port, buffer=128, timeout=1.0, log=lambda _: None):
     return GrblConversation(port, buffer, timeout, log)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     st.integers(32, 128), st.integers(2, 15), st.floats(0, 0.03), st.randoms(), st.sampled_from([9600, 115200])

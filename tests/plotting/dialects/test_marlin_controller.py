@@ -69,6 +69,7 @@ def intended():
     return watched.did, watched.port.faults.written
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["lost-byte", "flipped-byte", "doubled-byte"])
 def test_a_fault_at_every_byte_changes_nothing_on_the_paper(fault):
     """From the first greeting to the last line: moves and pen are exactly those of a run without a fault."""

@@ -136,6 +136,7 @@ def test_density_is_that_of_the_ink(ideal_page):
     assert np.abs(shown[:, 1] - again).max() < 0.02
 
 
+@pytest.mark.slow
 def test_the_same_page_at_any_resolution_and_scanner():
     coarse, fine = made(dpi=150.0), made(dpi=600.0)
     assert fine.image.shape[0] == pytest.approx(4 * coarse.image.shape[0], abs=2)
@@ -148,6 +149,7 @@ def test_the_same_page_at_any_resolution_and_scanner():
         assert a.xy == pytest.approx(b.xy)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes(usual_page):
     again, other = made(), made(seed=2)
     assert np.array_equal(again.image, usual_page.image)
@@ -155,6 +157,7 @@ def test_the_same_seed_gives_the_same_bytes(usual_page):
     assert not np.array_equal(other.image, usual_page.image)
 
 
+@pytest.mark.slow
 def test_rotation_and_offset_turn_paper_and_truth_together():
     page_, rng = SMALL.page, np.random.default_rng(0)
     scanner = replace(Flatbed.exact(), rotation=0.05, offset=(1.0, 2.0), border=3.0)
@@ -189,6 +192,7 @@ def test_baselines_lie_under_the_letters(usual_page):
         assert abs(letter.box[3] - level) < 0.45 * truth.x_height, letter
 
 
+@pytest.mark.slow
 def test_what_the_scanner_does_is_seen():
     still = {"rotation": 0.0, "offset": (0.0, 0.0)}
     sharp = made(dpi=150.0, flatbed=replace(Flatbed.exact(), **still))
@@ -248,6 +252,7 @@ def test_sixteen_bits_are_finer():
     assert np.abs(sixteen.image / 257 - eight.image).max() <= 0.5 + 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pen", ["plain", "ballpoint", "fineliner", "fountain", "pencil"])
 @pytest.mark.parametrize("hand", ["house-joined", "house-print"])
 def test_every_pen_leaves_a_line_that_is_seen(pen, hand):

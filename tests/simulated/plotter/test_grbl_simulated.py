@@ -228,6 +228,7 @@ def test_pen_on_the_z_axis():
     assert stroke.xy[0] == pytest.approx([10, 210], abs=0.02)  # of a page as large as the bed
 
 
+@pytest.mark.slow
 def test_real_time_takes_its_time():
     begin = time.monotonic()
     port = awake(url="sim:?realtime=1")

@@ -119,6 +119,7 @@ def test_without_variation_lines_are_ruled():
 TEXT = "the ten even hens jumped on the line and it did jump " * 5
 
 
+@pytest.mark.slow
 def test_a_scanned_hand_writes_as_its_pages_lie_and_inside_the_margins(small_hand, monkeypatch):
     from handout.writing.scanned import line_writer
 

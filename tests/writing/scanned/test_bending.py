@@ -20,6 +20,7 @@ def test_no_variation_is_no_bend(small_manner):
     assert np.array_equal(unbent()(xy), xy)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(number=st.integers(0, 40), seed=st.integers(0, 10**6), variation=st.floats(0.1, 20))
 def test_a_bend_stays_within_what_the_letter_has(small_manner, number, seed, variation):

@@ -8,6 +8,7 @@ import pytest
 from handout.writing.scanned.forms import _clear
 
 
+@pytest.mark.slow
 def test_a_form_is_its_glyph_in_line_space(small_hand, small_manner):
     page = small_hand.pages[0]
     for number, glyph in enumerate(small_hand.glyphs):

@@ -165,8 +165,8 @@ class Motors:
         return self._stepped(parts, whole) if self.version < TIME else self._timed(parts, whole, first)
 
     def _constant(self, parts: list[Slice], ms: int) -> bytes:
-        one, two = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
-        return f"SM,{ms},{one},{two}\r".encode("ascii")
+        steps_1, steps_2 = (axis.counted(part.end) for axis, part in zip(self.axes, parts, strict=True))
+        return f"SM,{ms},{steps_1},{steps_2}\r".encode("ascii")
 
     def _stepped(self, parts: list[Slice], ticks: int) -> bytes:
         numbers: list[int] = []

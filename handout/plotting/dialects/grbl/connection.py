@@ -25,13 +25,13 @@ _LEAST = 10.0  # mm of travel that make a bed
 class ControllerInfo:
     """What a controller said about itself.
 
-    kept : whether it has not restarted since it was last driven, so that it may still know its place.
+    uninterrupted : whether it has not restarted since it was last driven, so that it may still know its place.
     offset : mm, what its program's coordinates lie away from the machine's; empty: it does not say.
     place : mm, where it stands, in the machine's coordinates; empty: it does not say.
     """
 
     version: str = ""
-    kept: bool = False
+    uninterrupted: bool = False
     locked: bool = False
     offset: tuple[float, ...] = ()
     place: tuple[float, ...] = ()
@@ -55,7 +55,7 @@ class ControllerInfo:
             elif isinstance(reply, Version):
                 self.version = reply.text
             elif isinstance(reply, Modal):
-                self.kept = not {"F0", "F0.0"} & set(reply.words)
+                self.uninterrupted = not {"F0", "F0.0"} & set(reply.words)
                 systems = [word for word in reply.words if word in protocol.SYSTEMS] or systems
         if (offset := offsets.get(systems[0])) is not None:
             more = offsets.get("G92", (0.0,) * len(offset))
@@ -74,15 +74,15 @@ def connect(port: Port, profile: Plotter, log: Log) -> tuple[GrblConversation, P
     conversation = GrblConversation(port, profile.port.buffer, profile.port.timeout, log)
     restarted = _wake(conversation, profile)
     info = _questions(conversation)
-    info.kept &= not restarted
+    info.uninterrupted &= not restarted
     status = conversation.status()
     info.locked, info.place = status.state == "Alarm", tuple(at * info.scale for at in status.field("MPos"))
     if info.sizes is None and len(free := status.field("Bf")) == 2 and status.state in ("Idle", "Alarm"):
         info.sizes = Sizes(int(free[0]), int(free[1]))  # nothing is in its hands: all it has is free
-    own = with_settings(profile, info, log)
-    conversation.buffer = own.port.buffer
+    machine = with_settings(profile, info, log)
+    conversation.buffer = machine.port.buffer
     _unlock(conversation, profile, info, log)
-    return conversation, own, info
+    return conversation, machine, info
 
 
 def _wake(conversation: GrblConversation, profile: Plotter) -> bool:
@@ -168,18 +168,18 @@ def with_settings(profile: Plotter, info: ControllerInfo, log: Log) -> Plotter:
 def _own_limits(profile: Plotter, settings: dict[int, float]) -> dict[str, float]:
     """The machine's own values of keys of the profile's `limits`."""
     limits = profile.limits
-    own: dict[str, float] = {}
+    values: dict[str, float] = {}
     if {110, 111} <= settings.keys():
         fastest = min(settings[110], settings[111]) / 60
-        own["draw_speed"] = Speed(min(limits.draw_speed, fastest))
-        own["travel_speed"] = Speed(min(limits.travel_speed, fastest))
+        values["draw_speed"] = Speed(min(limits.draw_speed, fastest))
+        values["travel_speed"] = Speed(min(limits.travel_speed, fastest))
     if {120, 121} <= settings.keys():
-        own["acceleration"] = Acceleration(min(settings[120], settings[121]))
+        values["acceleration"] = Acceleration(min(settings[120], settings[121]))
     if 11 in settings:
-        own["junction_deviation"] = Length(settings[11])
+        values["junction_deviation"] = Length(settings[11])
     if 100 in settings:
-        own["steps_per_mm"] = settings[100]
-    return own
+        values["steps_per_mm"] = settings[100]
+    return values
 
 
 def _own_bed(profile: Plotter, info: ControllerInfo) -> Bed:

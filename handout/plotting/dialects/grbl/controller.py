@@ -31,10 +31,10 @@ class GrblController(BaseController):
     conversation: GrblConversation
 
     def __init__(self, port: Port, profile: Plotter, log: Log) -> None:
-        self.conversation, own, self.info = connection.connect(port, profile, log)
-        super().__init__(own, log)
+        self.conversation, machine, self.info = connection.connect(port, profile, log)
+        super().__init__(machine, log)
         self._ahead = _AHEAD if self.info.version.startswith("1.1h") else _AHEAD_OF_KIN
-        self._knows = self.info.kept and not self.info.locked  # its place, as far as it can tell
+        self._knows = self.info.uninterrupted and not self.info.locked  # its place, as far as it can tell
         self._offset = self.info.offset
         self._tracking: PositionTracking | None = None
         self._looks: deque[int] = deque()  # commands of the program that the machine is asked after where it is
@@ -249,8 +249,8 @@ class GrblController(BaseController):
         self._tracking = None
 
 
-def _differ(one: Sequence[float], other: Sequence[float]) -> bool:
-    return len(one) != len(other) or any(abs(a - b) > 1e-4 for a, b in zip(one, other, strict=True))
+def _differ(first: Sequence[float], second: Sequence[float]) -> bool:
+    return len(first) != len(second) or any(abs(a - b) > 1e-4 for a, b in zip(first, second, strict=True))
 
 
 def _strayed(place: Place) -> str:

@@ -147,18 +147,18 @@ def with_settings(profile: Plotter, replies: list[Reply], log: Log) -> Plotter:
 def _own_limits(profile: Plotter, settings: dict[str, float]) -> dict[str, float]:
     """The machine's own values of keys of the profile's `limits`."""
     limits = profile.limits
-    own: dict[str, float] = {}
+    values: dict[str, float] = {}
     if {"M203X", "M203Y"} <= settings.keys():
         fastest = min(settings["M203X"], settings["M203Y"])
-        own["draw_speed"] = Speed(min(limits.draw_speed, fastest))
-        own["travel_speed"] = Speed(min(limits.travel_speed, fastest))
+        values["draw_speed"] = Speed(min(limits.draw_speed, fastest))
+        values["travel_speed"] = Speed(min(limits.travel_speed, fastest))
     if {"M201X", "M201Y"} <= settings.keys():
         travel = settings.get("M204T", settings.get("M204S", limits.acceleration))
-        own["acceleration"] = Acceleration(min(settings["M201X"], settings["M201Y"], travel))
+        values["acceleration"] = Acceleration(min(settings["M201X"], settings["M201Y"], travel))
     if "M205J" in settings:
-        own["junction_deviation"], own["jerk"] = Length(settings["M205J"]), Speed(0.0)
+        values["junction_deviation"], values["jerk"] = Length(settings["M205J"]), Speed(0.0)
     elif {"M205X", "M205Y"} <= settings.keys():
-        own["jerk"] = Speed(min(settings["M205X"], settings["M205Y"]))
+        values["jerk"] = Speed(min(settings["M205X"], settings["M205Y"]))
     if "M92X" in settings:
-        own["steps_per_mm"] = settings["M92X"]
-    return own
+        values["steps_per_mm"] = settings["M92X"]
+    return values

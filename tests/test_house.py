@@ -1,0 +1,148 @@
+"""The shape of the code: functions fit on a screen, constants give a reason, sources exist, no file is in a circle."""
+
+import ast
+import re
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+from test_architecture import PACKAGE
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
+BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.Assert, ast.match_case, ast.comprehension)
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def functions() -> list[tuple[str, ast.FunctionDef]]:
+    return [
+        (f"{path.relative_to(PACKAGE)}:{node.name}", node)
+        for path in FILES
+        for node in ast.walk(parsed(path))
+        if isinstance(node, FUNCTIONS)
+    ]
+
+
+def length(function: ast.FunctionDef) -> int:
+    """Lines of a function without its docstring."""
+    lines = function.end_lineno - function.lineno + 1
+    return lines - (function.body[0].end_lineno - function.body[0].lineno + 1 if ast.get_docstring(function) else 0)
+
+
+def arguments(function: ast.FunctionDef) -> int:
+    every = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return len(every) - (bool(every) and every[0].arg in ("self", "cls"))
+
+
+def complexity(function: ast.FunctionDef) -> int:
+    """One, and one for every branch, condition, loop and filter (McCabe 1976, with conditions counted)."""
+    total = 1
+    for node in ast.walk(function):
+        total += isinstance(node, BRANCHES)
+        total += len(node.values) - 1 if isinstance(node, ast.BoolOp) else 0
+        total += len(node.ifs) if isinstance(node, ast.comprehension) else 0
+    return total
+
+
+def numeric(node: ast.expr) -> bool:
+    """Whether an expression is a number, or a tuple or list of numbers."""
+    if isinstance(node, ast.UnaryOp):
+        return numeric(node.operand)
+    if isinstance(node, ast.BinOp):
+        return numeric(node.left) and numeric(node.right)
+    if isinstance(node, ast.Tuple | ast.List):
+        return bool(node.elts) and all(numeric(part) for part in node.elts)
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def silent_constants(text: str) -> list[int]:
+    """The lines of module-level numbers with no comment beside, above, or above the block that they stand in."""
+    lines, silent, explained = text.splitlines(), [], -1
+    for node in ast.parse(text).body:
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None or not numeric(node.value):
+            continue
+        beside = any("#" in line for line in lines[node.lineno - 1 : node.end_lineno])
+        above = node.lineno > 1 and lines[node.lineno - 2].lstrip().startswith("#")
+        if beside or above or explained == node.lineno - 1:
+            explained = node.end_lineno
+        else:
+            silent.append(node.lineno)
+    return silent
+
+
+def modules() -> dict[str, set[str]]:
+    """Each module, and the modules it imports when it runs; what is imported for types alone is left out."""
+    names = {}
+    for path in FILES:
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    graph = {}
+    for name, path in names.items():
+        typing = {
+            id(inner)
+            for node in ast.walk(parsed(path))
+            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)
+            for part in node.body
+            for inner in ast.walk(part)
+        }
+        imported = set()
+        for node in ast.walk(parsed(path)):
+            if id(node) in typing:
+                continue
+            if isinstance(node, ast.ImportFrom) and node.module:
+                members = {f"{node.module}.{alias.name}" for alias in node.names}
+                imported |= {member if member in names else node.module for member in members}
+            elif isinstance(node, ast.Import):
+                imported |= {alias.name for alias in node.names}
+        graph[name] = (imported & names.keys()) - {name}
+    return graph
+
+
+def test_functions_fit_on_a_screen():
+    assert [name for name, function in functions() if length(function) > 50] == []
+
+
+def test_functions_take_few_arguments():
+    assert [name for name, function in functions() if arguments(function) > 8] == []
+
+
+def test_few_functions_branch_much():
+    many = [name for name, function in functions() if complexity(function) > 15]
+    assert len(many) < 8, many
+
+
+def test_constants_give_their_reason():
+    silent = [(path.name, line) for path in FILES for line in silent_constants(path.read_text(encoding="utf-8"))]
+    assert silent == []
+
+
+def test_no_files_import_each_other_in_a_circle():
+    try:
+        TopologicalSorter(modules()).prepare()
+    except CycleError as circle:
+        raise AssertionError(" → ".join(circle.args[1])) from None
+
+
+def test_every_source_is_in_the_bibliography():
+    """`Source:` names this project's own method, a seed, or a work whose first author or number is listed."""
+    listed = BIBLIOGRAPHY.read_text(encoding="utf-8")
+    unknown = []
+    for path in FILES:
+        for source in re.findall(r"Source: ((?:[^\n]+\n?){1,3})", path.read_text(encoding="utf-8")):
+            words = re.findall(r"own method|none of the seeds|seed 00[0-4]|[A-Z][\w./:-]{2,}", source)
+            if not any(word in listed or word in ("own method", "none of the seeds") for word in words):
+                unknown.append((str(path.relative_to(PACKAGE)), source.splitlines()[0]))
+    assert unknown == []
+
+
+def test_the_measures_can_fail():
+    function = ast.parse(
+        "def f(self, a, *, b=1):\n    '''Doc.'''\n    return a if a and b else [c for c in b if c]"
+    ).body[0]
+    assert (length(function), arguments(function), complexity(function)) == (2, 2, 5)
+    assert silent_constants("A = 1\n# why\nB = 2\nC = (3, 4)\n\nD = 5  # why\nE = 'text'\n") == [1]
