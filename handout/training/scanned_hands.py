@@ -28,7 +28,6 @@ from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
 from handout.values import Hand
 from handout.writing.layout import Layout
-from handout.writing.sheets import lines_a_page
 
 PAGES = 3  # that the author copies; set by eye
 ACCENTED = "àáâãäåæçèéêëìíîïñòóôõöøœßùúûüýÿÄÖÜÉ¡¿€£–…"
@@ -72,7 +71,7 @@ def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
     characters = corpus.PRINTABLE + ACCENTED
     sentences = corpus.shipped()
     target = sentence_choice.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
-    lines = lines_a_page(hand.pitch, _LAYOUT)
+    lines = _LAYOUT.lines_a_page(hand.pitch)
     chosen = prompt_pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
     return "\n".join(line for sheet in chosen.pages for line in sheet)
 
