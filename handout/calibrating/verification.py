@@ -184,7 +184,7 @@ def _colour_faults(strip: Strip, scanned: Array, calibration: Calibration, sourc
         source)]  # fmt: skip
 
 
-def _pen_findings(
+def _pen_faults(
     strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration
 ) -> list[Finding]:
     """A warning if the pen in the strip's frame does not look as in the chart's: the scans differ in their settings."""

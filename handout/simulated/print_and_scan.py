@@ -60,7 +60,7 @@ class Loop:
         return paths
 
     def _written(self, sheet: Sheet, frame: tuple[float, float, float, float]) -> Sheet:
-        """The sheet with a line of the hand's writing in the frame; its pages are taken for scans of the usual flatbed."""
+        """The sheet with a line of the hand's writing in the frame; its pages count as scans of a usual flatbed."""
         from handout.calibrating import pen_reference
         from handout.colour.pen_lines import strokes_in
         from handout.hand.library import find

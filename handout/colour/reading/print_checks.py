@@ -143,7 +143,7 @@ def spoilt_patches(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple
 
 
 def _outliers(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(n,) patches further from their ideal than by chance, alone or with their neighbours; (n,) which are too light."""
+    """(n,) patches off their ideal by more than chance, alone or with their neighbours; (n,) which are too light."""
     inside = sheet.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
     alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
