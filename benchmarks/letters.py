@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.haines_2016 import by_chain
 from benchmarks.reading import HANDS, PENS, written
 from handout.scanning.written_page import WrittenPage
-from handout.simulated.author import reread
+from handout.simulated.author import page_score
 from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import tag_page
 
@@ -29,21 +29,21 @@ LETTERS, SPLITS = 0.97, 0.95  # goals
 def read(simulated: Simulated, method: str = "cut") -> tuple[WrittenPage, float]:
     """The page read, and the CPU seconds of it."""
     begin = time.process_time()
-    return reread.read(simulated, method=method), time.process_time() - begin
+    return page_score.read(simulated, method=method), time.process_time() - begin
 
 
 def row(name: str, simulated: Simulated, page: tuple[WrittenPage, float], method: str = "segments") -> str:
     """A line of the table; ! marks what misses its goal."""
     begin = time.process_time()
-    made = tag_page(page[0], reread.transcript(simulated), rng=np.random.default_rng(1), method=method)
+    made = tag_page(page[0], page_score.transcript(simulated), rng=np.random.default_rng(1), method=method)
     seconds = time.process_time() - begin
-    score = reread.score(simulated.truth, made)
+    score = page_score.score(simulated.truth, made)
     split = score.splits
     flags = ["!" if missed else " " for missed in (score.right < LETTERS, split.placed < SPLITS)]
     size = simulated.truth.labels.size / 1e6
     return (
-        f"{name:<32} {score.right:.3f}{flags[0]}({score.own:.3f})  {split.placed:.3f}{flags[1]}({split.found:.3f}) "
-        f"{split.true:.3f}  {page[1] / size:5.2f} {seconds / size:5.2f}"
+        f"{name:<32} {score.right:.3f}{flags[0]}({score.identity:.3f})  {split.placed:.3f}{flags[1]}"
+        f"({split.recall:.3f}) {split.precision:.3f}  {page[1] / size:5.2f} {seconds / size:5.2f}"
     )
 
 

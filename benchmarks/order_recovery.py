@@ -39,7 +39,7 @@ from handout.motion.recovery.network import CostWeights, Ends, build_network, ch
 from handout.motion.recovery.traversal import beam_search
 from handout.page_sizes import page
 from handout.scanning.written_page import read_page
-from handout.simulated.author import reread
+from handout.simulated.author import page_score
 from handout.simulated.author.simulate import Desk, simulate
 from handout.tagging.page_tagging import hand_of_pages, tag_page
 from handout.values import Array, Glyph, Indices, Ink, Line, LineGraph, Manuscript, Page, Placed
@@ -137,7 +137,7 @@ def simulated(name: str, *, kept_out: bool = False) -> tuple[ScannedHand, list[A
     layout = Layout(page("A5"), x_height=2.5)
     text, writing, reading = (KEPT_OUT, 29, 7) if kept_out else (TEXT, 11, 1)
     made = simulate(text, library.load(name), Desk(layout=layout), rng=np.random.default_rng(writing))
-    found = tag_page(reread.read(made), reread.transcript(made), rng=np.random.default_rng(reading))
+    found = tag_page(page_score.read(made), page_score.transcript(made), rng=np.random.default_rng(reading))
     true = [path.xy * made.truth.pixel for path in made.truth.paths]
     return hand_of_pages(name, [found]), true, [stroke.word for stroke in made.drawing.strokes]
 

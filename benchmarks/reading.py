@@ -2,8 +2,8 @@
 
 Mask: intersection over union with the true mask; in brackets with a mask whose edge lies half way between paper and
 one usual pass.  Path, within 0.06 mm: how much of the found way is true, and how much of the pen's way was met; both
-where the pen's way is clear, in brackets everywhere it is visible (`judge.PathScore`).  A figure that misses its goal
-has a "!" behind it.
+where the pen's way is clear, in brackets everywhere it is visible (`PathScore`).  A figure that misses its goal has
+a "!" behind it.
 Ink: greatest difference after putting the ink back on
 the found paper, and the share of inked pixels that lighten another paper.
 """
@@ -23,7 +23,7 @@ from handout.inking.pen import usual
 from handout.page_sizes import page
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.simulated.author import judge
+from handout.simulated.author import ground_truth_score
 from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.author.truth import Simulated
 from handout.writing.layout import Layout
@@ -49,11 +49,11 @@ def scores(simulated: Simulated, read: WrittenPage, seconds: float) -> dict[str,
     mask[whole] = read.mask.ink
     paper, rgba = truth.paper.copy(), np.zeros((*mask.shape, 4), dtype=np.uint8)
     paper[whole], rgba[whole] = read.matte.paper, read.matte.rgba
-    path = judge.path(truth, read.graph.uv + np.array([x, y]), read.graph.edges)
-    matte = judge.matte(simulated.image, truth, rgba[:, :, :3] / 255, rgba[:, :, 3] / 255, paper / 255)
+    path = ground_truth_score.path(truth, read.graph.uv + np.array([x, y]), read.graph.edges)
+    matte = ground_truth_score.matte(simulated.image, truth, rgba[:, :, :3] / 255, rgba[:, :, 3] / 255, paper / 255)
     return {
-        "iou": judge.overlap(mask, truth.mask),
-        "half": judge.overlap(mask, truth.covered(0.5)),
+        "iou": ground_truth_score.overlap(mask, truth.mask),
+        "half": ground_truth_score.overlap(mask, truth.covered(0.5)),
         "met": path.met,
         "anywhere": path.anywhere,
         "true": path.true,

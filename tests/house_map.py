@@ -7,7 +7,7 @@ import ast
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from test_architecture import GROUND, MAY, PACKAGE, arrows
+from test_architecture import DOORS, GROUND, MAY, PACKAGE, arrows, door
 
 DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
@@ -15,8 +15,8 @@ DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 def rooms() -> dict[str, set[str]]:
     """Each room, and the rooms that its files import; the ground floor, which all import, is left out."""
     graph: dict[str, set[str]] = {}
-    for _, home, to in arrows():
-        if home in GROUND or home.startswith("__"):
+    for file, home, to in arrows():
+        if home in GROUND or home.startswith("__") or door(file, to):
             continue
         graph.setdefault(home, set())
         if to != home and to not in GROUND:
@@ -40,6 +40,7 @@ def mermaid() -> str:
     """The graph of the rooms as a Mermaid drawing: who imports, above; who is imported, below."""
     graph = reduced(rooms())
     lines = [f"    {room} --> {to}" for room in sorted(graph) for to in sorted(graph[room])]
+    lines += [f"    {Path(file).parts[0]} -. sim .-> simulated" for file in sorted(DOORS)]
     lonely = [f"    {room}" for room in sorted(graph) if not graph[room] and not any(room in t for t in graph.values())]
     return "\n".join(["```mermaid", "graph TD", *lines, *lonely, "```", "", *table()])
 
@@ -56,16 +57,34 @@ def said(path: Path) -> str:
     return text.split("\n\n")[0].replace("\n", " ").strip()
 
 
+def defined(path: Path) -> list[str]:
+    """The public functions, classes and tables that a file defines."""
+    if not path.is_file():
+        return []
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    names = [node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    for node in body:
+        targets = (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        )
+        names += [target.id for target in targets if isinstance(target, ast.Name)]
+    return [name for name in names if not name.startswith("_")]
+
+
 def index() -> str:
-    """Every file with what is in it, room after room."""
+    """Every file with what is in it, room after room; of a room's `__init__.py` what it says of the room."""
     lines = []
-    folders = [PACKAGE, *sorted(path for path in PACKAGE.rglob("*") if path.is_dir() and any(path.glob("*.py")))]
+    folders = [PACKAGE, *sorted(path for path in PACKAGE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
     for folder in folders:
         name = folder.relative_to(PACKAGE.parent).as_posix()
         head = said(folder / "__init__.py") if (folder / "__init__.py").is_file() else ""
         lines += ["", f"**{name}/** {head}", ""]
-        files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("__"))
-        lines += [f"- `{path.name}` {said(path)}" for path in files]
+        files = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("__"))
+        code = ", ".join(f"`{name}`" for name in defined(folder / "__init__.py"))
+        lines += [f"- `__init__.py` {code}"] if code else []
+        lines += [f"- `{path.name}` {said(path)}".rstrip() for path in files if path.suffix == ".py"]
+        data = ", ".join(f"`{path.name}`" for path in files if path.suffix != ".py")
+        lines += [f"- data: {data}"] if data else []
     return "\n".join(lines).strip()
 
 

@@ -51,7 +51,7 @@ def pen_of(calibration: Calibration, hand: str, say: Callable[[str], None]) -> R
     """What the frame of a calibration's chart says of a hand; what concerns its pages is said."""
     reference = of_calibration(calibration, hand)
     if reference.kind is not Kind.DRAWN:
-        say(f"{'warning: ' if reference.doubtful and reference.kind is not Kind.CORRECTED else ''}{reference.said}")
+        say(f"{'warning: ' if reference.doubtful and reference.kind is not Kind.CORRECTED else ''}{reference.sentence}")
     return reference
 
 
@@ -123,7 +123,7 @@ class CalibratedInk:
         """What ``--json`` prints: the calibration and what it cannot reach."""
         reach = self._reach
         return {
-            "name": self.calibration.name, "made": self.calibration.made.isoformat(timespec="seconds"),
+            "name": self.calibration.name, "made": self.calibration.date.isoformat(timespec="seconds"),
             "age_days": self.calibration.age(), "out_of_reach": round(reach.out, 4) if reach else 0.0,
             "lost": round(reach.mean, 2) if reach else 0.0,
             "pen": self.reference.facts() if self.reference is not None else None,

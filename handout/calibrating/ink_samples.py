@@ -47,9 +47,11 @@ class Inks:
         return Inks(self.rgba[rows])
 
 
-def seen_by_chart(samples: Inks, known: Reference) -> Inks:
+def seen_by_chart(samples: Inks, reference: Reference) -> Inks:
     """Samples of a hand's ink as a chart's scan shows that ink, as far as its frame tells."""
-    return samples if known.match is None else Inks(np.asarray(known.match.inks(samples.rgba), dtype=np.float64))
+    return (
+        samples if reference.match is None else Inks(np.asarray(reference.match.inks(samples.rgba), dtype=np.float64))
+    )
 
 
 def of_raster(rgba: Array | NDArray[np.float32], most: int = _MOST) -> Inks:
@@ -105,14 +107,14 @@ def of_hand(name: str, pen: Pen | None = None) -> Inks:
     return of_raster(pens.ink(drawing, _DPI, pen or usual_pen("ballpoint"), pens.noise({"seed": 0})).rgba)
 
 
-def reach_of(name: str, table: ColourTable, known: Reference | None = None, pen: Pen | None = None) -> Reach:
-    """What of the ink of a page in a hand the printer of a table reaches; `known` and `pen`: see `of_hand`.
+def reach_of(name: str, table: ColourTable, reference: Reference | None = None, pen: Pen | None = None) -> Reach:
+    """What of the ink of a page in a hand the printer of a table reaches; `reference` and `pen`: see `of_hand`.
 
     Every figure on ink out of reach is made here.  Raises InputError: no such hand.
     """
     samples = of_hand(name, pen)
-    if known is not None:
-        samples = seen_by_chart(samples, known)
+    if reference is not None:
+        samples = seen_by_chart(samples, reference)
     return gamut.reach(np.clip(samples.on(np.asarray(table.paper, dtype=np.float64)), 0, 1), table)
 
 

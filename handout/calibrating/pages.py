@@ -74,8 +74,8 @@ def send(pages: Printed, profile: Printer, queue: Queue | None = None) -> tuple[
         No queue, or one that refuses the page.
     """
     queue = queue or open_queue(profile)
-    told = ticket(profile, pages.page, "handout colour chart", "chart")
-    queue.check(told)
+    request = ticket(profile, pages.page, "handout colour chart", "chart")
+    queue.check(request)
     feeding = Feeding.of(pages.page, profile)
     names = []
     with tempfile.TemporaryDirectory(prefix="handout-") as work:
@@ -118,14 +118,14 @@ def _png(pixels: Pixels, dpi: int) -> bytes:
     return out.getvalue()
 
 
-def chart_pages(made: Chart, profile: Printer, name: str) -> Printed:
+def chart_pages(chart: Chart, profile: Printer, name: str) -> Printed:
     """The pages of a chart as the printer's own pixels."""
     dpi = round(charts.fine_enough(profile.dpi))
-    pixels = [render(page, dpi, _title_lines(name)) for page in made.pages]
-    return Printed(made.paper, pixels, dpi, {"chart": made.version, "printer": name})
+    pixels = [render(page, dpi, _title_lines(name)) for page in chart.pages]
+    return Printed(chart.paper, pixels, dpi, {"chart": chart.version, "printer": name})
 
 
-def write_chart(made: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
+def write_chart(chart: Chart, profile: Printer, name: str, path: Path) -> tuple[Path, ...]:
     """Write a chart as .pdf, with its tables beside it, or as .png.
 
     Raises
@@ -134,8 +134,8 @@ def write_chart(made: Chart, profile: Printer, name: str, path: Path) -> tuple[P
         Another ending, or a file that cannot be written.
     """
     if path.suffix.lower() == ".png":
-        return write(chart_pages(made, profile, name), path)
-    return charts.write_chart(made, path, profile.dpi, _title_lines(name))
+        return write(chart_pages(chart, profile, name), path)
+    return charts.write_chart(chart, path, profile.dpi, _title_lines(name))
 
 
 def _title_lines(name: str) -> tuple[str, ...]:

@@ -44,12 +44,12 @@ class Kind(StrEnum):
 class Reference:
     """What the frame of a chart says of a hand.
 
-    kind : in a word; said : in a sentence.
+    kind : in a word; sentence : in full.
     match : what the hand's ink becomes in the chart's scan; None where that is not known, or must not be used.
     """
 
     kind: Kind
-    said: str
+    sentence: str
     match: InkMatch | None = None
 
     @property
@@ -59,10 +59,10 @@ class Reference:
 
     def facts(self) -> dict[str, Any]:
         """What ``--json`` prints of it."""
-        known = self.match is not None
+        match_known = self.match is not None
         return {
-            "kind": str(self.kind), "said": self.said,
-            "difference": round(self.match.difference, 2) if self.match is not None and known else None,
+            "kind": str(self.kind), "said": self.sentence,
+            "difference": round(self.match.difference, 2) if self.match is not None and match_known else None,
         }  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def _why(ink: InkMatch) -> str:
 
 def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
     """Some writing of a hand: (h, w, 3) densities against its paper, (3,) that paper, 0–1, and pixels an inch."""
-    page = max(hand.pages, key=lambda one: one.texture.shape[0] * one.texture.shape[1])
+    page = max(hand.pages, key=lambda scanned_page: scanned_page.texture.shape[0] * scanned_page.texture.shape[1])
     height, width = page.texture.shape
     down, across = (max(0, (side - _MOST) // 2) for side in (height, width))
     part = np.s_[down : down + _MOST, across : across + _MOST]
@@ -180,7 +180,7 @@ def writing(hand: ScannedHand) -> tuple[NDArray[np.float32], Array, float]:
     paper = _paper(page)[part]
     cover = rgba[..., 3:]
     density = density_of(cover * rgba[..., :3] + (1 - cover) * paper, np.maximum(paper, 1e-3))
-    usual = np.median([np.median(one.paper, axis=(0, 1)) for one in hand.pages], axis=0) / 255
+    usual = np.median([np.median(scanned_page.paper, axis=(0, 1)) for scanned_page in hand.pages], axis=0) / 255
     return density, np.asarray(usual), page.dpi
 
 

@@ -46,7 +46,7 @@ def _cause(solids: Solids, pen: Reference | None, before: Calibration | None) ->
     earlier = None if before is None else _earlier(before)
     if before is None or earlier is None:
         return None
-    return of_change(solids, earlier, f"{before.made.day} {before.made:%B %Y}")
+    return of_change(solids, earlier, f"{before.date.day} {before.date:%B %Y}")
 
 
 def _earlier(before: Calibration) -> Solids | None:

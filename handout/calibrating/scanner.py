@@ -56,15 +56,17 @@ def scan(name: str, page: Page, to: Path, dpi: int = DPI) -> Path:
 
 def arguments(offered: str, page: Page, dpi: int) -> list[str]:
     """What scanimage is told, of what ``--all-options`` says that the scanner takes."""
-    known = dict(_OPTION.findall(offered))
-    said = ["--mode=Color"] if "--mode" in known else []
-    said += [f"--resolution={dpi}"] if "--resolution" in known else []
-    said += ["--depth=8"] if "--depth" in known else []
-    said += [f"{name}={value}" for name, value in _PLAIN.items() if name in known and _takes(known[name], value)]
+    options = dict(_OPTION.findall(offered))
+    settings = ["--mode=Color"] if "--mode" in options else []
+    settings += [f"--resolution={dpi}"] if "--resolution" in options else []
+    settings += ["--depth=8"] if "--depth" in options else []
+    settings += [
+        f"{name}={value}" for name, value in _PLAIN.items() if name in options and _takes(options[name], value)
+    ]
     corners = {"-l": 0.0, "-t": 0.0, "-x": page.width, "-y": page.height}
     area = [part for side, mm in corners.items() if re.search(rf"^\s+{side} ", offered, re.MULTILINE)
             for part in (side, f"{mm:g}")]  # fmt: skip
-    return [*said, *area]
+    return [*settings, *area]
 
 
 def _takes(values: str, value: str) -> bool:

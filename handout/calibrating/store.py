@@ -42,7 +42,7 @@ class Calibration:
     folder : where it is kept; None for a table that came as a file of its own.
     table_file : of the colour table.
     printer, paper, scanner, method : as they were named.
-    made : when the table was built.
+    date : when the table was built.
     misses : ΔE00 by which the model misses its own patches, on the mean; None where that is not known.
     """
 
@@ -50,7 +50,7 @@ class Calibration:
     table_file: Path
     printer: str
     paper: str
-    made: datetime
+    date: datetime
     scanner: str = ""
     method: str = ""
     misses: float | None = None
@@ -67,7 +67,7 @@ class Calibration:
 
     def age(self, at: datetime | None = None) -> int:
         """Days since it was made."""
-        return max(0, ((at or now()) - self.made).days)
+        return max(0, ((at or now()) - self.date).days)
 
     def table(self) -> ColourTable:
         """Its colour table; raises InputError."""
@@ -79,12 +79,12 @@ class Calibration:
         """Name, date and age, as they are said in a message."""
         days = self.age(at)
         old = "made today" if days == 0 else f"{days} day{'s' if days > 1 else ''} old"
-        return f"calibration {self.name} of {self.made:%Y-%m-%d} ({old})"
+        return f"calibration {self.name} of {self.date:%Y-%m-%d} ({old})"
 
     def facts(self) -> dict[str, Any]:
         """What ``--json`` prints of it."""
         return {
-            "printer": self.printer, "paper": self.paper, "made": self.made.isoformat(timespec="seconds"),
+            "printer": self.printer, "paper": self.paper, "made": self.date.isoformat(timespec="seconds"),
             "age_days": self.age(), "scanner": self.scanner, "method": self.method, "misses": self.misses,
             "folder": str(self.folder or self.table_file), "verification": self.verification(),
             "pen": {"written": self.scribble() is not None, "hand": self.pen_of()},
@@ -220,7 +220,7 @@ def build(
 def add(calibration: Calibration) -> Calibration:
     """Keep a calibration among the user's own; it is the one that is used from now on."""
     assert calibration.folder is not None
-    place = _place(calibration.printer, calibration.paper, calibration.made)
+    place = _place(calibration.printer, calibration.paper, calibration.date)
     with _new_folder(place) as work:
         for path in calibration.folder.iterdir():
             shutil.copy2(path, work / path.name)
@@ -247,9 +247,9 @@ def load(place: Path) -> Calibration:
 
         about, table_file, home = dict(load_table(place).about), place, None
     try:
-        made = datetime.fromisoformat(str(about["made"]))
+        date = datetime.fromisoformat(str(about["made"]))
         return Calibration(
-            home, table_file, str(about["printer"]), str(about["paper"]), made, str(about.get("scanner", "")),
+            home, table_file, str(about["printer"]), str(about["paper"]), date, str(about.get("scanner", "")),
             str(about.get("method", "")), about.get("misses"),
         )  # fmt: skip
     except (KeyError, ValueError, TypeError) as error:
@@ -263,7 +263,7 @@ def every() -> list[Calibration]:
     for path in folder().glob("*/*/[!.]*/" + ABOUT):
         with contextlib.suppress(InputError):
             calibrations.append(load(path.parent))
-    return sorted(calibrations, key=lambda calibration: (calibration.made, str(calibration.folder)), reverse=True)
+    return sorted(calibrations, key=lambda calibration: (calibration.date, str(calibration.folder)), reverse=True)
 
 
 def newest(printer: str, paper: str = "") -> Calibration | None:
@@ -300,9 +300,9 @@ def wanted(printer: str, paper: str = "") -> Calibration:
     )
 
 
-def _place(printer: str, paper: str, made: datetime) -> Path:
+def _place(printer: str, paper: str, date: datetime) -> Path:
     base = folder() / printer / paper
-    name = f"{made:%Y-%m-%dT%H%M%S}"
+    name = f"{date:%Y-%m-%dT%H%M%S}"
     return next(p for n in range(1000) if not (p := base / (f"{name}-{n}" if n else name)).exists())
 
 

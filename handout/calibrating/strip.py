@@ -115,12 +115,12 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
     """
     white = np.asarray(table.paper, dtype=np.float64)
     cells = len(_cells()[0])
-    found = gamut.reach(np.clip(samples.on(white), 0, 1), table)
+    reach = gamut.reach(np.clip(samples.on(white), 0, 1), table)
     room = (cells - _WHITES) // 2 - _GREYS
-    ink = _evenly(samples.take(np.flatnonzero(found.lost < _REACHED)), white, room)
+    ink = _evenly(samples.take(np.flatnonzero(reach.lost < _REACHED)), white, room)
     if len(ink.rgba) < _LEAST:
         raise InputError(
-            f"The printer reaches only {1 - found.out:.0%} of this ink, too little to verify anything with: verify "
+            f"The printer reaches only {1 - reach.out:.0%} of this ink, too little to verify anything with: verify "
             "with another hand, or with the usual inks."
         )
     shade = greys(2 * _GREYS)
@@ -134,8 +134,8 @@ def make(table: ColourTable, samples: Inks, paper: str = "A4", page: Reach | Non
         np.concatenate([wanted, wanted, np.repeat(white[None], _WHITES, axis=0)]),
         np.concatenate([_sent(rgba), _sent(_through(rgba, table)), bare]),
         np.repeat([False, True, False], [len(rgba), len(rgba), _WHITES]),
-        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or found).out,
-        (page or found).mean, whose,
+        np.concatenate([grey, grey, np.zeros(_WHITES, dtype=bool)]), paper, (page or reach).out,
+        (page or reach).mean, whose,
     )  # fmt: skip
 
 
@@ -147,19 +147,19 @@ def prepare(calibration: Calibration, hand: str = "", paper: str = "A4") -> Stri
     InputError
         No such hand, or an ink of which the printer reaches next to nothing.
     """
-    known = pen_reference.of_calibration(calibration, hand) if hand else None
+    reference = pen_reference.of_calibration(calibration, hand) if hand else None
     samples = ink_samples.of_hand(hand) if hand else ink_samples.usual(_USUAL)
-    if known is not None:
-        samples = ink_samples.seen_by_chart(samples, known)
+    if reference is not None:
+        samples = ink_samples.seen_by_chart(samples, reference)
     table, whose = calibration.table(), hand or ink_samples.USUAL_HAND
-    made = make(table, samples, paper, ink_samples.reach_of(whose, table, known), f"of {whose}")
-    calibration.keep_strip(made.facts())
-    return made
+    strip = make(table, samples, paper, ink_samples.reach_of(whose, table, reference), f"of {whose}")
+    calibration.keep_strip(strip.facts())
+    return strip
 
 
 def pages_of(strip: Strip, calibration: Calibration, profile: Printer) -> Printed:
     """The strip as the printer's own pixels."""
-    lines = (f"{calibration.name}   calibration of {calibration.made:%Y-%m-%d %H:%M}",)
+    lines = (f"{calibration.name}   calibration of {calibration.date:%Y-%m-%d %H:%M}",)
     dpi = round(fine_enough(profile.dpi))
     pixels = render(strip.page, dpi, lines, "Verification strip: scan it like the chart, on the same paper")
     return Printed(strip.page.paper, [pixels], dpi, {"verification": calibration.name})
@@ -205,8 +205,8 @@ def _cells() -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
     across = np.rint(np.linspace(0, _COLUMNS - 2, 4)).astype(int).tolist()
     down = np.rint(np.linspace(0, _ROWS - 2, 4)).astype(int).tolist()
     marks = [(x, y) for y in down for x in across]
-    taken = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
-    return [(x, y) for y in range(_ROWS) for x in range(_COLUMNS) if (x, y) not in taken], marks
+    mark_cells = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
+    return [(x, y) for y in range(_ROWS) for x in range(_COLUMNS) if (x, y) not in mark_cells], marks
 
 
 def _sheet(paper: str) -> Page:

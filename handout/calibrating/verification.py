@@ -65,7 +65,7 @@ class Difference:
 class Verification:
     """What a strip showed.
 
-    made : when it was read.
+    date : when it was read.
     before, after : of all colours, sent as they are and sent through the table.
     ink_before, ink_after, grey_before, grey_after : of the ink and of the greys alone.
     out : share of a page's ink that the printer cannot reach; lost : ΔE00 there, on the mean; whose : ink it is.
@@ -73,7 +73,7 @@ class Verification:
     findings : what was not as it should be with the scan.
     """
 
-    made: str
+    date: str
     before: Difference
     after: Difference
     ink_before: Difference
@@ -126,12 +126,12 @@ def verify(calibration: Calibration, scans: Sequence[Path | Scan]) -> Verificati
         A file that cannot be read, or no strip was printed.
     """
     strip = last_strip(calibration)
-    opened = [one for item in scans for one in ([item] if isinstance(item, Scan) else open_scans(item))]
+    opened = [scan for item in scans for scan in ([item] if isinstance(item, Scan) else open_scans(item))]
     if len(opened) != 1:
         raise InputError(f"The verification strip is one page, and {len(opened)} were given: give its scan alone.")
-    seen, findings = _seen(opened[0], strip, calibration)
-    verified = _judged(strip, seen, findings)
-    calibration.keep_strip({**strip.facts(), "seen": seen.round(6).tolist()})
+    scanned, findings = _seen(opened[0], strip, calibration)
+    verified = _judged(strip, scanned, findings)
+    calibration.keep_strip({**strip.facts(), "seen": scanned.round(6).tolist()})
     calibration.keep_verification(verified.facts())
     return verified
 
@@ -164,19 +164,19 @@ def _seen(scan: Scan, strip: Strip, calibration: Calibration) -> tuple[Array, li
     return sampled.values, findings
 
 
-def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str) -> list[Finding]:
+def _of_colours(strip: Strip, scanned: Array, calibration: Calibration, source: str) -> list[Finding]:
     """Whether these are the colours and the paper that the strip was made for."""
     from handout.colour.interpolation import look_up
 
     table = calibration.table()
-    foreseen = look_up(table.seen, strip.device)
-    ranks = [float(np.corrcoef(seen[:, k], foreseen[:, k])[0, 1]) for k in range(3)]
+    foreseen = look_up(table.scanned, strip.device)
+    ranks = [float(np.corrcoef(scanned[:, k], foreseen[:, k])[0, 1]) for k in range(3)]
     if not min(ranks) > _OTHER_STRIP:
         return [Finding("another-strip", "refuse", "The colours are not those of the strip that was printed last for "
             f"{calibration.name}: scan that, or print a new one with: handout calibrate verify --printer "
             f"{calibration.printer} -o strip.pdf", source)]  # fmt: skip
     bare = (strip.device == 1).all(axis=1)
-    off = float(conversions.delta_e(conversions.lab(seen[bare].mean(axis=0)), conversions.lab(table.paper)))
+    off = float(conversions.delta_e(conversions.lab(scanned[bare].mean(axis=0)), conversions.lab(table.paper)))
     if off <= _SAME_PAPER:
         return []
     return [Finding("settings-differ", "warn", f"The bare paper differs from the chart's by ΔE00 {off:.1f}: another "
@@ -184,14 +184,14 @@ def _of_colours(strip: Strip, seen: Array, calibration: Calibration, source: str
         source)]  # fmt: skip
 
 
-def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibration: Calibration) -> list[Finding]:
+def _of_pen(strip: Strip, scan: Scan, placement: Placement, scanned: Array, calibration: Calibration) -> list[Finding]:
     """Whether the pen in the strip's frame looks as in the chart's: both are scanned alike then."""
     bare = (strip.device == 1).all(axis=1)
-    now, before = scribble_of(scan, placement, seen[bare].mean(axis=0)), calibration.scribble()
+    now, before = scribble_of(scan, placement, scanned[bare].mean(axis=0)), calibration.scribble()
     if now is None or before is None or min(now.dpi, before.dpi) < pen_reference.LEAST_DPI:
         return []
     dpi = min(now.dpi, before.dpi)
-    first, other = (pen_reference.at_dpi(one.density, one.dpi, dpi) for one in (before, now))
+    first, other = (pen_reference.at_dpi(pen_scribble.density, pen_scribble.dpi, dpi) for pen_scribble in (before, now))
     difference = match(first, before.paper, other, now.paper, dpi)
     if difference is None or difference.difference <= _SAME_PEN:
         return []
@@ -203,8 +203,8 @@ def _of_pen(strip: Strip, scan: Scan, placement: Placement, seen: Array, calibra
     return [Finding("settings-differ", "warn", sentence, scan.source)]
 
 
-def _judged(strip: Strip, seen: Array, findings: Sequence[Finding]) -> Verification:
-    lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(seen))
+def _judged(strip: Strip, scanned: Array, findings: Sequence[Finding]) -> Verification:
+    lost = conversions.delta_e(conversions.lab(strip.wanted), conversions.lab(scanned))
     bare = (strip.device == 1).all(axis=1) & ~strip.matched & ~strip.grey
     plain, matched = ~strip.matched & ~bare, strip.matched
     before, after = _difference(lost[plain]), _difference(lost[matched])
@@ -239,11 +239,11 @@ def sections(calibration: Calibration) -> list[tuple[str, str]]:
     facts, verified = calibration.strip(), calibration.verification()
     if facts is None or verified is None or "seen" not in facts:
         return []
-    made, seen = from_facts(facts), np.array(facts["seen"])
+    verification, scanned = from_facts(facts), np.array(facts["seen"])
     lines = "\n".join(table_lines(verified))
     return [
-        ("Before and after", f"<pre>{html.escape(lines)}</pre>" + _before_and_after(made, seen)),
-        ("The printer's reach", _reach(made, calibration.table())),
+        ("Before and after", f"<pre>{html.escape(lines)}</pre>" + _before_and_after(verification, scanned)),
+        ("The printer's reach", _reach(verification, calibration.table())),
     ]
 
 
@@ -258,13 +258,13 @@ def write_report(calibration: Calibration, path: Path) -> None:
     atomic.write(path, page(calibration.name, f"{calibration.described()}.", sections(calibration)).encode())
 
 
-def _before_and_after(strip: Strip, seen: Array) -> str:
+def _before_and_after(strip: Strip, scanned: Array) -> str:
     parts = []
     for name, grey in (("Ink", False), ("Greys", True)):
         which = np.flatnonzero(strip.matched & (strip.grey == grey))
         plain = which - int(strip.matched.sum())
         order = np.argsort(strip.wanted[which].sum(axis=1))
-        rows = np.stack([seen[plain], strip.wanted[which], seen[which]])[:, order]
+        rows = np.stack([scanned[plain], strip.wanted[which], scanned[which]])[:, order]
         alt = f"{name}: sent as it is, as wanted, through the table"
         parts.append(f"<p>{html.escape(alt)}, from dark to light.</p>{image(tiles(rows), alt)}")
     return "".join(parts)
@@ -278,7 +278,7 @@ def tiles(rows: Array) -> NDArray[np.uint8]:
 
 def _reach(strip: Strip, table: ColourTable) -> str:
     """The outline of what the printer can print over a* and b*, and the strip's colours in it."""
-    labs = conversions.lab(np.asarray(table.seen, dtype=np.float64).reshape(-1, 3))
+    labs = conversions.lab(np.asarray(table.scanned, dtype=np.float64).reshape(-1, 3))
     outline = " ".join(f"{x:.1f},{y:.1f}" for x, y in _on_diagram(_hull(labs[:, 1:])))
     which = strip.matched
     dots = "".join(

@@ -52,11 +52,12 @@ _REQUESTS = {
 class ScansRefused(InputError):
     """Scans of which no calibration may be made; `findings` say why."""
 
-    def __init__(self, findings: Sequence[Finding], kept: int = 0, report_file: Path | None = None) -> None:
-        said = " ".join(str(one) for one in findings if one.severity == "refuse")
-        safe = f" The {kept} good scan{'s' if kept > 1 else ''} from before {'are' if kept > 1 else 'is'} kept."
+    def __init__(self, findings: Sequence[Finding], good_scans: int = 0, report_file: Path | None = None) -> None:
+        refusals = " ".join(str(finding) for finding in findings if finding.severity == "refuse")
+        scans, verb = ("scans", "are") if good_scans > 1 else ("scan", "is")
+        safe = f" The {good_scans} good {scans} from before {verb} kept."
         shown = f" Pictures of what was found are in {report_file}." if report_file is not None else ""
-        super().__init__(said + (safe if kept else "") + shown)
+        super().__init__(refusals + (safe if good_scans else "") + shown)
         self.findings = tuple(findings)
 
 

@@ -127,7 +127,7 @@ def parse(text: str, source: str = "table") -> tuple[Table, ...]:
 
 def dumps(tables: Sequence[Table]) -> str:
     """The text of tables; `parse` gives the same tables again."""
-    return "\n".join(_text(one) for one in tables)
+    return "\n".join(_text(table) for table in tables)
 
 
 def write(path: Path, tables: Sequence[Table]) -> None:
@@ -179,20 +179,20 @@ class _Words:
 
     def rest_of_line(self, line: int) -> list[str]:
         """All further words of a line."""
-        found: list[str] = []
+        texts: list[str] = []
         while (word := self.peek()) is not None and word[0] == line:
-            found.append(self.take())
-        return found
+            texts.append(self.take())
+        return texts
 
     def until(self, end: str, begun: int) -> list[tuple[int, str]]:
         """All words before `end`, each with its line."""
-        found: list[tuple[int, str]] = []
+        words: list[tuple[int, str]] = []
         while (word := self.peek()) is not None:
             line, text, quoted = word
             self._next += 1
             if text == end and not quoted:
-                return found
-            found.append((line, text))
+                return words
+            words.append((line, text))
         raise self.wrong(begun, f"{end} is missing: the file is cut off; copy it again")
 
     def wrong(self, line: int, what: str) -> InputError:
@@ -278,12 +278,18 @@ def _rows(
     return rows
 
 
-def _text(one: Table) -> str:
-    lines = [one.kind, "", *(f"{name} {_quoted(value)}" for name, value in one.keywords)]
-    lines += ["", f"NUMBER_OF_FIELDS {len(one.fields)}", "BEGIN_DATA_FORMAT", " ".join(one.fields), "END_DATA_FORMAT"]
-    lines += ["", f"NUMBER_OF_SETS {len(one.rows)}", "BEGIN_DATA"]
+def _text(table: Table) -> str:
+    lines = [table.kind, "", *(f"{name} {_quoted(value)}" for name, value in table.keywords)]
+    lines += [
+        "",
+        f"NUMBER_OF_FIELDS {len(table.fields)}",
+        "BEGIN_DATA_FORMAT",
+        " ".join(table.fields),
+        "END_DATA_FORMAT",
+    ]
+    lines += ["", f"NUMBER_OF_SETS {len(table.rows)}", "BEGIN_DATA"]
     # ArgyllCMS takes the quotation marks of a column for its type: words have them throughout, numbers never
-    columns = [list(map(_quoted if _worded(column) else str, column)) for column in zip(*one.rows, strict=True)]
+    columns = [list(map(_quoted if _worded(column) else str, column)) for column in zip(*table.rows, strict=True)]
     lines += [" ".join(row) for row in zip(*columns, strict=True)]
     return "\n".join([*lines, "END_DATA", ""])
 

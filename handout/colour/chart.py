@@ -214,20 +214,20 @@ def chart(
     )
 
 
-def _outside(made: Chart, margins: tuple[float, float, float, float]) -> str:
+def _outside(chart: Chart, margins: tuple[float, float, float, float]) -> str:
     """Which edge it passes and by how much; empty if none."""
     top, right, bottom, left = margins
-    page = made.pages[0]
+    page = chart.pages[0]
     x0, y0, x1, y1 = page.bounds
     room = {
-        "top": (top, y0), "right": (right, made.paper.width - x1),
-        "bottom": (bottom, made.paper.height - y1), "left": (left, x0),
+        "top": (top, y0), "right": (right, chart.paper.width - x1),
+        "bottom": (bottom, chart.paper.height - y1), "left": (left, x0),
     }  # fmt: skip
     for edge, (margin, free) in room.items():
         if margin > free + 1e-9:
             return (
-                f"it keeps {free:.1f} mm from the {edge} of {made.paper.name} in "
-                f"{units.count(len(made.pages), 'page')}, and the "
+                f"it keeps {free:.1f} mm from the {edge} of {chart.paper.name} in "
+                f"{units.count(len(chart.pages), 'page')}, and the "
                 f"printer cannot print on {margin:.1f} mm there"
             )
     return ""
@@ -267,8 +267,8 @@ def _chart(version: int, index: int) -> Chart:
 def _page(version: int, index: int, number: int, unique: list[tuple[int, int, int]]) -> ChartPage:
     sheet = _SHEETS[index]
     marks = _mark_cells(sheet)
-    taken = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
-    free = [(x, y) for y in range(sheet.rows) for x in range(sheet.columns) if (x, y) not in taken]
+    mark_cells = {(x + i, y + j) for x, y in marks for i in (0, 1) for j in (0, 1)}
+    free = [(x, y) for y in range(sheet.rows) for x in range(sheet.columns) if (x, y) not in mark_cells]
     repeats = list(itertools.islice(itertools.cycle(_REPEATS), len(free) - len(unique)))
     placed = _scattered(repeats, free, sheet)
     rest = _shuffled([cell for cell in free if cell not in placed], f"{version} {index} {number}")

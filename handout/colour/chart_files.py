@@ -179,9 +179,9 @@ _ORIGINATOR = f"handout {handout.__version__}"
 def ti1(chart: Chart) -> tuple[cgats.Table, ...]:
     """The different colours of a chart, with what is to be expected of them on a printer that prints sRGB."""
     columns = {"SAMPLE_ID": _ids(len(chart.colours)), **_foretold(chart.colours)}
-    said = {"DESCRIPTOR": f"{_DESCRIPTOR} 1", "ORIGINATOR": _ORIGINATOR}
+    keywords = {"DESCRIPTOR": f"{_DESCRIPTOR} 1", "ORIGINATOR": _ORIGINATOR}
     further = [
-        cgats.table("CTI1", said | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_foretold(device)})
+        cgats.table("CTI1", keywords | {name: str(len(device))}, {"INDEX": _ids(len(device), 0), **_foretold(device)})
         for name, device in _EXTREMES.items()
     ]
     return (cgats.table("CTI1", _about("1", "iRGB", _expected()), columns), *further)
@@ -214,8 +214,8 @@ def ti3(reading: Reading | Patches, about: Mapping[str, str] | None = None) -> t
         **_columns(SCANNED, reading.scanned * 100),
         **_columns((ERROR,), reading.deviation[:, None] * 100),
     }
-    said = {"DEVICE_CLASS": "OUTPUT", "TARGET_INSTRUMENT": "flatbed scanner, taken for sRGB", **(about or {})}
-    return (cgats.table("CTI3", _about("3", "iRGB_XYZ", said), columns),)
+    keywords = {"DEVICE_CLASS": "OUTPUT", "TARGET_INSTRUMENT": "flatbed scanner, taken for sRGB", **(about or {})}
+    return (cgats.table("CTI3", _about("3", "iRGB_XYZ", keywords), columns),)
 
 
 def from_ti3(tables: tuple[cgats.Table, ...]) -> tuple[Array, Array, Array]:
@@ -226,13 +226,13 @@ def from_ti3(tables: tuple[cgats.Table, ...]) -> tuple[Array, Array, Array]:
     InputError
         The table is none of a scan.
     """
-    one = tables[0]
-    if SCANNED[0] not in one.fields:
+    table = tables[0]
+    if SCANNED[0] not in table.fields:
         raise InputError(
             "The table holds no numbers of a scan (SCAN_R, SCAN_G, SCAN_B): it was measured by an instrument, and a "
             "calibration needs the chart as the scanner of the handwriting sees it. Scan the chart."
         )
-    device, scanned, deviation = (one.numbers(*names) / 100 for names in (DEVICE, SCANNED, (ERROR,)))
+    device, scanned, deviation = (table.numbers(*names) / 100 for names in (DEVICE, SCANNED, (ERROR,)))
     return readonly(device, None, 3), readonly(scanned, None, 3), readonly(deviation[:, 0], None)
 
 

@@ -82,9 +82,9 @@ def xyz_of_lab(colours: ArrayLike, white: Array) -> Array:
     return np.asarray(models.Lab_to_XYZ(np.asarray(colours), models.XYZ_to_xy(white)) * white[1])
 
 
-def delta_e(one: ArrayLike, other: ArrayLike) -> Array:
+def delta_e(first: ArrayLike, second: ArrayLike) -> Array:
     """(…,) CIEDE2000 difference of L*a*b* colours (…, 3), all parametric factors 1."""
-    return np.asarray(science().difference.delta_E_CIE2000(one, other))
+    return np.asarray(science().difference.delta_E_CIE2000(first, second))
 
 
 def evened(lab: Array) -> Array:

@@ -25,7 +25,7 @@ class Source:
     """What is exported: a table, when it was made and what it is called; the files that it and its patches lie in."""
 
     table: ColourTable
-    made: datetime
+    date: datetime
     title: str
     table_file: Path
     patches_file: Path | None
@@ -69,13 +69,13 @@ def png(table: ColourTable) -> bytes:
 def _icc(source: Source) -> bytes:
     from handout.colour import icc
 
-    return icc.output_profile(source.table, source.made, source.title)
+    return icc.output_profile(source.table, source.date, source.title)
 
 
 def _icc_link(source: Source) -> bytes:
     from handout.colour import icc
 
-    return icc.device_link(source.table, source.made, source.title)
+    return icc.device_link(source.table, source.date, source.title)
 
 
 def _ti3(source: Source) -> bytes:

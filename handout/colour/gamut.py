@@ -80,18 +80,18 @@ def reach(samples: Array, table: ColourTable) -> Reach:
     wanted = np.asarray(samples, dtype=np.float64)
     if wanted.ndim != 2 or wanted.shape[1:] != (3,) or not len(wanted) or not ((wanted >= 0) & (wanted <= 1)).all():
         raise InputError(f"gamut: samples of ink must be (n, 3) scanned RGB in 0 to 1, not {np.shape(samples)}.")
-    forward = Forward(np.asarray(table.seen, dtype=np.float64))
+    forward = Forward(np.asarray(table.scanned, dtype=np.float64))
     device, lost = inverse.printable(forward, wanted)
     return Reach(wanted, forward.inside(device), lost)
 
 
-def swatches(found: Reach, count: int = 12) -> NDArray[np.uint8]:
+def swatches(reach: Reach, count: int = 12) -> NDArray[np.uint8]:
     """(h, w, 3) uint8: wanted colours over what is printed for them, from the least lost to the most."""
-    order = np.argsort(found.lost, kind="stable")
+    order = np.argsort(reach.lost, kind="stable")
     chosen = order[np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int)]
     tile = _SWATCH + _GAP
     sheet = np.full((2 * _SWATCH + 2 * _GAP, len(chosen) * tile + _GAP, 3), 255, dtype=np.uint8)
-    for row, colours in enumerate((found.wanted, found.shown)):
+    for row, colours in enumerate((reach.wanted, reach.shown)):
         for at, which in enumerate(chosen):
             x, y = _GAP + at * tile, _GAP + row * _SWATCH
             sheet[y : y + _SWATCH, x : x + _SWATCH] = np.rint(np.clip(colours[which], 0, 1) * 255)

@@ -30,7 +30,7 @@ _CENTRE = 32768 / 65535  # a* or b* of 0 in the 16-bit encoding
 _BEND = 0.5  # how much finer than even the table is about grey
 
 
-def output_profile(table: ColourTable, made: datetime, said: str) -> bytes:
+def output_profile(table: ColourTable, date: datetime, title: str) -> bytes:
     """The printer's profile: device RGB → L*a*b*, L*a*b* → device RGB, and what cannot be printed.
 
     L*a*b* is relative to the paper; with the intent "absolute colorimetric" colours are those of the scan, as the
@@ -40,29 +40,29 @@ def output_profile(table: ColourTable, made: datetime, said: str) -> bytes:
     Parameters
     ----------
     table : ColourTable
-    made : datetime.  said : str, what the profile is called.
+    date : datetime.  said : str, what the profile is called.
     """
-    forward = Forward(np.asarray(table.seen, dtype=np.float64))
+    forward = Forward(np.asarray(table.scanned, dtype=np.float64))
     white = conversions.xyz_d50(forward.white[None])[0]
-    seen = np.minimum(_encoded(conversions.lab_of_xyz(conversions.xyz_d50(table.seen.reshape(-1, 3)), white)), 1)
-    side = len(table.seen)
-    there = lut16(seen.reshape(side, side, side, 3), [np.linspace(0, 1, 2)] * 3)
+    labs = np.minimum(_encoded(conversions.lab_of_xyz(conversions.xyz_d50(table.scanned.reshape(-1, 3)), white)), 1)
+    side = len(table.scanned)
+    there = lut16(labs.reshape(side, side, side, 3), [np.linspace(0, 1, 2)] * 3)
     places = np.linspace(0, 1, 4096)
     back = lut16(_sent(forward, white), [places, _bent(places), _bent(places)])
     tags = {b"wtpt": point(white / 100)}
     for intent in b"012":
         tags |= {b"A2B" + bytes([intent]): there, b"B2A" + bytes([intent]): back}
     tags[b"gamt"] = lut16(_out_of_reach(forward, white), [np.linspace(0, 1, 2)] * 3)
-    return profile(b"prtr", b"Lab ", made, said, tags)
+    return profile(b"prtr", b"Lab ", date, title, tags)
 
 
-def device_link(table: ColourTable, made: datetime, said: str) -> bytes:
+def device_link(table: ColourTable, date: datetime, title: str) -> bytes:
     """The table itself, scanned RGB → device RGB; full white is bare paper."""
     nodes = np.array(table.nodes, dtype=np.float64)
     nodes[-1, -1, -1] = np.maximum(nodes[-1, -1, -1], 1)
-    steps = ("RGB of the scanner, taken for sRGB", said)
+    steps = ("RGB of the scanner, taken for sRGB", title)
     tags = {b"A2B0": lut16(nodes, [np.linspace(0, 1, 2)] * 3), b"pseq": sequence(steps)}
-    return profile(b"link", b"RGB ", made, said, tags)
+    return profile(b"link", b"RGB ", date, title, tags)
 
 
 def _scanned(places: Array, white: Array) -> Array:
@@ -154,7 +154,7 @@ def description(words: str) -> bytes:
 def sequence(steps: Sequence[str]) -> bytes:
     """profileSequenceDescType: what a device link was made of, one description each."""
     none = description("")
-    return struct.pack(">4s4xI", b"pseq", len(steps)) + b"".join(bytes(20) + none + description(one) for one in steps)
+    return struct.pack(">4s4xI", b"pseq", len(steps)) + b"".join(bytes(20) + none + description(step) for step in steps)
 
 
 def point(light: Sequence[float]) -> bytes:
@@ -166,18 +166,18 @@ def _fixed(values: Sequence[float]) -> bytes:
     return struct.pack(f">{len(values)}i", *(round(65536 * float(value)) for value in values))
 
 
-def profile(kind: bytes, connection: bytes, made: datetime, said: str, tags: Mapping[bytes, bytes]) -> bytes:
+def profile(kind: bytes, connection: bytes, date: datetime, title: str, tags: Mapping[bytes, bytes]) -> bytes:
     """The bytes of a profile.
 
     Parameters
     ----------
     kind : b"prtr" or b"link".
     connection : b"Lab " or, of a link, the space that it ends in, b"RGB ".
-    made : when.
-    said : what the profile is called.
+    date : when.
+    title : what the profile is called.
     tags : by signature, of what `lut16` and its like give; equal ones are stored once.
     """
-    every = {b"desc": description(said), b"cprt": text(_LICENCE), **tags}
+    every = {b"desc": description(title), b"cprt": text(_LICENCE), **tags}
     begin, places, body = 132 + 12 * len(every), {}, b""
     table = struct.pack(">I", len(every))
     for name, data in every.items():
@@ -186,11 +186,11 @@ def profile(kind: bytes, connection: bytes, made: datetime, said: str, tags: Map
             body += data + bytes(-len(data) % 4)
         table += struct.pack(">4sII", name, places[data], len(data))
     size = begin + len(body)
-    return _header(size, kind, connection, made) + table + body
+    return _header(size, kind, connection, date) + table + body
 
 
-def _header(size: int, kind: bytes, connection: bytes, made: datetime) -> bytes:
+def _header(size: int, kind: bytes, connection: bytes, date: datetime) -> bytes:
     """128 bytes: relative colorimetric by default, made on no certain platform."""
-    when = (made.year, made.month, made.day, made.hour, made.minute, made.second)
+    when = (date.year, date.month, date.day, date.hour, date.minute, date.second)
     start = struct.pack(">I4xI4s4s4s6H4s", size, 0x02400000, kind, b"RGB ", connection, *when, b"acsp")
     return start + bytes(24) + struct.pack(">I", 1) + _fixed(_D50) + bytes(48)

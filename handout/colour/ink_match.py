@@ -246,10 +246,10 @@ def match(
 
 def _simplest(explanations: list[_Explanation]) -> Tone:
     """The tone that needs neither power nor gain, if there is one, else the one that explains both scans best."""
-    plainest = min(explanations, key=lambda one: one.left)
+    plainest = min(explanations, key=lambda explanation: explanation.left)
     if plainest.left <= SAME:
         return _of_contrasts(plainest.tone.papers, plainest.tone.contrasts)
-    return min(explanations, key=lambda one: one.error).tone
+    return min(explanations, key=lambda explanation: explanation.error).tone
 
 
 def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
@@ -257,9 +257,9 @@ def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
     from scipy.optimize import least_squares
 
     pairs = [
-        (np.quantile(one, _RANKS, axis=0), np.quantile(other, _RANKS, axis=0))
-        for one, other in zip(hand.rings, chart.rings, strict=True)
-        if min(len(one), len(other)) >= LEAST
+        (np.quantile(hand_ring, _RANKS, axis=0), np.quantile(chart_ring, _RANKS, axis=0))
+        for hand_ring, chart_ring in zip(hand.rings, chart.rings, strict=True)
+        if min(len(hand_ring), len(chart_ring)) >= LEAST
     ]
     shares, goals = (np.exp(-np.concatenate(part)) for part in zip(*pairs, strict=True))
     held = _TIGHT * np.sqrt(len(shares))
@@ -275,17 +275,17 @@ def _fitted(hand: Strokes, chart: Strokes, plain: Tone) -> tuple[Tone, float]:
     return fitted, float(np.sqrt(np.mean((fitted(shares) - goals) ** 2)))
 
 
-def _apart(one: Tone, other: Tone, shares: Array, paper: Array) -> float:
+def _apart(first: Tone, second: Tone, shares: Array, paper: Array) -> float:
     """ΔE00, mean, between what two tones make of colours (n, 3) as shares of the paper's."""
-    views = (conversions.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (one, other))
+    views = (conversions.lab(np.clip(paper * tone(shares), 0, 1)) for tone in (first, second))
     return float(conversions.delta_e(*views).mean())
 
 
 def _judged(tone: Tone, hand: Strokes, shares: Array) -> InkMatch:
     from_paper, to_paper = tone.papers
     same = _of_contrasts(tone.papers, (tone.contrasts[0], tone.contrasts[0]))
-    plain, seen = (conversions.lab(np.clip(to_paper * one(shares), 0, 1)) for one in (same, tone))
-    lighter = float((seen - plain)[:, 0].mean())
+    plain, shown = (conversions.lab(np.clip(to_paper * tone_(shares), 0, 1)) for tone_ in (same, tone))
+    lighter = float((shown - plain)[:, 0].mean())
     strong = hand.densest >= _WEAK
     powers = (tone.density(hand.densest[None])[0] / np.maximum(hand.densest, 1e-3))[strong]
     within = not len(powers) or bool(

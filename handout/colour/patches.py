@@ -49,8 +49,8 @@ class Patches:
         return len(self.device)
 
 
-def _rows(name: str, given: Array, shape: tuple[int, ...], low: float, high: float, unknown: bool = False) -> Array:
-    array = np.array(given, dtype=np.float64)
+def _rows(name: str, values: Array, shape: tuple[int, ...], low: float, high: float, unknown: bool = False) -> Array:
+    array = np.array(values, dtype=np.float64)
     if array.shape != shape:
         raise InputError(f"patches: {name} has the shape {array.shape}; {shape} is wanted.")
     wrong = ~((array >= low) & (array <= high)) & ~(np.isnan(array) & unknown)
@@ -66,11 +66,11 @@ def _rows(name: str, given: Array, shape: tuple[int, ...], low: float, high: flo
 
 def _check_varies(device: Array, scanned: Array) -> None:
     spans = zip(("red", "green", "blue"), np.ptp(device, axis=0), np.ptp(scanned, axis=0), strict=True)
-    for channel, sent, seen in spans:
-        if sent < 0.5:
-            raise InputError(f"patches: {channel} was sent in a range of {sent:.2f} only; at least 0.5 is wanted.")
-        if seen < _SPAN:
+    for channel, sent_span, scan_span in spans:
+        if sent_span < 0.5:
+            raise InputError(f"patches: {channel} was sent in a range of {sent_span:.2f} only; at least 0.5 is wanted.")
+        if scan_span < _SPAN:
             raise InputError(
-                f"patches: the scanned {channel} of all patches lies within {seen:.3f}, and a printed chart spans "
-                f"{_SPAN:g} or more: scan the chart itself, in colour."
+                f"patches: the scanned {channel} of all patches lies within {scan_span:.3f}, and a printed chart "
+                f"spans {_SPAN:g} or more: scan the chart itself, in colour."
             )

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout import atomic, units
+from handout.colour.reading.chart_reading import Reading, SheetReading
 from handout.colour.reading.patch_means import placed
-from handout.colour.reading.pipeline import Reading, SheetReading
 from handout.values import Array
 
 _LONG = 1500  # pixels, long side of the picture of a scan
@@ -121,11 +121,11 @@ def grid_on(sheet: SheetReading, long_side: int = _LONG) -> NDArray[np.uint8]:
 def _sheet(sheet: SheetReading) -> str:
     place = sheet.placement
     size = f"{place.scale[0]:.2%} × {place.scale[1]:.2%} of its size, " if place.scale else ""
-    said = (
+    caption = (
         f"{sheet.page.label}: {place.dpi:.0f} dpi, {size}bent by up to {place.warp:.2f} mm, "
-        f"{len(place.found)} marks, {int(np.sum(sheet.used))} of {len(sheet.used)} patches used"
+        f"{len(place.mark_indices)} marks, {int(np.sum(sheet.used))} of {len(sheet.used)} patches used"
     )
-    return f"<p>{html.escape(said)}.</p>\n{image(grid_on(sheet), 'the scan with the grid')}"
+    return f"<p>{html.escape(caption)}.</p>\n{image(grid_on(sheet), 'the scan with the grid')}"
 
 
 def image(pixels: NDArray[np.uint8], alt: str) -> str:
@@ -150,11 +150,11 @@ def _ramps(reading: Reading) -> str:
     return "".join(parts)
 
 
-def _curves(name: str, sent: Array, seen: Array) -> str:
+def _curves(name: str, sent: Array, scanned: Array) -> str:
     lines = []
     for channel, colour in enumerate(("#d33", "#2a2", "#36d")):
         points = " ".join(
-            f"{20 + 200 * x:.1f},{210 - 200 * y:.1f}" for x, y in zip(sent, seen[:, channel], strict=True)
+            f"{20 + 200 * x:.1f},{210 - 200 * y:.1f}" for x, y in zip(sent, scanned[:, channel], strict=True)
         )
         lines.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.2"/>')
     return (

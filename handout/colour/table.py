@@ -34,7 +34,7 @@ class ColourTable:
 
     nodes : (s, s, s, 3) float32: device RGB, unclamped, wanted at scanned RGB (i, j, k) / (s − 1); values are cut to
         0–1 after interpolation only.
-    seen : (t, t, t, 3) float32: the model the other way, scanned RGB of device RGB (i, j, k) / (t − 1).
+    scanned : (t, t, t, 3) float32: the model the other way, scanned RGB of device RGB (i, j, k) / (t − 1).
     about : printer, paper, scanner, date, method, version …
 
     Raises
@@ -44,13 +44,13 @@ class ColourTable:
     """
 
     nodes: Nodes
-    seen: Nodes
+    scanned: Nodes
     about: Mapping[str, str] = field(default_factory=dict)
 
     __repr__ = one_line
 
     def __post_init__(self) -> None:
-        for name in ("nodes", "seen"):
+        for name in ("nodes", "scanned"):
             array = np.array(getattr(self, name), dtype=np.float32)
             side = len(array) if array.ndim else 0
             if array.shape != (side,) * 3 + (3,) or not _SIZES[0] <= side <= _SIZES[1] or not np.isfinite(array).all():
@@ -69,7 +69,7 @@ class ColourTable:
     @property
     def paper(self) -> Nodes:
         """(3,) scanned RGB of the bare paper."""
-        return np.asarray(self.seen[-1, -1, -1])
+        return np.asarray(self.scanned[-1, -1, -1])
 
     def unclamped(self, scanned: Array | NDArray[np.float32]) -> NDArray[np.float32]:
         """(n, 3) device RGB of (n, 3) scanned RGB, as interpolated."""
@@ -107,7 +107,7 @@ def save(table: ColourTable, path: Path) -> None:
     out = io.BytesIO()
     header = json.dumps({"format": _FORMAT, "about": dict(table.about)}, ensure_ascii=False, sort_keys=True)
     about = np.frombuffer(header.encode(), dtype=np.uint8)
-    np.savez_compressed(out, nodes=table.nodes, seen=table.seen, about=about)
+    np.savez_compressed(out, nodes=table.nodes, seen=table.scanned, about=about)
     atomic.write(path, out.getvalue())
 
 

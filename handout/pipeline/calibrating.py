@@ -207,7 +207,7 @@ class _Run:
 
 
 def _warning(reference: Reference) -> str:
-    return f"{'warning: ' if reference.doubtful else ''}{reference.said}"
+    return f"{'warning: ' if reference.doubtful else ''}{reference.sentence}"
 
 
 @dataclass(frozen=True)
@@ -405,8 +405,8 @@ class Stored:
         """A table for people."""
         for calibration in self.calibrations:
             misses = "" if calibration.misses is None else f", misses its patches by ΔE00 {calibration.misses:.2f}"
-            scanner = calibration.scanner or "not named"
-            yield f"{calibration.described()}: {calibration.method}{misses}, scanner {scanner}; {calibration.folder}"
+            origin = f"scanner {calibration.scanner or 'not named'}; {calibration.folder}"
+            yield f"{calibration.described()}: {calibration.method}{misses}, {origin}"
             facts = calibration.verification()
             for line in ["not verified"] if facts is None else verification.table_lines(facts):
                 yield f"  {line}"
@@ -452,8 +452,8 @@ def export(printer: str, paper: str, kind: str, output: Path) -> Exported:
     """
     calibration = store.wanted(printer, paper)
     atomic.check_writable(output)
-    title = f"{calibration.name} {calibration.made:%Y-%m-%d}"
+    title = f"{calibration.name} {calibration.date:%Y-%m-%d}"
     table = calibration.table()
-    source = exports.Source(table, calibration.made, title, calibration.table_file, calibration.patches_file)
+    source = exports.Source(table, calibration.date, title, calibration.table_file, calibration.patches_file)
     atomic.write(output, exports.FORMATS[kind](source))
     return Exported(calibration, output)

@@ -99,8 +99,8 @@ def simulated(profile: Printer, paper: str = WHITE, faults: Iterable[str] = (), 
     """
     if not profile.simulated:
         raise InputError(f"{profile.title} is not simulated: print the chart on it and scan that.")
-    known = WHITE if paper == "plain" else paper
-    inkjet.find_paper(known)
+    paper_name = WHITE if paper == "plain" else paper
+    inkjet.find_paper(paper_name)
     settings = {name: value for fault in faults for name, value in SETTINGS.get(fault, {}).items()}
-    press = Inkjet(known, faults=[fault for fault in faults if fault not in SETTINGS])
+    press = Inkjet(paper_name, faults=[fault for fault in faults if fault not in SETTINGS])
     return Loop(profile, press, Flatbed(**settings), hand=hand)

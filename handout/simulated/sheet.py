@@ -29,14 +29,14 @@ class Written:
     def onto(self, picture: NDArray[np.float32], paper: Array, bands: Array) -> None:
         """Write it on a sheet's reflectance (h, w, k) in k bands of light, on paper of spectrum (31,)."""
         levels = np.linspace(0.0, max(1e-3, float(self.amount.max())), _LEVELS)
-        seen = (paper * 10 ** (-self.density * levels[:, None])) @ bands
+        colours = (paper * 10 ** (-self.density * levels[:, None])) @ bands
         row, column = self.corner
         part = picture[row : row + self.amount.shape[0], column : column + self.amount.shape[1]]
         amount = self.amount[: part.shape[0], : part.shape[1]]
         for k in range(part.shape[2]):
-            shown = np.interp(amount, levels, seen[:, k]).astype(np.float32)
+            shown = np.interp(amount, levels, colours[:, k]).astype(np.float32)
             # what is printed there stays, and the pen goes over it
-            part[..., k] *= shown / np.float32(seen[0, k])
+            part[..., k] *= shown / np.float32(colours[0, k])
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +80,6 @@ class Sheet:
             picture -= bare
             picture *= self.ink[:, :, None]
             picture += bare
-        for one in self.written:
-            one.onto(picture, self.spectra(self.coverage[-1:])[0], bands)
+        for writing in self.written:
+            writing.onto(picture, self.spectra(self.coverage[-1:])[0], bands)
         return picture

@@ -52,7 +52,9 @@ def read_sentences(path: Path | None) -> list[str]:
 
 def usual_widths(widths: dict[str, list[float]]) -> NDArray[np.float32]:
     """(letters,) float32: median width of each letter, x-heights, from widths in pixels of line space."""
-    medians = {letter: float(np.median(seen)) / X_HEIGHT for letter, seen in widths.items()} | _WIDTHS_BY_DEFINITION
+    medians = {
+        letter: float(np.median(samples)) / X_HEIGHT for letter, samples in widths.items()
+    } | _WIDTHS_BY_DEFINITION
     return np.array([medians.get(letter, _USUAL_WIDTH) for letter in LETTERS], dtype=np.float32)
 
 

@@ -22,13 +22,12 @@ from handout.hand.scanned import ScannedHand, Texture
 from handout.inking.pen import Pen, usual
 from handout.page_sizes import page
 from handout.prompting import corpus, prompt_pages, sentence_choice
-from handout.simulated.author import reread
+from handout.simulated.author import page_score
 from handout.simulated.author.simulate import Desk, simulate_pages
 from handout.simulated.author.truth import Simulated
 from handout.tagging.page_tagging import TaggedPage, hand_of_pages, tag_page
 from handout.values import Hand
 from handout.writing.layout import Layout
-from handout.writing.sheets import lines_a_page
 
 PAGES = 3
 ACCENTED = "àáâãäåæçèéêëìíîïñòóôõöøœßùúûüýÿÄÖÜÉ¡¿€£–…"
@@ -64,7 +63,7 @@ class Shipped:
     """A hand that was made, its scans one after the other as they were read, and how well each was."""
 
     hand: ScannedHand
-    scores: tuple[reread.LetterScore, ...]
+    scores: tuple[page_score.LetterScore, ...]
 
 
 def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
@@ -72,9 +71,9 @@ def prompt(recipe: Recipe, hand: Hand, count: int = PAGES) -> str:
     characters = corpus.PRINTABLE + ACCENTED
     sentences = corpus.shipped()
     target = sentence_choice.frequencies(corpus.usable(sentences, frozenset(characters + " ")))
-    lines = lines_a_page(hand.pitch, _LAYOUT)
+    lines = _LAYOUT.lines_a_page(hand.pitch)
     chosen = prompt_pages.prompt(sentences, target, characters, pages=count, lines=lines, width=recipe.width)
-    return "\n".join(line for one in chosen.pages for line in one)
+    return "\n".join(line for sheet in chosen.pages for line in sheet)
 
 
 def scans(recipe: Recipe, seed: int, dpi: float = 300.0) -> Iterator[Simulated]:
@@ -84,9 +83,9 @@ def scans(recipe: Recipe, seed: int, dpi: float = 300.0) -> Iterator[Simulated]:
     yield from simulate_pages(prompt(recipe, hand), hand, Desk(recipe.pen, layout=_LAYOUT, dpi=dpi), rng=rng)
 
 
-def made(simulated: Simulated, source: str, rng: np.random.Generator) -> TaggedPage:
+def read_back(simulated: Simulated, source: str, rng: np.random.Generator) -> TaggedPage:
     """A simulated page read as a user's scan is."""
-    return tag_page(reread.read(simulated, source), reread.transcript(simulated), rng=rng)
+    return tag_page(page_score.read(simulated, source), page_score.transcript(simulated), rng=rng)
 
 
 def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = None) -> Shipped:
@@ -94,16 +93,16 @@ def ship(recipe: Recipe, seed: int, dpi: float = 300.0, scans_to: Path | None = 
 
     scans_to : a folder for the scans and their texts, to be looked at.
     """
-    read, scores = list[TaggedPage](), list[reread.LetterScore]()
+    read, scores = list[TaggedPage](), list[page_score.LetterScore]()
     for number, simulated in enumerate(scans(recipe, seed, dpi), 1):
         if number > PAGES:
             raise InputError(f"{recipe.name}: a line of {recipe.width} characters is too long for it: ask for fewer.")
         source = f"{recipe.name}-{number}.png"
         if scans_to is not None:
             _keep(simulated, scans_to / source)
-        read.append(made(simulated, source, np.random.default_rng([seed, number])))
-        scores.append(reread.score(simulated.truth, read[-1]))
-        _say(f"{source}: {_said(scores[-1])}; {len(read[-1].glyphs)} letters, {len(read[-1].missing)} not found")
+        read.append(read_back(simulated, source, np.random.default_rng([seed, number])))
+        scores.append(page_score.score(simulated.truth, read[-1]))
+        _say(f"{source}: {_scores_line(scores[-1])}; {len(read[-1].glyphs)} letters, {len(read[-1].missing)} not found")
         for note in read[-1].notes:
             _say(f"  {note}")
     return Shipped(hand_of_pages(recipe.name, read, recipe.title), tuple(scores))
@@ -114,7 +113,7 @@ def thrifty(hand: ScannedHand) -> ScannedHand:
 
     Laid on any paper, no pixel changes by more than `_UNSEEN` of 255.
     """
-    return replace(hand, pages=tuple(replace(one, texture=_rounded(one.texture)) for one in hand.pages))
+    return replace(hand, pages=tuple(replace(sheet, texture=_rounded(sheet.texture)) for sheet in hand.pages))
 
 
 def _rounded(texture: Texture) -> Texture:
@@ -124,8 +123,8 @@ def _rounded(texture: Texture) -> Texture:
     # a power of two, at most 64; rounding errs by half of it
     step = np.exp2(np.floor(np.log2(np.clip(2 * _UNSEEN * 255 / np.maximum(alpha, 1), 1, 64)))).astype(np.int32)
     colour = usual + np.rint((rgba[:, :, :3] - usual) / step).astype(np.int32) * step
-    made = np.where(alpha > 0, np.concatenate([np.clip(colour, 0, 255), alpha], axis=2), 0).astype(np.uint8)
-    return Texture(texture.corner, texture.shape, lambda: made)
+    rounded = np.where(alpha > 0, np.concatenate([np.clip(colour, 0, 255), alpha], axis=2), 0).astype(np.uint8)
+    return Texture(texture.corner, texture.shape, lambda: rounded)
 
 
 def _keep(simulated: Simulated, path: Path) -> None:
@@ -134,12 +133,12 @@ def _keep(simulated: Simulated, path: Path) -> None:
     stream = io.BytesIO()
     Image.fromarray(np.asarray(simulated.image)).save(stream, "PNG", dpi=(simulated.dpi, simulated.dpi))
     atomic.write(path, stream.getvalue())
-    atomic.write(path.with_suffix(".txt"), (reread.transcript(simulated) + "\n").encode())
+    atomic.write(path.with_suffix(".txt"), (page_score.transcript(simulated) + "\n").encode())
 
 
-def _said(found: reread.LetterScore) -> str:
-    split = found.splits
-    return f"{found.right:.1%} of the letters right, {split.placed:.1%} of the splits in place"
+def _scores_line(score: page_score.LetterScore) -> str:
+    split = score.splits
+    return f"{score.right:.1%} of the letters right, {split.placed:.1%} of the splits in place"
 
 
 def _say(line: str) -> None:

@@ -18,7 +18,7 @@ def aged(calibration, days, paper=None):
     """The same calibration as if it were made so many days ago, on another paper."""
     path = calibration.folder / "about.json"
     about = json.loads(path.read_text())
-    about["made"] = (calibration.made - timedelta(days=days)).isoformat()
+    about["made"] = (calibration.date - timedelta(days=days)).isoformat()
     about["paper"] = paper or about["paper"]
     path.write_text(json.dumps(about))
     return store.load(calibration.folder)
@@ -37,8 +37,8 @@ def test_what_is_sent_prints_as_the_ink_should_look(stored):
     assert not sent[:, :3].any()  # paper stays paper
     plain, ink = rgba[:, 3:].reshape(-1, 4), sent[:, 3:].reshape(-1, 4)
     wanted = table.paper * (1 - plain[:, 3:]) + plain[:, 3:] * plain[:, :3]
-    printed = look_up(table.seen, 1 - ink[:, 3:] * (1 - ink[:, :3]))
-    as_it_was = look_up(table.seen, 1 - plain[:, 3:] * (1 - plain[:, :3]))
+    printed = look_up(table.scanned, 1 - ink[:, 3:] * (1 - ink[:, :3]))
+    as_it_was = look_up(table.scanned, 1 - plain[:, 3:] * (1 - plain[:, :3]))
     lost, before = (conversions.delta_e(conversions.lab(one), conversions.lab(wanted)) for one in (printed, as_it_was))
     assert lost.mean() < 0.3 and before.mean() > 3
 
@@ -52,7 +52,7 @@ def test_ink_out_of_reach_is_counted(stored):
     facts = made.facts()
     assert facts["out_of_reach"] == pytest.approx(0.375) and facts["lost"] > 5
     assert made.said().startswith(
-        f"calibration simulated/white of {stored.made:%Y-%m-%d} (made today). 38% of the ink is"
+        f"calibration simulated/white of {stored.date:%Y-%m-%d} (made today). 38% of the ink is"
     )
 
 
@@ -84,7 +84,7 @@ def test_a_table_as_a_file(stored, tmp_path):
     path = tmp_path / "mine.npz"
     shutil.copy(stored.table_file, path)
     found, _ = calibrated_ink.choose("sim", asked=str(path))
-    assert found.folder is None and found.paper == "white" and found.made == stored.made
+    assert found.folder is None and found.paper == "white" and found.date == stored.date
     with pytest.raises(InputError, match="a table by itself"):
         found.keep_strip({})
 

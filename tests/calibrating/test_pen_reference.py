@@ -45,7 +45,7 @@ def with_pen(stored, scribbles, tmp_path):
 def test_settings_that_differ_are_named(scribbles):
     known = pen_reference.compared(scribbles["scanner-gamma"], HAND)
     assert known.kind is Kind.CORRECTED and known.doubtful and known.facts()["difference"] > 4
-    assert "lighter than the hand's own scan" in known.said and "the scanner's settings differ" in known.said
+    assert "lighter than the hand's own scan" in known.sentence and "the scanner's settings differ" in known.sentence
 
 
 @pytest.mark.slow
@@ -55,14 +55,14 @@ def test_words_in_the_frame_are_found(sheet, profile):
     reading = read([Scan(picture, (120, 120))])
     assert reading.findings == () and reading.scribble.density.max() > 0.5
     known = pen_reference.compared(reading.scribble, HAND)
-    assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.said
+    assert known.kind is Kind.COARSE and "The chart was scanned at only 120 dpi" in known.sentence
 
 
 def test_without_words_nothing_is_known_and_that_is_said(patches, scan):
     assert read([scan]).scribble is None
     known = pen_reference.compared(None, HAND)
     assert known.kind is Kind.NOTHING and known.doubtful and known.match is None
-    assert "cannot be known" in known.said and "in the frame" in known.said
+    assert "cannot be known" in known.sentence and "in the frame" in known.sentence
 
 
 def test_whose_pen_it_is(scribbles):
@@ -70,7 +70,7 @@ def test_whose_pen_it_is(scribbles):
     assert pen_reference.compared(some, "").kind is Kind.KEPT
     assert pen_reference.compared(some, "house-print").kind is Kind.DRAWN
     other = pen_reference.compared(some, HAND, "somebody")
-    assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.said
+    assert other.kind is Kind.OTHER_HAND and other.match is None and "somebody" in other.sentence
 
 
 @pytest.mark.slow
@@ -78,7 +78,7 @@ def test_another_pen_is_not_taken_for_settings(scribbles):
     some = scribbles["same"]
     red = type(some)(some.paper * np.exp(-some.density * np.array([0.1, 1.5, 1.0])), some.paper, some.dpi)
     known = pen_reference.compared(red.__class__(red.picture.astype(np.float32), red.paper, red.dpi), HAND)
-    assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.said
+    assert known.kind is Kind.OTHER_PEN and known.match is None and "another pen" in known.sentence
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ def test_the_strip_is_remembered(made, stored):
 def test_every_colour_comes_twice_and_the_model_reaches_it(made, stored):
     assert np.allclose(made.wanted[made.matched], made.wanted[: made.matched.sum()])
     table = stored.table()
-    seen = look_up(table.seen, made.device[made.matched])
+    seen = look_up(table.scanned, made.device[made.matched])
     lost = conversions.delta_e(conversions.lab(seen), conversions.lab(made.wanted[made.matched]))
     assert lost.mean() < 0.5
     assert made.grey[made.matched].sum() > 20

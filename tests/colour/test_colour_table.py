@@ -52,7 +52,7 @@ def test_saved_and_read_again(table: ColourTable, tmp_path) -> None:
     first = path.read_bytes()
     again = load(path)
     np.testing.assert_array_equal(again.nodes, table.nodes)
-    np.testing.assert_array_equal(again.seen, table.seen)
+    np.testing.assert_array_equal(again.scanned, table.scanned)
     assert again.about == table.about and again.about["method"] == "forward" and again.about["version"]
     save(again, path)
     assert path.read_bytes() == first
@@ -77,7 +77,7 @@ def test_missing_cut_short_newer_or_foreign_files_are_refused(table: ColourTable
         load(path)
     for about, message in ((b'{"format": 9}', "of format 9"), (b"[1]", "not a colour table"), (b"{", "not a colour")):
         with path.open("wb") as stream:
-            np.savez(stream, nodes=table.nodes, seen=table.seen, about=np.frombuffer(about, dtype=np.uint8))
+            np.savez(stream, nodes=table.nodes, seen=table.scanned, about=np.frombuffer(about, dtype=np.uint8))
         with pytest.raises(InputError, match=message):
             load(path)
     with path.open("wb") as stream:
@@ -90,9 +90,9 @@ def test_missing_cut_short_newer_or_foreign_files_are_refused(table: ColourTable
 
 def test_wrong_arrays_and_sizes_are_refused(table: ColourTable) -> None:
     with pytest.raises(InputError, match="nodes must be finite"):
-        ColourTable(table.nodes[:-1], table.seen)
-    with pytest.raises(InputError, match="seen must be finite"):
-        ColourTable(table.nodes, np.full_like(table.seen, np.nan))
+        ColourTable(table.nodes[:-1], table.scanned)
+    with pytest.raises(InputError, match="scanned must be finite"):
+        ColourTable(table.nodes, np.full_like(table.scanned, np.nan))
     with pytest.raises(InputError, match="200 nodes a side"):
         build(fit(scanned(identical)), size=200)
 

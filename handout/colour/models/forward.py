@@ -67,28 +67,28 @@ class Forward:
         from scipy.ndimage import map_coordinates
 
         at = device.T * (len(self.grid) - 1) + _MARGIN
-        seen = [map_coordinates(c, at, order=3, mode="mirror", prefilter=False) for c in self._coefficients]
-        return np.stack(seen, axis=1)
+        channels = [map_coordinates(c, at, order=3, mode="mirror", prefilter=False) for c in self._coefficients]
+        return np.stack(channels, axis=1)
 
-    def slopes(self, device: Array, seen: Array) -> Array:
-        """(n, 3, 3) ∂scanned / ∂device at (n, 3) device RGB within 0–1 where `seen` is its scanned RGB."""
+    def slopes(self, device: Array, scanned: Array) -> Array:
+        """(n, 3, 3) ∂scanned / ∂device at (n, 3) device RGB within 0–1 where `scanned` is its scanned RGB."""
         out = np.empty((len(device), 3, 3))
         for channel in range(3):
             step = np.where(device[:, channel] > 0.5, -_STEP, _STEP)
             moved = device.copy()
             moved[:, channel] += step
-            out[:, :, channel] = (self.inside(moved) - seen) / step[:, None]
+            out[:, :, channel] = (self.inside(moved) - scanned) / step[:, None]
         return out
 
     def __call__(self, device: Array) -> Array:
         """(n, 3) scanned RGB of (n, 3) device RGB, which goes on straight outside 0–1."""
         within = np.clip(device, 0, 1)
-        seen = self.inside(within)
+        scanned = self.inside(within)
         out = np.flatnonzero((device != within).any(axis=1))
         if len(out):
-            slopes = self.slopes(within[out], seen[out])
-            seen[out] += np.einsum("nij,nj->ni", slopes, (device - within)[out])
-        return seen
+            slopes = self.slopes(within[out], scanned[out])
+            scanned[out] += np.einsum("nij,nj->ni", slopes, (device - within)[out])
+        return scanned
 
 
 def _widened(values: Array) -> Array:
@@ -114,17 +114,17 @@ def spline(patches: Patches) -> splines.Spline:
 
     Patches that lie far off what all others say, as dust and glare make them, are left out, at most one in 20.
     """
-    kept = np.ones(len(patches), dtype=bool)
+    usable = np.ones(len(patches), dtype=bool)
     for _ in range(_ROUNDS):
-        device, scanned = patches.device[kept], patches.scanned[kept]
-        ready = splines.merged(device, scanned, splines.noise(device, scanned, patches.deviation[kept]))
-        made = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
-        off = np.linalg.norm(made(patches.device) - patches.scanned, axis=1)
+        device, scanned = patches.device[usable], patches.scanned[usable]
+        ready = splines.merged(device, scanned, splines.noise(device, scanned, patches.deviation[usable]))
+        fit = splines.smooth(ready.x, ready.y, ready.variances, ("r3", "r5"), degree=2)
+        off = np.linalg.norm(fit(patches.device) - patches.scanned, axis=1)
         near = off <= max(_FAR * float(np.median(off)), _HARMLESS)
-        if np.array_equal(near, kept) or (~near).mean() > _FEW:
+        if np.array_equal(near, usable) or (~near).mean() > _FEW:
             break
-        kept = near
-    return made
+        usable = near
+    return fit
 
 
 def fit_forward(patches: Patches) -> Forward:

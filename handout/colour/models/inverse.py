@@ -60,8 +60,8 @@ def nearest(forward: Forward, wanted: Array) -> Array:
     """
     from scipy.spatial import KDTree
 
-    device, seen = forward.samples
-    labs, aim = conversions.lab(seen), conversions.lab(wanted)
+    device, scanned = forward.samples
+    labs, aim = conversions.lab(scanned), conversions.lab(wanted)
     near = KDTree(conversions.evened(labs)).query(conversions.evened(aim), k=_CANDIDATES)[1]
     far = conversions.delta_e(labs[near], aim[:, None, :])
     rows, best = np.arange(len(aim)), far.argmin(axis=1)
@@ -101,8 +101,8 @@ def invert(forward: Forward, wanted: Array) -> Array:
     """
     from scipy.spatial import KDTree
 
-    device, seen = forward.samples
-    away, which = KDTree(seen).query(wanted)
+    device, scanned = forward.samples
+    away, which = KDTree(scanned).query(wanted)
     out = np.array(device[which])
     close = away <= _SHELL
     out[close] = solve(forward, wanted[close], out[close])
@@ -169,11 +169,11 @@ def _samples(forward: Forward, side: int) -> tuple[csr_matrix, Array, Array]:
     from scipy.sparse import csr_matrix
 
     greys = np.repeat(np.linspace(0, 1, _GREYS)[:, None], 3, axis=1)
-    seen = np.concatenate([forward.samples[1], forward.inside(greys)])
+    scanned = np.concatenate([forward.samples[1], forward.inside(greys)])
     rim, shown = _rim(forward, 1 / (side - 1))
     weight = np.repeat([1.0, _WEIGHT, _LIGHT], [len(forward.samples[1]), _GREYS, len(rim)])
-    wanted = np.concatenate([conversions.evened(conversions.lab(seen)), shown])
-    corners, shares = parts(side, np.ascontiguousarray(np.concatenate([seen, rim]).T))
+    wanted = np.concatenate([conversions.evened(conversions.lab(scanned)), shown])
+    corners, shares = parts(side, np.ascontiguousarray(np.concatenate([scanned, rim]).T))
     rows = np.tile(np.arange(len(wanted)), 4)
     where = (rows, np.concatenate(corners))
     return csr_matrix((np.concatenate(shares), where), shape=(len(wanted), side**3)), wanted, weight
@@ -201,10 +201,10 @@ def _missing(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array
     """(n, 3) how far evened L*a*b* of what is sent, cut to 0–1, is from what is wanted, and (n, 3, 3) how it changes
     with what is sent: not at all with a channel that is cut and should be cut even more."""
     within = np.clip(sent, 0, 1)
-    seen = forward.inside(within)
-    slopes = forward.slopes(within, seen)
-    base, tiny = conversions.evened(conversions.lab(seen)), 1e-4
-    turned = [(conversions.evened(conversions.lab(seen + tiny * axis)) - base) / tiny for axis in np.eye(3)]
+    scanned = forward.inside(within)
+    slopes = forward.slopes(within, scanned)
+    base, tiny = conversions.evened(conversions.lab(scanned)), 1e-4
+    turned = [(conversions.evened(conversions.lab(scanned + tiny * axis)) - base) / tiny for axis in np.eye(3)]
     steep = np.einsum("nki,nij->nkj", np.stack(turned, axis=2), slopes)
     error = wanted - base
     asked = np.einsum("nki,nk->ni", steep, error)
@@ -215,11 +215,11 @@ def _missing(forward: Forward, sent: Array, wanted: Array) -> tuple[Array, Array
 
 def _rim(forward: Forward, cell: float) -> tuple[Array, Array]:
     """(n, 3) scanned colours a little beyond what can be printed, and (n, 3) evened L*a*b* of the nearest printable."""
-    device, seen = forward.skin
+    device, scanned = forward.skin
     push = np.where(device == 0, -_PUSH, np.where(device == 1, _PUSH, 0.0))
-    outward = forward(device + push) - seen
+    outward = forward(device + push) - scanned
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
-    rim = seen + cell * np.resize(_RIM, len(seen))[:, None] * outward
+    rim = scanned + cell * np.resize(_RIM, len(scanned))[:, None] * outward
     rim = rim[((rim >= 0) & (rim <= 1)).all(axis=1)]
     printed = printable(forward, rim)[0]
     return rim, conversions.evened(conversions.lab(forward.inside(printed)))

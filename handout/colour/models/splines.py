@@ -42,10 +42,10 @@ def noise(device: Array, scanned: Array, deviation: Array) -> Array:
     centred = scanned - np.column_stack([np.bincount(group, c) / count for c in scanned.T])[group]
     freedom = 3 * int((count - 1).sum())
     repeated = float((centred**2).sum() / freedom) if freedom >= 3 * _REPEATS else 0.0
-    own = deviation**2
-    usual = float(np.median(own[np.isfinite(own)])) if np.isfinite(own).any() else 0.0
-    own = np.where(np.isfinite(own), own, usual)
-    return np.maximum(np.maximum(own, repeated), _FLOOR**2)
+    variances = deviation**2
+    usual = float(np.median(variances[np.isfinite(variances)])) if np.isfinite(variances).any() else 0.0
+    variances = np.where(np.isfinite(variances), variances, usual)
+    return np.maximum(np.maximum(variances, repeated), _FLOOR**2)
 
 
 def merged(x: Array, y: Array, variances: Array) -> Prepared:
@@ -107,10 +107,10 @@ class Spline:
         return np.asarray(out)
 
 
-def squares(one: Array, other: Array) -> Array:
+def squares(first: Array, second: Array) -> Array:
     """(n, m) squared distances of (n, 3) and (m, 3) points."""
-    lengths = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1)
-    return np.asarray(np.maximum(lengths - 2 * one @ other.T, 0.0))
+    lengths = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1)
+    return np.asarray(np.maximum(lengths - 2 * first @ second.T, 0.0))
 
 
 def terms(points: Array, degree: int) -> Array:
@@ -125,11 +125,11 @@ def terms(points: Array, degree: int) -> Array:
 def exact(centres: Array, values: Array, kernel: str = "r2 log r") -> Spline:
     """The spline that takes (m, k) `values` at (m, 3) `centres`, which must not coincide or lie in a plane."""
     phi, degree = KERNELS[kernel]
-    known = terms(centres, degree)
-    m, t = known.shape
+    polynomial = terms(centres, degree)
+    m, t = polynomial.shape
     system = np.zeros((m + t, m + t))
     system[:m, :m] = phi(squares(centres, centres))
-    system[:m, m:], system[m:, :m] = known, known.T
+    system[:m, m:], system[m:, :m] = polynomial, polynomial.T
     solved = np.linalg.solve(system, np.concatenate([values, np.zeros((t, values.shape[1]))]))
     return Spline(centres, solved[:m], solved[m:], kernel, degree)
 
@@ -147,42 +147,42 @@ def smooth(centres: Array, values: Array, variances: Array, kernels: Sequence[st
     kernels : the one that makes the data most likely is taken.
     degree : of the polynomial, the same for all kernels, so that their likelihoods may be compared.
     """
-    found = [_smoothed(centres, values, variances, kernel, degree) for kernel in kernels]
-    return min(found, key=lambda one: one[0])[1]
+    fits = [_smoothed(centres, values, variances, kernel, degree) for kernel in kernels]
+    return min(fits, key=lambda fit: fit[0])[1]
 
 
 def _smoothed(centres: Array, values: Array, variances: Array, kernel: str, degree: int) -> tuple[float, Spline]:
     """The negative log likelihood (up to what kernels share), and the spline."""
     from scipy.linalg import eigh
 
-    known = terms(centres, degree)
-    t = known.shape[1]
+    polynomial = terms(centres, degree)
+    t = polynomial.shape[1]
     scale = 1 / np.sqrt(variances)
     gram = KERNELS[kernel].phi(squares(centres, centres)) * scale[:, None] * scale
-    q, r = np.linalg.qr(known * scale[:, None], mode="complete")
+    q, r = np.linalg.qr(polynomial * scale[:, None], mode="complete")
     free, data = q[:, t:], values * scale[:, None]
     inner = free.T @ gram @ free
     spectrum, vectors = eigh((inner + inner.T) / 2, overwrite_a=True, check_finite=False)
     spectrum = np.maximum(spectrum, 0.0)
-    seen = vectors.T @ (free.T @ data)
-    unlikely, strengths = zip(*(_likeliest(spectrum, column) for column in seen.T), strict=True)
+    components = vectors.T @ (free.T @ data)
+    unlikely, strengths = zip(*(_likeliest(spectrum, column) for column in components.T), strict=True)
     strength = np.array(strengths)
-    weights = free @ (vectors @ (seen * strength / (strength * spectrum[:, None] + 1)))
+    weights = free @ (vectors @ (components * strength / (strength * spectrum[:, None] + 1)))
     left = data - gram @ weights - weights / strength
     drift = np.linalg.solve(r[:t], q[:, :t].T @ left)
     return float(sum(unlikely)), Spline(centres, weights * scale[:, None], drift, kernel, degree)
 
 
-def _likeliest(spectrum: Array, seen: Array) -> tuple[float, float]:
+def _likeliest(spectrum: Array, components: Array) -> tuple[float, float]:
     """The least negative log likelihood, and the variance of the function over that of the errors there."""
     from scipy.optimize import minimize_scalar
 
-    square, largest = seen**2, float(spectrum[-1])
+    square, largest = components**2, float(spectrum[-1])
 
     def unlikely(exponent: float) -> float:
         spread = np.exp(exponent) / largest * spectrum + 1
         raised = max(1.0, float((square / spread).mean()))
-        return float(len(seen) * np.log(raised) + np.log(spread).sum() + (square / spread).sum() / raised)
+        return float(len(components) * np.log(raised) + np.log(spread).sum() + (square / spread).sum() / raised)
 
     tried = np.linspace(-8.0, 45.0, 54)
     best = tried[np.argmin([unlikely(exponent) for exponent in tried])]

@@ -4,9 +4,9 @@ file ─► opening ─► registration ─► sampling ─► flatness ─► m
            └──────────────┴─────── picture_checks, print_checks, printer_checks ──► findings
 """
 
+from handout.colour.reading.chart_reading import Reading, SheetReading, read
 from handout.colour.reading.findings import Finding, Refused
 from handout.colour.reading.pen_field import Scribble
-from handout.colour.reading.pipeline import Reading, SheetReading, read
 from handout.colour.reading.scan_files import Scan, open_scans
 
 __all__ = ["Finding", "Reading", "Refused", "Scan", "Scribble", "SheetReading", "open_scans", "read"]

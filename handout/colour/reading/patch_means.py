@@ -65,15 +65,15 @@ def sample(pixels: NDArray[Any], placement: Placement) -> Sampled:
     inside = np.asarray(((corners >= 0) & (corners <= (width - 1, height - 1))).all(axis=(1, 2)), dtype=bool)
     # samples down, patches across: a picture of OpenCV's has at most 32767 pixels a side
     maps = np.ascontiguousarray(at.reshape(len(at), -1, 2).transpose(1, 0, 2).astype(np.float32))
-    seen = cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    samples = cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     full = np.iinfo(pixels.dtype).max
-    high, low = (seen == full).mean(axis=0), (seen == 0).mean(axis=0)
-    parts = seen.reshape(BLOCKS, side, BLOCKS, side, len(at), 3).mean(axis=(1, 3), dtype=np.float64)
+    high, low = (samples == full).mean(axis=0), (samples == 0).mean(axis=0)
+    parts = samples.reshape(BLOCKS, side, BLOCKS, side, len(at), 3).mean(axis=(1, 3), dtype=np.float64)
     blocks = parts.transpose(2, 0, 1, 3) / full
     values, odd = _block_means(blocks.reshape(len(at), -1, 3))
     for array in (values, blocks, odd, high, low):
         array[~inside] = 0.0
-    return Sampled(inside, values, blocks, odd, high, low, len(np.unique(seen[::7])))
+    return Sampled(inside, values, blocks, odd, high, low, len(np.unique(samples[::7])))
 
 
 def placed(placement: Placement, parts: Array) -> Array:

@@ -72,11 +72,11 @@ def scribble_of(scan: Scan, placement: Placement, paper: Array, shading: Shading
     if not ((at >= 0) & (at <= (scan.pixels.shape[1] - 1, scan.pixels.shape[0] - 1))).all():
         return None
     # nearest, not between: what is between two pixels would be neither's colour
-    seen = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
+    picture = cv2.remap(scan.pixels, at[..., 0], at[..., 1], cv2.INTER_NEAREST).astype(np.float32) / scan.full
     if shading is not None:
         factor = shading.at(nodes.reshape(-1, 2)).reshape((*nodes.shape[:2], 3))
-        seen /= _between(factor, height, width).astype(np.float32)
-    scribble = Scribble(np.asarray(seen, dtype=np.float32), paper, placement.dpi)
+        picture /= _between(factor, height, width).astype(np.float32)
+    scribble = Scribble(np.asarray(picture, dtype=np.float32), paper, placement.dpi)
     lines = strokes_in(scribble.density, scribble.dpi)
     return scribble if lines is not None and lines.length >= _SHORTEST else None
 
@@ -149,9 +149,9 @@ def load(path: Path) -> Scribble:
         It cannot be read.
     """
     try:
-        with np.load(path, allow_pickle=False) as kept:
-            picture: Any = kept["picture"]
-            contrast = float(kept["contrast"]) if "contrast" in kept else 0.0
-            return Scribble(picture.astype(np.float32) / _FULL, kept["paper"], float(kept["dpi"]), contrast)
+        with np.load(path, allow_pickle=False) as arrays:
+            picture: Any = arrays["picture"]
+            contrast = float(arrays["contrast"]) if "contrast" in arrays else 0.0
+            return Scribble(picture.astype(np.float32) / _FULL, arrays["paper"], float(arrays["dpi"]), contrast)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path} cannot be read as the field of a chart: scan the chart again.") from error

@@ -96,13 +96,13 @@ def of_place(scanned: ScannedPage) -> list[Finding]:
 
 def of_coarse(placement: Placement, source: str, findings: list[Finding]) -> list[Finding]:
     """The findings about a scan; what too few pixels look like is put down to them, and far too few are named."""
-    effects = [one for one in findings if one.code in ("marks-hidden", "blemish", "uneven", "banding")]
+    effects = [finding for finding in findings if finding.code in ("marks-hidden", "blemish", "uneven", "banding")]
     if placement.dpi >= _TOO_COARSE and (placement.dpi >= _COARSE or not effects):
         return findings
-    others = [one for one in findings if one not in effects]
-    if any(one.code == "low-dpi" for one in others):
+    others = [finding for finding in findings if finding not in effects]
+    if any(finding.code == "low-dpi" for finding in others):
         return others
-    severity: Any = "refuse" if any(one.severity == "refuse" for one in effects) else "warn"
+    severity: Any = "refuse" if any(finding.severity == "refuse" for finding in effects) else "warn"
     sentence = (
         f"The scan has only {placement.dpi:.0f} dpi, too few to read all marks safely and to tell dust from the edges "
         "of patches: scan at 300 dpi."
@@ -153,12 +153,12 @@ def of_marks(scanned: ScannedPage) -> list[Finding]:
         )
         findings.append(Finding("cropped", "refuse", sentence, source, tuple(missing.tolist())))
     height, width = scan.pixels.shape[:2]
-    hidden = [i for i in range(MARKS) if i not in placement.found]
+    hidden = [i for i in range(MARKS) if i not in placement.mark_indices]
     middles = placement.pixels(page.marks[hidden].mean(axis=1)) if hidden else np.zeros((0, 2))
-    seen = ((middles > 0) & (middles < (width, height))).all(axis=1)
-    if seen.any():
+    visible = ((middles > 0) & (middles < (width, height))).all(axis=1)
+    if visible.any():
         sentence = (
-            f"{int(seen.sum())} of the chart's {MARKS} marks cannot be read "
+            f"{int(visible.sum())} of the chart's {MARKS} marks cannot be read "
             "though they should be in the picture: something covers them, or they are badly printed."
         )
         findings.append(Finding("marks-hidden", "warn", sentence, source))
@@ -181,7 +181,7 @@ def _edges(cells: NDArray[np.intp], inside: NDArray[np.bool_], columns: int, row
 def of_pixels(scanned: ScannedPage) -> list[Finding]:
     """Findings about how the picture was taken and stored."""
     scan, sampled = scanned.scan, scanned.sampled
-    codes = {one.code for one in scan.findings}
+    codes = {finding.code for finding in scan.findings}
     findings = []
     blocks = sampled.blocks[sampled.inside]
     if sampled.distinct <= 4:

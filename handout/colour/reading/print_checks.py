@@ -45,20 +45,20 @@ class ReadPage(ScannedPage):
         return np.asarray(same.all(axis=1) & self.sampled.inside)
 
 
-def of_tones(seen: ReadPage) -> list[Finding]:
+def of_tones(sheet: ReadPage) -> list[Finding]:
     """Clipping, shading and a wrong gamma."""
-    white, black = seen.where(255, 255, 255), seen.where(0, 0, 0)
+    white, black = sheet.where(255, 255, 255), sheet.where(0, 0, 0)
     if not (white.any() and black.any()):
         return []
-    high = float(seen.sampled.high[white].mean(axis=0).max())
-    low = float(seen.sampled.low[black].mean(axis=0).max())
+    high = float(sheet.sampled.high[white].mean(axis=0).max())
+    low = float(sheet.sampled.low[black].mean(axis=0).max())
     if min(high, low) > _CLIPPED:
         sentence = (
             f"Light and dark tones both reach the ends of the scale ({high:.0%} and {low:.0%} of the pixels of white "
             "and black patches): the scanner stretches contrast or colour by itself. Switch everything automatic "
             "off, and scan the chart with the settings of the handwriting's scan."
         )
-        return [Finding("automatic", "refuse", sentence, seen.source)]
+        return [Finding("automatic", "refuse", sentence, sheet.source)]
     findings = []
     for code, name, share in (("clipped-whites", "lightest", high), ("clipped-blacks", "darkest", low)):
         if share > _CLIPPED:
@@ -67,21 +67,21 @@ def of_tones(seen: ReadPage) -> list[Finding]:
                 f"The {name} tones are cut off ({share:.0%} of the pixels of {name} patches are at the end of the "
                 "scale): lower the scanner's contrast, switch off automatic exposure, and scan the chart again."
             )
-            findings.append(Finding(code, severity, sentence, seen.source))
-    return findings + _of_gamma(seen, white, black) + _of_shading(seen)
+            findings.append(Finding(code, severity, sentence, sheet.source))
+    return findings + _of_gamma(sheet, white, black) + _of_shading(sheet)
 
 
-def _of_gamma(seen: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
-    middle = seen.where(128, 128, 128)
+def _of_gamma(sheet: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]) -> list[Finding]:
+    middle = sheet.where(128, 128, 128)
     if not middle.any():
         return []
-    light, dark, grey = (float(np.median(seen.values[mask])) for mask in (white, black, middle))
+    light, dark, grey = (float(np.median(sheet.values[mask])) for mask in (white, black, middle))
     if light - dark < 0.2:
         sentence = (
             f"White and black differ by only {light - dark:.0%} of the scale: is the chart "
             "printed in black at all? Check the inks and the scanner's exposure."
         )
-        return [Finding("tone", "refuse", sentence, seen.source)]
+        return [Finding("tone", "refuse", sentence, sheet.source)]
     place = (grey - dark) / (light - dark)
     if _TONE[0] <= place <= _TONE[1]:
         return []
@@ -91,33 +91,33 @@ def _of_gamma(seen: ReadPage, white: NDArray[np.bool_], black: NDArray[np.bool_]
         "scanner's gamma or an automatic correction is at work. Switch automatic colour, contrast and gamma off, "
         "and scan the chart with the settings of the handwriting's scan."
     )
-    return [Finding("tone", "warn", sentence, seen.source)]
+    return [Finding("tone", "warn", sentence, sheet.source)]
 
 
-def _of_shading(seen: ReadPage) -> list[Finding]:
-    middles = (seen.page.boxes[:, :2] + seen.page.boxes[:, 2:]) / 2
-    factor = seen.shading.at(middles).mean(axis=1)
+def _of_shading(sheet: ReadPage) -> list[Finding]:
+    middles = (sheet.page.boxes[:, :2] + sheet.page.boxes[:, 2:]) / 2
+    factor = sheet.shading.at(middles).mean(axis=1)
     range_ = float(np.ptp(factor)) if len(factor) else 0.0
     if range_ <= _SHADED:
         return []
     severity: Any = "refuse" if range_ > _DARK else "warn"
     done = "that is too much to take out" if severity == "refuse" else "it was taken out"
-    low = middles[int(factor.argmin())] / (seen.page.paper.width, seen.page.paper.height)
+    low = middles[int(factor.argmin())] / (sheet.page.paper.width, sheet.page.paper.height)
     side = f"{('upper', 'lower')[int(low[1] > 0.5)]} {('left', 'right')[int(low[0] > 0.5)]}"
     sentence = (
         f"Light falls off by {range_:.0%} over the page, darkest at its {side}; {done}. "
         "Close the lid, keep daylight out, and let the scanner's lamp warm up."
     )
-    return [Finding("shading", severity, sentence, seen.source)]
+    return [Finding("shading", severity, sentence, sheet.source)]
 
 
-def spoilt(seen: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
+def spoilt(sheet: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[np.bool_], list[Finding]]:
     """Patches under glare, folds or dust, (n,) bool, and what is said of them.
 
     ideal : (n, 3), what patches of these colours look like on the rest of the page.
     grainy : whether patches are known to be uneven within, from stripes or a JPEG: no dust then.
     """
-    inside, odd = seen.sampled.inside, seen.sampled.odd
+    inside, odd = sheet.sampled.inside, sheet.sampled.odd
     dusty = inside & (odd > _ODD) & (not grainy)
     if dusty.sum() > _ODD_MANY * len(inside):
         return np.zeros_like(inside), [
@@ -126,71 +126,71 @@ def spoilt(seen: ReadPage, ideal: Array, grainy: bool = False) -> tuple[NDArray[
                 "refuse",
                 f"{dusty.sum()} of {len(inside)} patches are uneven within: the page is crumpled, the print smeared or "
                 "badly streaked. Print the chart again and lay it flat.",
-                seen.source,
+                sheet.source,
             )
         ]
-    off = seen.values - ideal
-    far, bright = _far(seen, off)
+    off = sheet.values - ideal
+    far, bright = _far(sheet, off)
     bad = inside & (far | (dusty & (odd > 2 * _ODD)))
     if bad.sum() > _MANY * len(inside):
         cause = "there is glare, or something" if bright[bad].mean() > 0.8 else "something"
         sentence = (
-            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(seen, bad))}): {cause} "
+            f"{bad.sum()} of {len(inside)} patches look unlike their colour ({listed(_names(sheet, bad))}): {cause} "
             "covers part of the chart, or it is another print. Clean the glass, lay the page flat and scan it again."
         )
-        return bad, [Finding("blemish", "refuse", sentence, seen.source, _names(seen, bad))]
-    return bad, _blemishes(seen, bad, dusty, bright)
+        return bad, [Finding("blemish", "refuse", sentence, sheet.source, _names(sheet, bad))]
+    return bad, _blemishes(sheet, bad, dusty, bright)
 
 
-def _far(seen: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _far(sheet: ReadPage, off: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Patches (n,) that are off by more than chance, alone or with their neighbours; and which are too light."""
-    inside = seen.sampled.inside
+    inside = sheet.sampled.inside
     usual = 1.4826 * np.median(np.abs(off[inside]), axis=0)
     alone = (np.abs(off) > np.maximum(8 * usual, _FAR)).any(axis=1)
-    around = _around(seen, off)
+    around = _around(sheet, off)
     sigma = 1.4826 * np.median(np.abs(around[inside]), axis=0)
     together = (np.abs(around) > np.maximum(7 * sigma, _AROUND_FAR)).any(axis=1) & (np.abs(off) > _STEP * 3).any(axis=1)
-    bad = (alone | together | _again(seen)) & inside
+    bad = (alone | together | _again(sheet)) & inside
     # what lies on one patch reaches into the next: beside bad ones less is enough
     doubtful = (np.abs(off) > np.maximum(4 * usual, _EDGE_FAR)).any(axis=1) & inside
     for _ in range(_REACH):
-        bad = bad | (doubtful & _beside(seen, bad))
+        bad = bad | (doubtful & _beside(sheet, bad))
     return bad, off.mean(axis=1) > 0
 
 
-def _beside(seen: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _beside(sheet: ReadPage, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Patches (n,) that touch one of the mask, at a side or a corner."""
-    grid = np.zeros((seen.page.rows + 2, seen.page.columns + 2), dtype=bool)
-    column, row = seen.page.cells.T
+    grid = np.zeros((sheet.page.rows + 2, sheet.page.columns + 2), dtype=bool)
+    column, row = sheet.page.cells.T
     grid[row + 1, column + 1] = mask
     near: NDArray[np.bool_] = np.any([grid[row + j, column + i] for j in range(3) for i in range(3)], axis=0)
     return near
 
 
-def _around(seen: ReadPage, off: Array) -> Array:
+def _around(sheet: ReadPage, off: Array) -> Array:
     """(n, 3): the median of 3 × 3 patches about each."""
-    grid = np.full((seen.page.rows + 2, seen.page.columns + 2, 3), np.nan)
-    column, row = seen.page.cells.T
-    grid[row + 1, column + 1] = np.where(seen.sampled.inside[:, None], off, np.nan)
+    grid = np.full((sheet.page.rows + 2, sheet.page.columns + 2, 3), np.nan)
+    column, row = sheet.page.cells.T
+    grid[row + 1, column + 1] = np.where(sheet.sampled.inside[:, None], off, np.nan)
     near = [grid[row + j, column + i] for j in range(3) for i in range(3)]
     near[4] = np.where(np.isnan(near[4]), 0.0, near[4])
     return np.asarray(np.nanmedian(np.stack(near), axis=0))
 
 
-def _again(seen: ReadPage) -> NDArray[np.bool_]:
+def _again(sheet: ReadPage) -> NDArray[np.bool_]:
     """Patches (n,) unlike others of the very same colour."""
-    _, group = np.unique(seen.page.device, axis=0, return_inverse=True)
+    _, group = np.unique(sheet.page.device, axis=0, return_inverse=True)
     group = group.ravel()
     unlike = np.zeros(len(group), dtype=bool)
-    for index in np.flatnonzero(np.bincount(group[seen.sampled.inside]) >= 5):
-        mine = np.flatnonzero((group == index) & seen.sampled.inside)
-        off = np.abs(seen.values[mine] - np.median(seen.values[mine], axis=0))
+    for index in np.flatnonzero(np.bincount(group[sheet.sampled.inside]) >= 5):
+        mine = np.flatnonzero((group == index) & sheet.sampled.inside)
+        off = np.abs(sheet.values[mine] - np.median(sheet.values[mine], axis=0))
         unlike[mine] = (off > np.maximum(8 * 1.4826 * np.median(off, axis=0), _AGAIN_FAR)).any(axis=1)
     return unlike
 
 
 def _blemishes(
-    seen: ReadPage, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
+    sheet: ReadPage, bad: NDArray[np.bool_], dusty: NDArray[np.bool_], bright: NDArray[np.bool_]
 ) -> list[Finding]:
     findings = []
     kinds = (
@@ -200,31 +200,31 @@ def _blemishes(
     )
     for what, mask, done in kinds:
         if mask.any():
-            names = _names(seen, mask)
+            names = _names(sheet, mask)
             noun = "patch" if len(names) == 1 else "patches"
             sentence = (
                 f"There is {what} on {noun} {listed(names)}; {done}. Clean the glass "
                 "and the page, lay it flat, and scan it again."
             )
-            findings.append(Finding("blemish", "warn", sentence, seen.source, names))
+            findings.append(Finding("blemish", "warn", sentence, sheet.source, names))
     return findings
 
 
-def _names(seen: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
-    return tuple(itertools.compress(seen.page.names, mask.tolist()))
+def _names(sheet: ReadPage, mask: NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(itertools.compress(sheet.page.names, mask.tolist()))
 
 
-def of_stripes(seen: ReadPage, ideal: Array) -> list[Finding]:
+def of_stripes(sheet: ReadPage, ideal: Array) -> list[Finding]:
     """Banding: rows or columns of the page that are lighter or darker across all of it."""
-    inked = seen.sampled.inside & (ideal.mean(axis=1) < 0.8)
+    inked = sheet.sampled.inside & (ideal.mean(axis=1) < 0.8)
     if inked.sum() < 50:
         return []
-    flat = seen.values[inked, None, None] * seen.sampled.blocks[inked]
-    flat = flat / np.maximum(seen.sampled.values[inked, None, None], 1e-3)
+    flat = sheet.values[inked, None, None] * sheet.sampled.blocks[inked]
+    flat = flat / np.maximum(sheet.sampled.values[inked, None, None], 1e-3)
     off = (flat - ideal[inked, None, None]).mean(axis=-1)
     within = off - off.mean(axis=(1, 2), keepdims=True)
     for axis, name in ((1, "across"), (0, "down")):
-        line = seen.page.cells[inked, axis]
+        line = sheet.page.cells[inked, axis]
         # within patches fine bands, between rows of them coarse ones
         fine = _profile(within.mean(axis=2 if axis == 1 else 1), line)
         expected = float(within.std()) / np.sqrt(BLOCKS * max(1, np.bincount(line).max()))
@@ -237,7 +237,7 @@ def of_stripes(seen: ReadPage, ideal: Array) -> list[Finding]:
                 f"of 255, most at {place}. A nozzle may be clogged: clean the print head, print a nozzle check, "
                 "and print the chart again in the best quality."
             )
-            return [Finding("banding", "warn", sentence, seen.source)]
+            return [Finding("banding", "warn", sentence, sheet.source)]
     return []
 
 
@@ -378,9 +378,9 @@ PAGE_CHECKS: tuple[Callable[[ReadPage], list[Finding]], ...] = (of_tones,)
 PRINTER_CHECKS: tuple[Callable[[Array, Array, Array], list[Finding]], ...] = (_of_rank, _of_ramps, _of_twins)
 
 
-def check_page(seen: ReadPage) -> list[Finding]:
+def check_page(sheet: ReadPage) -> list[Finding]:
     """All findings about the print on one page, but for stripes and spoilt patches."""
-    return [finding for check in PAGE_CHECKS for finding in check(seen)]
+    return [finding for check in PAGE_CHECKS for finding in check(sheet)]
 
 
 def check_printer(device: Array, scanned: Array, deviation: Array) -> list[Finding]:

@@ -36,8 +36,8 @@ class Placement:
     mirrored : whether the scan shows it as a mirror does.
     to_pixels : (3, 3), homogeneous mm on the page to pixels; pixel (0, 0) has its middle at 0, 0.
     bend : (n, 2) mm on the page → (n, 2) mm by which the paper lies off there.
-    found : marks that were found, by their place in the page's list.
-    corners : (4 found, 2) pixels of their corners.
+    mark_indices : (m,) int: which of the page's marks were found.
+    corners : (4 m, 2) pixels of their corners.
     scale : across and down the page, 1 if the file's resolution and the printed size are true; None if it is unknown.
     stretch : ratio of the longer to the shorter of both, 1 if the page has its true shape.
     warp : mm, greatest distance of a mark from where it would be on a flat sheet.
@@ -48,7 +48,7 @@ class Placement:
     mirrored: bool
     to_pixels: Array
     bend: Callable[[Array], Array]
-    found: NDArray[np.intp]
+    mark_indices: NDArray[np.intp]
     corners: Array
     scale: tuple[float, float] | None
     stretch: float
@@ -57,7 +57,7 @@ class Placement:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "to_pixels", readonly(self.to_pixels, 3, 3))
-        object.__setattr__(self, "found", readonly_indices(self.found, None))
+        object.__setattr__(self, "mark_indices", readonly_indices(self.mark_indices, None))
         object.__setattr__(self, "corners", readonly(self.corners, None, 2))
 
     def pixels(self, mm: Array) -> Array:
@@ -96,7 +96,7 @@ def place(
     grey = in_grey(scan.pixels)
     marks, mirrored = _marks(grey, page_of)
     try:
-        page, found = _one_page(marks, scan.source, page_of)
+        page, mark_corners = _one_page(marks, scan.source, page_of)
     except Refused as error:
         if error.finding.code == "another-chart" or (dpi := _likely_dpi(scan)) >= _COARSE:
             raise
@@ -112,9 +112,9 @@ def place(
             "another-chart", f"The page is of {page.label}, and wanted is {wanted}{pages}: scan that.", scan.source
         )
     width = grey.shape[1]
-    seen = grey[:, ::-1] if mirrored else grey
-    order = np.array(sorted(found))
-    corners = markers.refined(np.ascontiguousarray(seen), np.concatenate([found[i] for i in order]), CELLS)
+    upright = grey[:, ::-1] if mirrored else grey
+    order = np.array(sorted(mark_corners))
+    corners = markers.refined(np.ascontiguousarray(upright), np.concatenate([mark_corners[i] for i in order]), CELLS)
     if mirrored:
         corners = np.column_stack([width - 1 - corners[:, 0], corners[:, 1]])
     return _fitted(scan, page, mirrored, order, corners)
@@ -135,11 +135,11 @@ def in_grey(pixels: NDArray[Any]) -> NDArray[np.uint8]:
 
 def _marks(grey: NDArray[np.uint8], page_of: Callable[[int], ChartPage | None]) -> tuple[list[tuple[int, Array]], bool]:
     """Marks of the picture, or of its mirror image if that shows more, and which of both."""
-    known = dictionary()
-    upright = markers.find(grey, known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
+    code = dictionary()
+    upright = markers.find(grey, code, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
     if len([1 for number, _ in upright if page_of(number)]) >= _LEAST:
         return upright, False
-    flipped = markers.find(np.ascontiguousarray(grey[:, ::-1]), known, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
+    flipped = markers.find(np.ascontiguousarray(grey[:, ::-1]), code, lambda _: True, _ENOUGH, _SEARCHED, MARKS)
     ours = [sum(page_of(number) is not None for number, _ in marks) for marks in (upright, flipped)]
     return (flipped, True) if ours[1] > ours[0] else (upright, False)
 
@@ -173,15 +173,15 @@ def _one_page(
             f"The picture shows two charts ({several[0][0].label}; {several[1][0].label}): scan one page at a time.",
             source,
         )
-    page, found = several[0]
-    if len(found) < _LEAST:
+    page, mark_corners = several[0]
+    if len(mark_corners) < _LEAST:
         raise refused(
             "few-marks",
-            f"Only {len(found)} of the chart's {MARKS} marks can be seen, and {_LEAST} are needed: scan the whole page "
-            "at 300 dpi, flat and with nothing on it.",
+            f"Only {len(mark_corners)} of the chart's {MARKS} marks can be seen, and {_LEAST} are needed: scan the "
+            "whole page at 300 dpi, flat and with nothing on it.",
             source,
         )
-    return page, found
+    return page, mark_corners
 
 
 def _fitted(scan: Scan, page: ChartPage, mirrored: bool, order: NDArray[np.intp], corners: Array) -> Placement:
@@ -233,8 +233,8 @@ def _scales(affine: Array, dpi: tuple[float, float] | None) -> tuple[tuple[float
 def _spline(mm: Array, off: Array) -> Callable[[Array], Array]:
     from scipy.interpolate import RBFInterpolator
 
-    made = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
-    return lambda points: np.asarray(made(np.asarray(points) / _UNIT))
+    spline = RBFInterpolator(mm / _UNIT, off, smoothing=_SMOOTHING, kernel="thin_plate_spline", degree=1)
+    return lambda points: np.asarray(spline(np.asarray(points) / _UNIT))
 
 
 def _doubt(mm: Array, off: Array) -> float:

@@ -108,8 +108,8 @@ def _tiff(path: Path) -> Iterator[Scan]:
             raise _not_rgb({"SEPARATED": "CMYK", "PALETTE": "P"}.get(kind, kind), source)
         if kind == "MINISWHITE":
             values = ~values
-        found = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
-        yield _scan(values, dpi, source, found, jpeg[i])
+        findings = [] if not jpeg[i] else [Finding("jpeg", "warn", _JPEG_INSIDE, source)]
+        yield _scan(values, dpi, source, findings, jpeg[i])
 
 
 _JPEG_INSIDE = (
@@ -125,10 +125,10 @@ def _tiff_page(page: Any, path: Path) -> NDArray[Any]:
         values = np.asarray(page.asarray())
     except ValueError:
         # packed in a way that tifffile needs another package for, as LZW is: OpenCV reads these, 16 bits too
-        done, found = cv2.imreadmulti(str(path), start=page.index, count=1, flags=cv2.IMREAD_UNCHANGED)
-        if not done or not found:
+        done, pictures = cv2.imreadmulti(str(path), start=page.index, count=1, flags=cv2.IMREAD_UNCHANGED)
+        if not done or not pictures:
             raise
-        return _as_rgb(np.asarray(found[0]))
+        return _as_rgb(np.asarray(pictures[0]))
     return np.moveaxis(values, 0, -1) if page.planarconfig == 2 and values.ndim == 3 else values
 
 
@@ -156,7 +156,7 @@ def _picture(path: Path) -> Scan:
                 raise InputError(f"{path} has {image.width} × {image.height} pixels: scan the chart at 300 dpi.")
             deep = image.format == "PNG" and _png_depth(path) == 16
             dpi = image.info.get("dpi")
-            jpeg, found = image.format in ("JPEG", "MPO"), _jpeg(image, source)
+            jpeg, findings = image.format in ("JPEG", "MPO"), _jpeg(image, source)
             ImageOps.exif_transpose(image, in_place=True)
             mode = image.mode
             values = np.asarray(image) if not deep else np.empty(0)
@@ -168,8 +168,8 @@ def _picture(path: Path) -> Scan:
         raise _not_rgb(mode, source)
     if deep:
         values = _deep_png(path)
-    known = (float(dpi[0]), float(dpi[1])) if dpi and min(dpi) > 1 else None
-    return _scan(values, known, source, found, jpeg)
+    resolution = (float(dpi[0]), float(dpi[1])) if dpi and min(dpi) > 1 else None
+    return _scan(values, resolution, source, findings, jpeg)
 
 
 def _not_rgb(mode: str, source: str) -> Refused:
@@ -193,25 +193,27 @@ def _deep_png(path: Path) -> NDArray[Any]:
     return _as_rgb(np.asarray(values))
 
 
-def _scan(values: NDArray[Any], dpi: tuple[float, float] | None, source: str, found: list[Finding], jpeg: bool) -> Scan:
+def _scan(
+    values: NDArray[Any], dpi: tuple[float, float] | None, source: str, findings: list[Finding], jpeg: bool
+) -> Scan:
     """A scan of what a file holds: three channels, whatever it had."""
     if values.dtype == bool:
-        found = [*found, Finding("grey", "refuse", _ONE_BIT, source)]
+        findings = [*findings, Finding("grey", "refuse", _ONE_BIT, source)]
         values = np.where(values, 255, 0).astype(np.uint8)
     if values.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{source} holds numbers of kind {values.dtype}: scan in RGB colour, 24 or 48 bits.")
     if values.ndim == 2 or values.shape[2] < 3:
-        if not any(one.code == "grey" for one in found):
-            found = [*found, Finding("grey", "refuse", GREY, source)]
+        if not any(finding.code == "grey" for finding in findings):
+            findings = [*findings, Finding("grey", "refuse", GREY, source)]
         values = np.repeat(values.reshape(*values.shape[:2], -1)[:, :, :1], 3, axis=2)
     if values.shape[2] > 3:
         values, more = _without_alpha(values, source)
-        found = found + more
+        findings = findings + more
     if dpi is None:
-        found = [*found, Finding("no-dpi", "warn", _NO_DPI, source)]
+        findings = [*findings, Finding("no-dpi", "warn", _NO_DPI, source)]
     elif max(dpi) > _SQUARE * min(dpi):
-        found = [*found, Finding("dpi-differs", "warn", _dpi_differs(dpi), source)]
-    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(found), jpeg)
+        findings = [*findings, Finding("dpi-differs", "warn", _dpi_differs(dpi), source)]
+    return Scan(np.ascontiguousarray(values[:, :, :3]), dpi, source, tuple(findings), jpeg)
 
 
 GREY = "The scan is grey: choose colour (24 or 48 bits) in the scanner's program and scan the chart again."

@@ -82,20 +82,20 @@ def without_tone(solids: Solids, power: float) -> Solids:
 def solids_of(device: Array, scanned: Array) -> Solids | None:
     """The strongest colours among device RGB (n, 3) as they were scanned (n, 3); None if one is missing."""
     levels = np.rint(np.asarray(device) * 255).astype(int)
-    seen = {}
+    means = {}
     for name, colour in _CORNERS.items():
         rows = (levels == colour).all(axis=1)
         if not rows.any():
             return None
-        seen[name] = np.asarray(scanned)[rows].mean(axis=0)
-    white = np.maximum(seen["W"], 0.05)
+        means[name] = np.asarray(scanned)[rows].mean(axis=0)
+    white = np.maximum(means["W"], 0.05)
     named = {
-        name: np.minimum(-_GAMMA * np.log10(np.maximum(seen[name] / white, _DARKEST)), _DENSEST)
+        name: np.minimum(-_GAMMA * np.log10(np.maximum(means[name] / white, _DARKEST)), _DENSEST)
         for name in _CORNERS
         if name not in ("W", "grey")
     }
-    light, dark = float(seen["W"].mean()), float(seen["K"].mean())
-    return Solids(named, (float(seen["grey"].mean()) - dark) / max(light - dark, 0.05))
+    light, dark = float(means["W"].mean()), float(means["K"].mean())
+    return Solids(named, (float(means["grey"].mean()) - dark) / max(light - dark, 0.05))
 
 
 def of_strength(solids: Solids) -> Finding | None:

@@ -15,7 +15,7 @@ from handout.inking.pen import Pen, rgb, usual
 from handout.inking.pens import passed
 from handout.motion.trace import trace, written
 from handout.page_sizes import page
-from handout.simulated.author import owning
+from handout.simulated.author import ink_ownership
 from handout.simulated.author.truth import Simulated, Truth
 from handout.simulated.scanner import Flatbed
 from handout.simulated.scanner import written as scanned
@@ -134,9 +134,9 @@ def _inked(
 
 
 def _sheet(paper: Paper, manuscript: Manuscript, dpi: float, rng: np.random.Generator) -> NDArray[np.uint8]:
-    made = sheet(under(paper, manuscript.about), manuscript.page, dpi, rng)
-    if made is not None:
-        return made
+    picture = sheet(under(paper, manuscript.about), manuscript.page, dpi, rng)
+    if picture is not None:
+        return picture
     size = [max(1, round(side * dpi / 25.4)) for side in (manuscript.page.height, manuscript.page.width)]
     return np.full((*size, 3), 255, dtype=np.uint8)
 
@@ -163,8 +163,8 @@ def _matte(inked: NDArray[np.float32], bare: NDArray[np.float32]) -> NDArray[np.
 
 def _usual_alpha(pen: Pen, paper: Paper, flatbed: Flatbed) -> float:
     """Alpha of one usual pass on the paper's usual white."""
-    made = sheet(Paper("none") if paper.name == "none" else paper, Page(4, 4), 72, np.random.default_rng(0))
-    white = np.ones(3) if made is None else np.median(made.reshape(-1, 3), axis=0) / 255
+    picture = sheet(Paper("none") if paper.name == "none" else paper, Page(4, 4), 72, np.random.default_rng(0))
+    white = np.ones(3) if picture is None else np.median(picture.reshape(-1, 3), axis=0) / 255
     bare, inked = (np.asarray(light, dtype=np.float32)[None, None] for light in (white, white * rgb(pen.colour)))
     return float(_matte(flatbed.shown(inked), flatbed.shown(bare))[0, 0])
 
@@ -180,20 +180,20 @@ def _truth(
 ) -> Truth:
     density, alpha, clean = pixels
     unit = 25.4 / place.dpi
-    paths = owning.paths(drawing, written(manuscript, hand), place, line / unit)
-    owned = owning.labels(paths, alpha > _SEEN, unit)
+    paths = ink_ownership.paths(drawing, written(manuscript, hand), place, line / unit)
+    owned = ink_ownership.labels(paths, alpha > _SEEN, unit)
     return Truth(
         labels=owned,
         density=density,
         alpha=alpha,
         paper=clean,
         usual=full,
-        letters=owning.letters(manuscript, owned),
+        letters=ink_ownership.letters(manuscript, owned),
         paths=paths,
-        splits=owning.splits(paths),
-        baselines=owning.baselines(manuscript, place),
+        splits=ink_ownership.splits(paths),
+        baselines=ink_ownership.baselines(manuscript, place),
         pixel=unit,
-        rule=owning.rule(manuscript) / unit,
+        rule=ink_ownership.rule(manuscript) / unit,
         x_height=manuscript.x_height / unit,
         line=line / unit,
         to_pixels=place.to_pixels,

@@ -61,7 +61,7 @@ class Path:
 class Split:
     """Where two joined letters part: (x, y) pixels, and the indices of their graphemes in the text.
 
-    It is the middle, in motor time, of what is seen of the way between them: see `owning.parted`.
+    It is the middle, in motor time, of what is seen of the way between them: see `ink_ownership.parted`.
     """
 
     xy: tuple[float, float]

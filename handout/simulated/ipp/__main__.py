@@ -22,9 +22,9 @@ def main() -> None:
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, default=getattr(Faults, name))
     for name in ("forgetful", "old", "no_envelopes", "simple"):
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true")
-    given = vars(parser.parse_args())
-    folder, port = given.pop("folder"), given.pop("port")
-    with SimulatedPrinter(folder, Faults(**given), port) as printer:
+    settings = vars(parser.parse_args())
+    folder, port = settings.pop("folder"), settings.pop("port")
+    with SimulatedPrinter(folder, Faults(**settings), port) as printer:
         print(f"{printer.uri} prints into {folder}; stop it with Ctrl-C.", flush=True)
         try:
             while True:

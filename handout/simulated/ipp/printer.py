@@ -275,8 +275,8 @@ class SimulatedPrinter:
 
     def _list_jobs(self, request: Message) -> Message:
         over = _first(request, "which-jobs", "not-completed") == "completed"
-        known = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
-        return _message(request, Status.OK, *(_job_group(job) for job in known))
+        jobs = [job for job in self.jobs if job.state.over == over and not (over and self.faults.forgetful)]
+        return _message(request, Status.OK, *(_job_group(job) for job in jobs))
 
     def _cancel(self, request: Message) -> Message:
         job = self._job_asked_for(request)
@@ -289,8 +289,8 @@ class SimulatedPrinter:
 
     def _job_asked_for(self, request: Message) -> SimulatedJob | None:
         number = _first(request, "job-id", 0)
-        found = next((job for job in self.jobs if job.number == number), None)
-        return None if found is not None and found.state.over and self.faults.forgetful else found
+        wanted = next((job for job in self.jobs if job.number == number), None)
+        return None if wanted is not None and wanted.state.over and self.faults.forgetful else wanted
 
     def _refusal(self, request: Message) -> Message | None:
         """Why a page cannot be printed; None if it can."""

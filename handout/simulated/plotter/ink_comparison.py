@@ -132,7 +132,7 @@ def _covered(piece: _Piece, others: Sequence[_Piece]) -> float:
 def _places(point: Array, lines: Sequence[Array], tree: object, starts: Array) -> list[tuple[int, int]]:
     """Where intended strokes come by a point: the stroke and the nearest index on it, for each time it comes by."""
     near = np.sort(np.array(tree.query_ball_point(point, 3 * SLACK), dtype=np.intp))  # type: ignore[attr-defined]
-    found = []
+    places = []
     stroke_of = np.searchsorted(starts, near, side="right") - 1
     apart = np.flatnonzero((np.diff(near) > 1) | (np.diff(stroke_of) > 0)) + 1
     for group in np.split(np.arange(len(near)), apart) if len(near) else []:
@@ -141,8 +141,8 @@ def _places(point: Array, lines: Sequence[Array], tree: object, starts: Array) -
         off = np.hypot(*(lines[stroke][index] - point).T)
         # it may come by, turn and come by again without ever being far: every nearest place counts
         low = np.flatnonzero((off <= np.append(np.inf, off[:-1])) & (off < np.append(off[1:], np.inf)))
-        found += [(stroke, int(index[at])) for at in low if off[at] <= off.min() + SLACK]
-    return found
+        places += [(stroke, int(index[at])) for at in low if off[at] <= off.min() + SLACK]
+    return places
 
 
 def _off(path: Array, line: Array, begin: int, end: int, length: float) -> float:
@@ -170,15 +170,15 @@ def _step(line: Array) -> float:
 
 def _thinned(xy: Array) -> Array:
     """The points of a path that are at least `_COARSE` from the one kept before, and both ends."""
-    kept = [0]
+    indices = [0]
     x, y = xy[0]
     for at, (px, py) in enumerate(xy.tolist()):
         if (px - x) ** 2 + (py - y) ** 2 >= _COARSE**2:
-            kept.append(at)
+            indices.append(at)
             x, y = px, py
-    if len(xy) > 1 and kept[-1] != len(xy) - 1:
-        kept.append(len(xy) - 1)
-    return xy[kept]
+    if len(xy) > 1 and indices[-1] != len(xy) - 1:
+        indices.append(len(xy) - 1)
+    return xy[indices]
 
 
 def _arc(xy: Array) -> Array:

@@ -111,8 +111,8 @@ def parse(query: str) -> Options:
         elif name == "firmware":
             values[name] = _version(text)
         else:
-            known = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
-            _one_of(name, known, "option")
+            names = ["fault", "variant", "firmware", *_NUMBERS, *_QUANTITIES, "$20 and so on"]
+            _one_of(name, names, "option")
     for name, usual in (("realtime", False), ("blank", False), ("motors", True)):
         values[name] = bool(values.get(name, usual))
     return msgspec.convert(values, Options)
@@ -138,12 +138,12 @@ def _number(name: str, text: str) -> float:
         raise InputError(f"sim: {name}={text} is not a number.") from error
 
 
-def _one_of(text: str, known: list[str], what: str) -> str:
-    if text in known:
+def _one_of(text: str, names: list[str], what: str) -> str:
+    if text in names:
         return text
-    near = difflib.get_close_matches(text, known, 1)
+    near = difflib.get_close_matches(text, names, 1)
     hint = f" (did you mean {near[0]}?)" if near else ""
-    raise InputError(f"The simulated plotter has no {what} {text!r}{hint}; it knows {', '.join(known)}.")
+    raise InputError(f"The simulated plotter has no {what} {text!r}{hint}; it knows {', '.join(names)}.")
 
 
 class Faults:

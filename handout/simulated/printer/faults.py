@@ -52,10 +52,10 @@ def check(names: Iterable[str]) -> frozenset[str]:
     """
     asked = frozenset(names)
     for name in sorted(asked - set(FAULTS)):
-        known = [*FAULTS, *SETTINGS]
-        near = difflib.get_close_matches(name, known, 1)
+        choices = [*FAULTS, *SETTINGS]
+        near = difflib.get_close_matches(name, choices, 1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(known)}.")
+        raise InputError(f"The simulated printer has no fault {name!r}{hint} It has: {', '.join(choices)}.")
     return asked
 
 
@@ -68,12 +68,12 @@ def managed(device: Array) -> Array:
 
 def laid(coverage: Array, names: Iterable[str]) -> Array:
     """(n, 4) what is laid down of what the driver asks for, (n, 4)."""
-    made = np.array(coverage, dtype=np.float64)
+    amounts = np.array(coverage, dtype=np.float64)
     if "ink-limit" in names:
-        made *= np.minimum(1, _LIMIT / np.maximum(made.sum(axis=1, keepdims=True), _LIMIT))
+        amounts *= np.minimum(1, _LIMIT / np.maximum(amounts.sum(axis=1, keepdims=True), _LIMIT))
     for name in names:
-        made *= np.array(_SHARES.get(name, (1, 1, 1, 1)))
-    return made
+        amounts *= np.array(_SHARES.get(name, (1, 1, 1, 1)))
+    return amounts
 
 
 def fitted(page: NDArray[np.uint8]) -> NDArray[np.uint8]:

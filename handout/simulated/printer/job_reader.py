@@ -53,7 +53,7 @@ def pages(path: Path, dpi: float) -> Iterator[tuple[Page, NDArray[np.uint8]]]:
 
 def _objects(data: bytes) -> dict[int, bytes]:
     """The objects of the file by their number; a stream is skipped by its length, whatever is in it."""
-    found: dict[int, bytes] = {}
+    objects: dict[int, bytes] = {}
     at = 0
     while match := _OBJECT.search(data, at):
         start = at = match.end()
@@ -66,9 +66,9 @@ def _objects(data: bytes) -> dict[int, bytes]:
                 ends = data.find(b"\nendobj", at)
         if ends < 0:
             break
-        found[int(match.group(1))] = data[start:ends]
+        objects[int(match.group(1))] = data[start:ends]
         at = ends
-    return found
+    return objects
 
 
 def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tuple[Page, NDArray[np.uint8]]:
@@ -88,8 +88,8 @@ def _page(body: bytes, objects: dict[int, bytes], dpi: float, path: Path) -> tup
     a, _, _, d, e, f = (float(number) for number in place.groups())
     wide, high = a * dpi / _POINTS, d * dpi / _POINTS
     if abs(wide - pixels.shape[1]) > 0.5 or abs(high - pixels.shape[0]) > 0.5:
-        made = pixels.shape[1] / a * _POINTS
-        raise InputError(f"{path}: made for {made:.0f} dpi, and the printer has {dpi:g} dpi.")
+        picture_dpi = pixels.shape[1] / a * _POINTS
+        raise InputError(f"{path}: made for {picture_dpi:.0f} dpi, and the printer has {dpi:g} dpi.")
     _put(sheet, pixels, round(e * dpi / _POINTS), round((height - f - d) * dpi / _POINTS))
     return size, sheet
 

@@ -30,8 +30,8 @@ def ink_of(colour: Array, paper: Array, flatbed: Flatbed) -> Array:
     order = np.argsort(at)
     density = -np.log10(wanted)
     for _ in range(_ROUNDS):
-        made = np.interp(WAVELENGTHS, WAVELENGTHS[at[order]], density[order])
-        density = np.maximum(density + np.log10((10**-made @ bands) / wanted), 0)
+        spectrum = np.interp(WAVELENGTHS, WAVELENGTHS[at[order]], density[order])
+        density = np.maximum(density + np.log10((10**-spectrum @ bands) / wanted), 0)
     return np.interp(WAVELENGTHS, WAVELENGTHS[at[order]], density[order])
 
 
@@ -51,8 +51,8 @@ def written(sheet: Sheet, field: tuple[float, float, float, float], amount: NDAr
     scale = sheet.dpi / 25.4
     left, top, right, bottom = (round(edge * scale) for edge in np.add(field, (_INSET, _INSET, -_INSET, -_INSET)))
     size = (round(amount.shape[1] * sheet.dpi / dpi), round(amount.shape[0] * sheet.dpi / dpi))
-    made = cv2.resize(np.asarray(amount, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
+    ink = cv2.resize(np.asarray(amount, dtype=np.float32), size, interpolation=cv2.INTER_LINEAR)
     if sharpened:
-        made = made + sharpened * (made - cv2.GaussianBlur(made, (0, 0), max(0.3, _BLUR * scale)))
-    inked = np.clip(made[: bottom - top, : right - left], 0, _MOST).astype(np.float32)
+        ink = ink + sharpened * (ink - cv2.GaussianBlur(ink, (0, 0), max(0.3, _BLUR * scale)))
+    inked = np.clip(ink[: bottom - top, : right - left], 0, _MOST).astype(np.float32)
     return replace(sheet, written=(*sheet.written, Written((top, left), inked, np.asarray(density))))

@@ -137,8 +137,8 @@ def _coloured(page: NDArray[np.uint8]) -> tuple[NDArray[np.int32], Array]:
         code |= page[..., channel]
     there = np.zeros(_CODES, dtype=bool)
     there[code.ravel()] = True
-    found = np.flatnonzero(there).astype(np.int32)
+    codes = np.flatnonzero(there).astype(np.int32)
     number = np.empty(_CODES, dtype=np.int32)
-    number[found] = np.arange(len(found), dtype=np.int32)
-    colours = np.stack([found >> 16, found >> 8 & 255, found & 255], axis=1)
+    number[codes] = np.arange(len(codes), dtype=np.int32)
+    colours = np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=1)
     return number[code], colours.astype(np.float64)

@@ -63,11 +63,11 @@ def scan(sheet: Sheet, dpi: float, flatbed: FlatbedSettings, rng: np.random.Gene
     height, width = place.shape
     for start in range(0, height, optics.ROWS):
         rows = np.arange(start - halo, min(start + optics.ROWS, height) + halo, dtype=np.float64)
-        seen = _seen(light, flare, place, rows, sheet.page, flatbed)
+        under = _seen(light, flare, place, rows, sheet.page, flatbed)
         if specks is not None:
-            seen *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
+            under *= specks[np.clip(rows, 0, height - 1).astype(int), :, None]
         inner = slice(halo, len(rows) - halo)
-        lit = optics.blurred(seen, blur)[inner]
+        lit = optics.blurred(under, blur)[inner]
         lit = lit * lamp((np.arange(width) + 0.5) / width, (rows[inner] + 0.5) / height)[:, :, None]
         lit += glare(rows[inner])[:, :, None]
         picture[start : start + optics.ROWS] = _numbers(optics.noisy(lit, flatbed.noise, rng), tone, flatbed)
@@ -140,11 +140,11 @@ def _seen(
             cv2.remap(picture, x * across - half, y * down - half, cv2.INTER_LINEAR, borderMode=mode, borderValue=lid)
         )
 
-    seen = taken(light, cv2.BORDER_CONSTANT)
+    under = taken(light, cv2.BORDER_CONSTANT)
     if flare is not None:
-        seen *= np.float32(1 - flatbed.flare)
-        seen += np.float32(flatbed.flare) * taken(flare, cv2.BORDER_REPLICATE)
-    return seen
+        under *= np.float32(1 - flatbed.flare)
+        under += np.float32(flatbed.flare) * taken(flare, cv2.BORDER_REPLICATE)
+    return under
 
 
 _Tone = tuple[Floats, Floats, float]  # black and white of each colour, power
@@ -196,5 +196,5 @@ def _kept(picture: Picture, flatbed: FlatbedSettings) -> Picture:
     if not flatbed.jpeg:
         return picture
     _, coded = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, flatbed.jpeg])
-    kept = cv2.imdecode(coded, cv2.IMREAD_COLOR)
-    return np.ascontiguousarray(np.asarray(kept, dtype=np.uint8)[..., ::-1])
+    decoded = cv2.imdecode(coded, cv2.IMREAD_COLOR)
+    return np.ascontiguousarray(np.asarray(decoded, dtype=np.uint8)[..., ::-1])

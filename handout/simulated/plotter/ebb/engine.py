@@ -101,16 +101,16 @@ def _rates(rate: int, gain: int, first: int, ticks: int, signed: bool, half: boo
 def _until(count: int, rate: int, gain: int, begin: int, half: bool) -> tuple[Counts, int]:
     """Steps at each tick until there are `count`, and what the accumulator keeps."""
     parts: list[Counts] = []
-    made, first = 0, 0
+    steps, first = 0, 0
     left = begin
-    while made < count and first < _LONGEST:
+    while steps < count and first < _LONGEST:
         grown = left + np.cumsum(_rates(rate, gain, first, _CHUNK, False, half))
-        total = made + grown // FULL
+        total = steps + grown // FULL
         done = int(np.searchsorted(total, count))
         parts.append(total[: done + 1])
         if done < _CHUNK:
             return np.concatenate(parts), int(grown[done]) % FULL
-        made, left, first = int(total[-1]), int(grown[-1]) % FULL, first + _CHUNK
+        steps, left, first = int(total[-1]), int(grown[-1]) % FULL, first + _CHUNK
     return (np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)), left
 
 
@@ -222,8 +222,8 @@ class Engine:
 
     def counted(self, now: float) -> tuple[int, int]:
         """Steps of both motors so far."""
-        one, two = self._so_far(now)
-        return self.steps[0] + one, self.steps[1] + two
+        first, second = self._so_far(now)
+        return self.steps[0] + first, self.steps[1] + second
 
     def moving(self, now: float) -> tuple[bool, bool]:
         """Whether each motor moves."""
@@ -260,8 +260,8 @@ class Engine:
         ticks = self._ticks(now)
         if self._move is None or ticks == 0:
             return 0, 0
-        one, two = self._move.steps[ticks - 1].tolist()
-        return one, two
+        first, second = self._move.steps[ticks - 1].tolist()
+        return first, second
 
     def _ticks(self, now: float) -> int:
         """Of the move under way, how many have passed."""
@@ -275,21 +275,21 @@ class Engine:
         if move is None:
             return
         for tick in [*range(_SHOWN - 1, ticks - 1, _SHOWN), ticks - 1] if ticks else []:
-            one, two = move.steps[tick].tolist()
-            self._show(self._began + (tick + 1) * TICK, self._from[0] + one, self._from[1] + two)
+            first, second = move.steps[tick].tolist()
+            self._show(self._began + (tick + 1) * TICK, self._from[0] + first, self._from[1] + second)
         if ticks:
-            made = move.steps[ticks - 1].tolist()
-            self.steps = [self.steps[0] + made[0], self.steps[1] + made[1]]
-            self._motors = (self._from[0] + made[0], self._from[1] + made[1])
+            steps = move.steps[ticks - 1].tolist()
+            self.steps = [self.steps[0] + steps[0], self.steps[1] + steps[1]]
+            self._motors = (self._from[0] + steps[0], self._from[1] + steps[1])
         self.accumulators.left = list(move.after)
 
-    def _show(self, now: float, one: int, two: int) -> None:
+    def _show(self, now: float, first: int, second: int) -> None:
         if self.powered:
-            self.paper.moved(now, (*self._halves(one, two), self.paper.at[2]))
+            self.paper.moved(now, (*self._halves(first, second), self.paper.at[2]))
 
-    def _halves(self, one: int, two: int) -> tuple[int, int]:
+    def _halves(self, first: int, second: int) -> tuple[int, int]:
         """Half steps of x and y from the steps of the motors."""
-        return (one + two, one - two) if self.mixed else (2 * one, 2 * two)
+        return (first + second, first - second) if self.mixed else (2 * first, 2 * second)
 
     def _swing(self, place: int, rate: int, now: float) -> None:
         """The pen's servo goes to a place, by so much with every pulse; it arrives later than the profile allows it."""

@@ -172,19 +172,19 @@ class EbbFirmware(Firmware):
     def _at_once(self, name: str, numbers: list[int]) -> None:
         """What does not go through the queue."""
         if name in self._answers:
-            said = self._answers[name](numbers)
+            answer = self._answers[name](numbers)
             if self.uniform:
-                self._put(f"{name},{said}\n")
+                self._put(f"{name},{answer}\n")
             else:
-                self._put(said + ("\r\n" if name in ("QC", "QE") else "\n\r") + "OK\r\n")
+                self._put(answer + ("\r\n" if name in ("QC", "QE") else "\n\r") + "OK\r\n")
         elif name == "V":
             version = ".".join(map(str, self.version))
             self._put(("V," if self.uniform else "") + f"EBBv13_and_above EB Firmware Version {version}" + self._end)
         elif name == "QM":
             self._put("QM,{},{},{},{}".format(*self._flags()) + ("\n" if self.uniform else "\n\r"))
         elif name == "QG":
-            command, one, two, queue = self._flags()
-            byte = self._was_pressed() << 5 | self.engine.pen_up << 4 | command << 3 | one << 2 | two << 1 | queue
+            command, first, second, queue = self._flags()
+            byte = self._was_pressed() << 5 | self.engine.pen_up << 4 | command << 3 | first << 2 | second << 1 | queue
             self._put(("QG," if self.uniform else "") + f"{byte:02X}" + self._end)
         elif name in ("SC", "CU", "EM", "CS", "SR"):
             self._set(name, numbers)
@@ -224,8 +224,8 @@ class EbbFirmware(Firmware):
 
     def _flags(self) -> tuple[int, int, int, int]:
         """Whether a command, motor 1, motor 2 are at work, and whether commands wait."""
-        one, two = self.engine.moving(self.now)
-        return int(self.engine.busy), int(one), int(two), int(bool(self.engine.queue))
+        first, second = self.engine.moving(self.now)
+        return int(self.engine.busy), int(first), int(second), int(bool(self.engine.queue))
 
     def _es(self, numbers: list[int]) -> str:
         was = self.engine.stop(self.now, self.version >= (3, 0, 0))
@@ -235,14 +235,14 @@ class EbbFirmware(Firmware):
         return f"{int(was)}" if short else f"{int(was)},0,0,0,0"
 
     def _em(self, numbers: list[int]) -> tuple[int, int]:
-        one = numbers[0]
+        mode = numbers[0]
         two = numbers[1] if len(numbers) > 1 else int(self.engine.enabled[1])
-        self._mode = one if one in _MODES else self._mode
+        self._mode = mode if mode in _MODES else self._mode
         if self.version >= (2, 6, 2):
             self.engine.clear()
         if self.version >= (2, 7, 0):
             self.engine.accumulators.clear(3)
-        return one, two
+        return mode, two
 
     def _sp(self, numbers: list[int]) -> Job:
         if not numbers:
@@ -254,21 +254,21 @@ class EbbFirmware(Firmware):
     def _sm(self, numbers: list[int]) -> Job:
         if len(numbers) < 2:
             raise Refused("!4 Err: Missing parameter(s)")
-        ms, one, two = (*numbers, 0)[:3]
+        ms, first, second = (*numbers, 0)[:3]
         if ms <= 0:
             raise Refused("!6 Err: Invalid parameter value")
-        if one == two == 0:
+        if first == second == 0:
             return Job(ticks=25 * ms)
         if self.version < (3, 0, 0):
-            for axis, steps in (("axis1", abs(one)), ("axis2", abs(two))):
+            for axis, steps in (("axis1", abs(first)), ("axis2", abs(second))):
                 if steps // ms > 25:
                     raise Refused(f"!0 Err: <{axis}> step rate > 25K steps/second.")
                 if steps and ms // 1311 >= steps:
                     raise Refused(f"!0 Err: <{axis}> step rate < 1.31Hz.")
         exact = self.version >= (3, 0, 0)
-        rates = (constant_rate(abs(one), ms, exact), constant_rate(abs(two), ms, exact))
+        rates = (constant_rate(abs(first), ms, exact), constant_rate(abs(second), ms, exact))
         clear = numbers[3] if len(numbers) > 3 and exact else 0
-        return self._steps((one, two), rates, (0, 0), clear)
+        return self._steps((first, second), rates, (0, 0), clear)
 
     def _xm(self, numbers: list[int]) -> Job:
         if len(numbers) < 3:
@@ -280,9 +280,9 @@ class EbbFirmware(Firmware):
         if not numbers or not 2 <= numbers[0] <= 25000:
             raise Refused("!6 Err: Invalid parameter value")
         there = numbers[1:3] if len(numbers) >= 3 else [0, 0]
-        one, two = (goal - at for goal, at in zip(there, self.engine.counted(self.now), strict=True))
-        ms = max(10, 1000 * max(abs(one), abs(two)) // numbers[0])
-        return self._sm([ms, one, two]) if one or two else Job()
+        first, second = (goal - at for goal, at in zip(there, self.engine.counted(self.now), strict=True))
+        ms = max(10, 1000 * max(abs(first), abs(second)) // numbers[0])
+        return self._sm([ms, first, second]) if first or second else Job()
 
     def _lm(self, numbers: list[int]) -> Job:
         if len(numbers) < 6:

@@ -226,8 +226,8 @@ class GrblFirmware(Firmware):
     def _status(self) -> str:
         place = [count / per for count, per in zip(self.stepper.position, self.axes.steps, strict=True)]
         shift, machine = self.modes.shift, self.settings.report % 2 == 1
-        said = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
-        fields = [f"{'M' if machine else 'W'}Pos:" + self._told(said)]
+        position = place if machine else [at - by for at, by in zip(place, shift, strict=True)]
+        fields = [f"{'M' if machine else 'W'}Pos:" + self._told(position)]
         if self.settings.report & 2:
             fields.append(f"Bf:{self.queue.size - len(self.queue.lines)},{self.wire.room}")
         fields.append(f"FS:{round(self.modes.feed) if self.stepper.moving else 0},{self._output:.0f}")
@@ -298,8 +298,8 @@ class GrblFirmware(Firmware):
         """A line that means nothing to it but moves the pen."""
         pen = self.profile.pen
         yield "rest"
-        for own, value in ((pen.up_command, pen.up), (pen.down_command, pen.down)):
-            if own and line == parser.strip(own[-1]):
+        for command, value in ((pen.up_command, pen.up), (pen.down_command, pen.down)):
+            if command and line == parser.strip(command[-1]):
                 self.paper.pen(self.now, value)
 
     def _switch(self, power: float) -> None:

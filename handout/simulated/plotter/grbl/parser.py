@@ -87,20 +87,20 @@ def read(line: str, modes: Modes, at: tuple[float, float, float]) -> Request:
     words, codes = _words(line)
     kinds = {_GROUPS[code]: code for code in codes}  # a group has one code in a line
     units = 25.4 if kinds.get("units", "G20" if modes.inches else "G21") == "G20" else 1.0
-    given = [None if axis not in words else words[axis] * units for axis in "XYZ"]
+    coordinates = [None if axis not in words else words[axis] * units for axis in "XYZ"]
     motion, other = kinds.get("motion", modes.motion), kinds.get("other")
     feed = words["F"] * units if "F" in words else modes.feed
-    moves = other is None and given != [None, None, None]
-    _check_other(other, words, given)
+    moves = other is None and coordinates != [None, None, None]
+    _check_other(other, words, coordinates)
     if moves:
         _check_motion(motion, feed)
     _set(modes, codes, words, feed, motion)
-    _offset(modes, other, given, at)
+    _offset(modes, other, coordinates, at)
     if other == "G10":
-        _store(modes, given, at if words["L"] == 20.0 else None)
+        _store(modes, coordinates, at if words["L"] == 20.0 else None)
     request = _request(words, kinds)
     if moves:
-        request.target, request.rapid = _target(modes, given, at), motion == "G0"
+        request.target, request.rapid = _target(modes, coordinates, at), motion == "G0"
     if kinds.get("stop") in ("M2", "M30"):  # the end of a program: all is as it begins
         modes.motion, modes.relative = "G1", False
     return request
@@ -115,11 +115,11 @@ def _request(words: dict[str, float], kinds: dict[str, str]) -> Request:
     return request
 
 
-def _check_other(other: str | None, words: dict[str, float], given: list[float | None]) -> None:
+def _check_other(other: str | None, words: dict[str, float], coordinates: list[float | None]) -> None:
     """The words that a command without a move needs."""
     if other == "G4" and "P" not in words:
         raise Refused(28)
-    if other in ("G92", "G10") and given == [None, None, None]:
+    if other in ("G92", "G10") and coordinates == [None, None, None]:
         raise Refused(26)
     if other == "G10" and words.get("L") not in (2.0, 20.0):
         raise Refused(20 if "L" in words else 28)
@@ -175,28 +175,31 @@ def _set(modes: Modes, codes: list[str], words: dict[str, float], feed: float, m
             modes.spindle = False
 
 
-def _offset(modes: Modes, other: str | None, given: list[float | None], at: tuple[float, float, float]) -> None:
+def _offset(modes: Modes, other: str | None, coordinates: list[float | None], at: tuple[float, float, float]) -> None:
     if other == "G92":
-        rows = zip(modes.offset, given, at, modes.work, strict=True)
+        rows = zip(modes.offset, coordinates, at, modes.work, strict=True)
         modes.offset = [old if value is None else here - work - value for old, value, here, work in rows]
     elif other == "G92.1":
         modes.offset = [0.0, 0.0, 0.0]
 
 
-def _store(modes: Modes, given: list[float | None], at: tuple[float, float, float] | None) -> None:
+def _store(modes: Modes, coordinates: list[float | None], at: tuple[float, float, float] | None) -> None:
     """G10: the work offset is given (L2), or such that the place where it stands is called so (L20)."""
     here = [0.0, 0.0, 0.0] if at is None else [a - b for a, b in zip(at, modes.offset, strict=True)]
     sign = 1.0 if at is None else -1.0
-    rows = zip(modes.work, given, here, strict=True)
+    rows = zip(modes.work, coordinates, here, strict=True)
     modes.work = [old if value is None else place + sign * value for old, value, place in rows]
 
 
-def _target(modes: Modes, given: list[float | None], at: tuple[float, float, float]) -> tuple[float, float, float]:
+def _target(
+    modes: Modes, coordinates: list[float | None], at: tuple[float, float, float]
+) -> tuple[float, float, float]:
     if modes.relative:
-        x, y, z = (here + (value or 0.0) for value, here in zip(given, at, strict=True))
+        x, y, z = (here + (value or 0.0) for value, here in zip(coordinates, at, strict=True))
     else:
         x, y, z = (
-            here if value is None else value + shift for value, here, shift in zip(given, at, modes.shift, strict=True)
+            here if value is None else value + shift
+            for value, here, shift in zip(coordinates, at, modes.shift, strict=True)
         )
     return x, y, z
 

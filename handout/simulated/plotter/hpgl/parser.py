@@ -25,21 +25,21 @@ class Wrong(Exception):
 def split(data: bytes) -> list[tuple[str, str]]:
     """Names and parameters of the instructions in some bytes; "" is the name of what is none."""
     text = data.decode("latin-1").replace("\r", "").replace("\n", "")
-    found, at = [], 0
+    instructions, at = [], 0
     while at < len(text):
         if text[at] in "; ":
             at += 1
             continue
         name = _NAME.match(text, at)
         if name is None:
-            found.append(("", text[at]))
+            instructions.append(("", text[at]))
             at += 1
             continue
         rest = _REST.match(text, name.end())
         assert rest is not None
-        found.append((name.group().upper(), rest.group()))
+        instructions.append((name.group().upper(), rest.group()))
         at = rest.end()
-    return found
+    return instructions
 
 
 def values(text: str) -> list[float]:

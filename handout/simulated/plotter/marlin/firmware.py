@@ -127,9 +127,9 @@ class MarlinFirmware(Firmware):
             yield "slot"
         self._counted += self.counts(line)
         self.reception.garbles = self.options.fault == "resend-loop" and self._counted > self.options.after
-        taken = self.reception.take(line)
-        if taken in ("M410", "M112") and not self.emergency:
-            self._emergency(taken)
+        command = self.reception.take(line)
+        if command in ("M410", "M112") and not self.emergency:
+            self._emergency(command)
         self._run()
 
     def urgent(self, data: bytes) -> bool:
@@ -325,8 +325,8 @@ class MarlinFirmware(Firmware):
 
     def _m114(self, words: dict[str, float]) -> Iterator[Wait]:
         counts = self.stepper.position
-        said = " ".join(f"{letter}:{value:.2f}" for letter, value in zip("XYZ", self.at, strict=True))
-        self.say(f"{said} E:0.00 Count X:{counts[0]} Y:{counts[1]} Z:{counts[2]}")
+        position = " ".join(f"{letter}:{value:.2f}" for letter, value in zip("XYZ", self.at, strict=True))
+        self.say(f"{position} E:0.00 Count X:{counts[0]} Y:{counts[1]} Z:{counts[2]}")
         yield from ()
 
     def _m115(self, words: dict[str, float]) -> Iterator[Wait]:

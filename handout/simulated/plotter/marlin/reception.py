@@ -72,7 +72,7 @@ class Reception:
     def _numbered(self, line: str) -> bool:
         """Check a line that begins with its number."""
         number = _integer(line[1:])
-        body, star, said = line.rpartition("*")
+        body, star, sum_text = line.rpartition("*")
         checksum = 0
         for char in body:
             checksum ^= ord(char)
@@ -80,7 +80,7 @@ class Reception:
             return self._refuse("Line Number is not Last Line Number+1")
         if not star:
             return self._refuse("No Checksum with line number")
-        if _integer(said) != checksum or self.garbles:
+        if _integer(sum_text) != checksum or self.garbles:
             return self._refuse("checksum mismatch")
         self.last = number
         return True

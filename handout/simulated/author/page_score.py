@@ -14,7 +14,7 @@ from handout.hand.places import graphemes
 from handout.hand.scanned import ScannedGlyph
 from handout.scanning.scan import Scan
 from handout.scanning.written_page import WrittenPage, read_page
-from handout.simulated.author import judge
+from handout.simulated.author import ground_truth_score
 from handout.simulated.author.truth import Simulated, Truth
 from handout.tagging.page_tagging import TaggedPage
 from handout.values import Array, Indices
@@ -24,13 +24,13 @@ from handout.values import Array, Indices
 class LetterScore:
     """How well a page's letters were found.
 
-    right : share whose name is right; own : share that are themselves, not an equal letter beside them.
+    right : share whose name is right; identity : share that are themselves, not an equal letter beside them.
     splits : the places where joined letters part.
     """
 
     right: float
-    own: float
-    splits: judge.SplitScore
+    identity: float
+    splits: ground_truth_score.SplitScore
 
 
 def transcript(simulated: Simulated) -> str:
@@ -43,15 +43,17 @@ def read(simulated: Simulated, source: str = "the scan", *, method: str = "cut")
     return read_page(Scan(np.asarray(simulated.image), float(simulated.dpi), source), method=method)
 
 
-def score(truth: Truth, made: TaggedPage) -> LetterScore:
+def score(truth: Truth, page: TaggedPage) -> LetterScore:
     """Judge the letters of a page that was made from the whole of its own transcript."""
-    uv, own = made.page.graph.uv, given(made, [letter.at for letter in truth.letters])
+    uv, letters = page.page.graph.uv, vertex_letters(page, [letter.at for letter in truth.letters])
     texts = {letter.at: letter.text for letter in truth.letters}
-    right = judge.letters_right(truth, uv, [texts.get(at, "") for at in own.tolist()])
-    return LetterScore(right, judge.letters_own(truth, uv, own), judge.splits(truth, cuts(made)))
+    right = ground_truth_score.letters_right(truth, uv, [texts.get(at, "") for at in letters.tolist()])
+    return LetterScore(
+        right, ground_truth_score.letters_identified(truth, uv, letters), ground_truth_score.splits(truth, cuts(page))
+    )
 
 
-def given(made: TaggedPage, written: Iterable[int]) -> Indices:
+def vertex_letters(page: TaggedPage, written: Iterable[int]) -> Indices:
     """(n,) for every vertex the letter it was given to, −1 for none.
 
     Parameters
@@ -59,18 +61,18 @@ def given(made: TaggedPage, written: Iterable[int]) -> Indices:
     written : the numbers of the page's letters, in order: line breaks and spaces of a transcript may be others than
         those of the text, letters are the same.
     """
-    units = graphemes(made.page.transcript)
+    units = graphemes(page.page.transcript)
     number = dict(zip((i for i, unit in enumerate(units) if not unit.isspace()), written, strict=True))
-    found = np.full(len(made.page.graph), judge.NOBODY, dtype=np.intp)
-    for glyph in made.glyphs:
-        found[glyph.vertices] = number[glyph.at]
-    return found
+    letters = np.full(len(page.page.graph), ground_truth_score.NOBODY, dtype=np.intp)
+    for glyph in page.glyphs:
+        letters[glyph.vertices] = number[glyph.at]
+    return letters
 
 
-def cuts(made: TaggedPage) -> Array:
+def cuts(page: TaggedPage) -> Array:
     """(k, 2) pixels: where ligatures pass from one letter to the next."""
-    uv = made.page.graph.uv
-    ways = ((way.path, _passed(glyph, way.path)) for glyph in made.glyphs for way in glyph.ligatures)
+    uv = page.page.graph.uv
+    ways = ((way.path, _passed(glyph, way.path)) for glyph in page.glyphs for way in glyph.ligatures)
     return np.array([uv[path[i - 1 : i + 1]].mean(axis=0) for path, i in ways]).reshape(-1, 2)
 
 

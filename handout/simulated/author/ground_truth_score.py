@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from handout.simulated.author.owning import evenly
+from handout.simulated.author.ink_ownership import evenly
 from handout.simulated.author.truth import Truth
 from handout.values import Array, Indices
 
@@ -50,14 +50,14 @@ class PathScore:
 class SplitScore:
     """How well the places between joined letters were found; distances in rule heights.
 
-    found : share of the true splits that have one within a quarter of a rule height; placed : within .15 of it.
-    true : share of what was found that is near a true split.
+    recall : share of the true splits that have one within a quarter of a rule height; placed : within .15 of it.
+    precision : share of the found splits that are near a true one.
     median, worst : distance of the found ones, the middle and the 95th percentile; NaN without any.
     """
 
-    found: float
+    recall: float
     placed: float
-    true: float
+    precision: float
     median: float
     worst: float
 
@@ -79,10 +79,10 @@ class MatteScore:
     halo: float
 
 
-def overlap(found: NDArray[np.bool_], true: NDArray[np.bool_]) -> float:
+def overlap(mask: NDArray[np.bool_], true: NDArray[np.bool_]) -> float:
     """Intersection over union of two masks (h, w); 1 where both are empty."""
-    either = np.count_nonzero(found | true)
-    return np.count_nonzero(found & true) / either if either else 1.0
+    either = np.count_nonzero(mask | true)
+    return np.count_nonzero(mask & true) / either if either else 1.0
 
 
 def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> PathScore:
@@ -100,13 +100,13 @@ def path(truth: Truth, places: Array, edges: Indices, near: float = NEAR) -> Pat
         return PathScore(both, both, both, both, float(clear.mean()) if len(clear) else 1.0, 0.0)
     away = _distance(ours, theirs)[0] * truth.pixel
     back, nearest = _distance(theirs, ours)
-    known = clear[nearest] & (back < truth.line)
+    judged = clear[nearest] & (back < truth.line)
     met = away <= near
     good = away[met & clear]
     return PathScore(
         met=float(met[clear].mean()) if clear.any() else 1.0,
         anywhere=float(met.mean()),
-        true=float((back[known] * truth.pixel <= near).mean()) if known.any() else 1.0,
+        true=float((back[judged] * truth.pixel <= near).mean()) if judged.any() else 1.0,
         sound=float((back * truth.pixel <= near).mean()),
         clear=float(clear.mean()),
         error=float(np.sqrt(np.mean(good**2))) if len(good) else 0.0,
@@ -126,8 +126,8 @@ def _way(truth: Truth) -> tuple[Array, NDArray[np.bool_]]:
     if not ways:
         return np.zeros((0, 2)), np.zeros(0, dtype=bool)
     places = np.concatenate(ways)
-    seen = _within(places, truth.mask)
-    return places[seen], _clear(ways, truth.line)[seen]
+    visible = _within(places, truth.mask)
+    return places[visible], _clear(ways, truth.line)[visible]
 
 
 def _along(xy: Array) -> Array:
@@ -156,9 +156,9 @@ def _doubled(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
     from scipy.spatial import cKDTree
 
     places = np.concatenate(ways)
-    own = 1.5 * line
+    reach = 1.5 * line
     number = np.repeat(np.arange(len(ways)), [len(way) for way in ways])
-    far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))]) + number * 4 * own
+    far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))]) + number * 4 * reach
     some = np.arange(0, len(places), max(1, round(line / 4 / _STEP)))
     tree = cKDTree(places[some])
     doubled = np.empty(len(places), dtype=bool)
@@ -168,7 +168,7 @@ def _doubled(ways: Sequence[Array], line: float) -> NDArray[np.bool_]:
         away, index = tree.query(places[part], k=min(24, len(some)), distance_upper_bound=line)
         away, index = away.reshape(len(away), -1), index.reshape(len(index), -1)
         between = np.abs(np.r_[far[some], np.nan][index] - far[part, None])
-        doubled[part] = ((between > own) & np.isfinite(away)).any(axis=1)
+        doubled[part] = ((between > reach) & np.isfinite(away)).any(axis=1)
     return doubled
 
 
@@ -208,60 +208,60 @@ def owners(truth: Truth, places: Array) -> Indices:
     return letters
 
 
-def letters_right(truth: Truth, places: Array, said: Sequence[str]) -> float:
+def letters_right(truth: Truth, places: Array, readings: Sequence[str]) -> float:
     """Share of the page's letters that were read right.
 
     Parameters
     ----------
     places : (n, 2) float, pixels, vertices of the found line.
-    said : (n,) grapheme that each vertex is taken for, "" for none.  A letter is right where most of its vertices
+    readings : (n,) grapheme that each vertex is taken for, "" for none.  A letter is right where most of its vertices
         that are taken for any letter are taken for it.
     """
-    names = np.asarray(said, dtype=object)
+    names = np.asarray(readings, dtype=object)
     most = _most(truth, np.where(names == "", NOBODY, owners(truth, places)), names.astype(str))
     return float(np.mean([text == letter.text for letter, text in zip(truth.letters, most, strict=True)]))
 
 
-def letters_own(truth: Truth, places: Array, given: Indices) -> float:
+def letters_identified(truth: Truth, places: Array, assignment: Indices) -> float:
     """Share of the page's letters that are themselves: as `letters_right`, but an equal letter beside it is another.
 
     Parameters
     ----------
     places : (n, 2) float, pixels, vertices of the found line.
-    given : (n,) int, index in the text of the letter that each vertex is given to, −1 for none.
+    assignment : (n,) int, index in the text of the letter that each vertex is given to, −1 for none.
     """
-    most = _most(truth, np.where(np.asarray(given) < 0, NOBODY, owners(truth, places)), np.asarray(given))
+    most = _most(truth, np.where(np.asarray(assignment) < 0, NOBODY, owners(truth, places)), np.asarray(assignment))
     return float(np.mean([at == letter.at for letter, at in zip(truth.letters, most, strict=True)]))
 
 
-def _most(truth: Truth, owner: Indices, said: NDArray[Any]) -> list[Any]:
+def _most(truth: Truth, owner: Indices, readings: NDArray[Any]) -> list[Any]:
     """What is said most often of the places of each letter; None where nothing is."""
     order = np.argsort(owner, kind="stable")
     bounds = np.searchsorted(owner[order], [[letter.at, letter.at + 1] for letter in truth.letters])
-    found: list[Any] = []
+    answers: list[Any] = []
     for first, last in bounds.tolist():
-        values, counts = np.unique(said[order[first:last]], return_counts=True)
-        found.append(values[counts.argmax()] if len(values) else None)
-    return found
+        values, counts = np.unique(readings[order[first:last]], return_counts=True)
+        answers.append(values[counts.argmax()] if len(values) else None)
+    return answers
 
 
-def splits(truth: Truth, found: Array) -> SplitScore:
+def splits(truth: Truth, places: Array) -> SplitScore:
     """Compare found splits (k, 2), pixels, with the true ones; each may answer for one only."""
     from scipy.optimize import linear_sum_assignment
     from scipy.spatial.distance import cdist
 
     true = np.array([split.xy for split in truth.splits]).reshape(-1, 2)
-    given = np.asarray(found, dtype=np.float64).reshape(-1, 2)
-    if not len(true) or not len(given):
+    places = np.asarray(places, dtype=np.float64).reshape(-1, 2)
+    if not len(true) or not len(places):
         none = float(not len(true))
-        return SplitScore(none, none, float(not len(given)), np.nan, np.nan)
-    away = cdist(true, given) / truth.rule
+        return SplitScore(none, none, float(not len(places)), np.nan, np.nan)
+    away = cdist(true, places) / truth.rule
     # one beyond reach costs more than any pair within it
     pairs = linear_sum_assignment(np.where(away <= _LOST, away, 1e3))
     off = away[pairs][away[pairs] <= _LOST]
     middle, worst = np.percentile(off, [50, 95]) if len(off) else (np.nan, np.nan)
     placed = int(np.count_nonzero(off <= _AT)) / len(true)
-    return SplitScore(len(off) / len(true), placed, len(off) / len(given), float(middle), float(worst))
+    return SplitScore(len(off) / len(true), placed, len(off) / len(places), float(middle), float(worst))
 
 
 def matte(image: NDArray[Any], truth: Truth, ink: NDArray[Any], alpha: NDArray[Any], paper: NDArray[Any]) -> MatteScore:

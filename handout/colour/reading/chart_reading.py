@@ -143,7 +143,7 @@ def read(scans: Iterable[Path | Scan], chart: Chart | None = None, paper: Sequen
         return Reading(chart, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), tuple(findings))
     findings += _across(sheets, chart)
     device, scanned, deviation = _merged(sheets)
-    if len(device) > 200 and not any(one.code == "grey" for one in findings):
+    if len(device) > 200 and not any(finding.code == "grey" for finding in findings):
         findings += print_checks.check_printer(device, scanned, deviation)
     findings += _of_paper(device, scanned, paper)
     return Reading(chart, device, scanned, deviation, tuple(findings), tuple(sheets))
@@ -166,19 +166,19 @@ def _sheet(scan: Scan, placement: Placement) -> SheetReading:
     middles = (page.boxes[:, :2] + page.boxes[:, 2:]) / 2
     shading = shading_of(sampled.values, page.device, middles, sampled.inside)
     values = sampled.values / shading.at(middles)
-    seen = print_checks.ReadPage(scan, placement, sampled, values, shading)
-    findings = [*picture_checks.check_picture(seen), *print_checks.check_page(seen)]
+    sheet = print_checks.ReadPage(scan, placement, sampled, values, shading)
+    findings = [*picture_checks.check_picture(sheet), *print_checks.check_page(sheet)]
     bad = ~sampled.inside
     # a grey scan, or one of a few patches, has no colours to compare others with
-    if sampled.inside.sum() > 200 and not any(one.code == "grey" for one in (*scan.findings, *findings)):
+    if sampled.inside.sum() > 200 and not any(finding.code == "grey" for finding in (*scan.findings, *findings)):
         ideal = print_checks.ideal_of(page.device, values, sampled.inside)
-        stripes = print_checks.of_stripes(seen, ideal)
-        grainy = bool(stripes) or any(one.code == "jpeg" for one in (*scan.findings, *findings))
-        spoilt, said = print_checks.spoilt(seen, ideal, grainy)
-        findings += [*stripes, *said]
+        stripes = print_checks.of_stripes(sheet, ideal)
+        grainy = bool(stripes) or any(finding.code == "jpeg" for finding in (*scan.findings, *findings))
+        spoilt, blemishes = print_checks.spoilt(sheet, ideal, grainy)
+        findings += [*stripes, *blemishes]
         bad = bad | spoilt
     findings = picture_checks.of_coarse(placement, scan.source, findings)
-    white = seen.where(255, 255, 255)
+    white = sheet.where(255, 255, 255)
     scribble = scribble_of(scan, placement, values[white].mean(axis=0), shading) if white.any() else None
     return SheetReading(scan, placement, sampled, shading, values, ~bad, tuple(findings), scribble)
 
@@ -197,9 +197,13 @@ def _across(sheets: Sequence[SheetReading], chart: Chart) -> list[Finding]:
             both = first.used & second.used
             off = np.median(np.abs(first.values - second.values)[both], axis=0) if both.any() else np.zeros(3)
         else:
-            one, two = (s.values[s.used & (s.page.device == 1).all(axis=1)] for s in (first, second))
-            known = len(one) > 0 and len(two) > 0
-            off = np.abs(np.median(one, axis=0) - np.median(two, axis=0)) if known else np.zeros(3)
+            first_whites, second_whites = (s.values[s.used & (s.page.device == 1).all(axis=1)] for s in (first, second))
+            comparable = len(first_whites) > 0 and len(second_whites) > 0
+            off = (
+                np.abs(np.median(first_whites, axis=0) - np.median(second_whites, axis=0))
+                if comparable
+                else np.zeros(3)
+            )
         if (worst := float(np.max(off))) > _DIFFER:
             sentence = (
                 f"{first.scan.source} and {second.scan.source} differ by {worst * 255:.1f} of 255 throughout: the "

@@ -7,8 +7,8 @@ import pytest
 
 from handout.hand.library import load
 from handout.prompting import corpus
-from handout.simulated.author import reread
-from handout.simulated.author.owning import parted
+from handout.simulated.author import page_score
+from handout.simulated.author.ink_ownership import parted
 from handout.training import scanned_hands as shipping
 
 HALF = 6  # samples from the last point of a letter to where it changes hands in motor time
@@ -57,13 +57,13 @@ def test_a_stroke_of_one_letter_stays_whole():
 
 def test_a_page_is_read_back(small_page):
     truth = small_page.simulated.truth
-    score = reread.score(truth, small_page.made)
-    assert score.own <= score.right
+    score = page_score.score(truth, small_page.made)
+    assert score.identity <= score.right
     assert score.right > 0.9 and score.splits.placed > 0.7
-    given = reread.given(small_page.made, [letter.at for letter in truth.letters])
+    given = page_score.vertex_letters(small_page.made, [letter.at for letter in truth.letters])
     assert set(given.tolist()) <= {-1, *(letter.at for letter in truth.letters)}
-    assert len(reread.cuts(small_page.made)) == sum(len(glyph.ligatures) for glyph in small_page.made.glyphs)
-    assert reread.transcript(small_page.simulated).split() == small_page.written.split()
+    assert len(page_score.cuts(small_page.made)) == sum(len(glyph.ligatures) for glyph in small_page.made.glyphs)
+    assert page_score.transcript(small_page.simulated).split() == small_page.written.split()
 
 
 def test_a_prompt_fills_its_pages():

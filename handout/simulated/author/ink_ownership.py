@@ -26,11 +26,11 @@ def paths(drawing: Drawing, of: Sequence[Indices], place: Placement, line: float
 
     of : what `motion.trace.written` says of its strokes; line : pixels, width of the pen's line.
     """
-    found = []
+    pen_paths = []
     for stroke, letters in zip(drawing.strokes, of, strict=True):
         xy = place.pixels(stroke.xy)
-        found.append(Path(xy, parted(xy, letters, line), _ligature(letters)))
-    return tuple(found)
+        pen_paths.append(Path(xy, parted(xy, letters, line), _ligature(letters)))
+    return tuple(pen_paths)
 
 
 def _ligature(of: Indices) -> NDArray[np.bool_]:
@@ -50,7 +50,7 @@ def parted(xy: Array, of: Indices, line: float) -> Indices:
 
     xy : (n, 2) float, pixels; of : (n,) int; line : pixels, within which two ways make one line.
     """
-    made = np.array(of)
+    owners = np.array(of)
     far = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))]
     changes = [0, *(np.flatnonzero(np.diff(of)) + 1).tolist(), len(of)]
     for before, change, after in zip(changes, changes[1:], changes[2:], strict=False):
@@ -64,8 +64,8 @@ def parted(xy: Array, of: Indices, line: float) -> Indices:
         if begin > end:  # all of the way lies on one of the letters, or on both
             middle = end if begin == first else begin if end == last else change
         middle = min(max(middle, before + 1), after - 1)
-        made[middle:change], made[change:middle] = of[change], of[change - 1]
-    return made
+        owners[middle:change], owners[change:middle] = of[change], of[change - 1]
+    return owners
 
 
 def _on(xy: Array, far: Array, way: slice, letter: slice, line: float) -> NDArray[np.bool_]:
@@ -87,7 +87,7 @@ def _first_met(met: NDArray[np.bool_], begin: int) -> int:
     return int(free[-1]) + 1 if len(free) else begin
 
 
-def splits(found: Sequence[Path]) -> tuple[Split, ...]:
+def splits(paths: Sequence[Path]) -> tuple[Split, ...]:
     """Where the letters of joined paths part (see `parted`)."""
     return tuple(
         Split(
@@ -95,19 +95,19 @@ def splits(found: Sequence[Path]) -> tuple[Split, ...]:
             int(path.of[i]),
             int(path.of[i + 1]),
         )
-        for path in found
+        for path in paths
         for i in np.flatnonzero(np.diff(path.of))
     )
 
 
-def labels(found: Sequence[Path], inked: NDArray[np.bool_], pixel: float) -> NDArray[np.int32]:
+def labels(paths: Sequence[Path], inked: NDArray[np.bool_], pixel: float) -> NDArray[np.int32]:
     """(h, w): 1 + index in the text of the letter whose path is nearest, 0 where `inked` (h, w) is not.
 
     Distances are those of a chamfer, a few hundredths of a pixel from straight.
     """
     height = len(inked)
     owned = np.zeros(inked.shape, dtype=np.int32)
-    place, letter = _drawn(found, inked.shape)
+    place, letter = _drawn(paths, inked.shape)
     halo = max(2, round(_REACH / pixel))
     for start in range(0, height, _ROWS):
         stop = min(start + _ROWS, height)
@@ -135,10 +135,10 @@ def _nearest(place: Indices, letter: Indices, shape: tuple[int, int], reach: flo
     return np.asarray(np.where(away <= reach, table[seed], 0), dtype=np.int32)
 
 
-def _drawn(found: Sequence[Path], shape: tuple[int, ...]) -> tuple[Indices, Indices]:
+def _drawn(paths: Sequence[Path], shape: tuple[int, ...]) -> tuple[Indices, Indices]:
     """Pixels (n, 2) that the paths go through, in the order of writing, and the index of the letter at each."""
     places, letters = [np.zeros((0, 2))], [np.zeros(0, dtype=np.intp)]
-    for path in found:
+    for path in paths:
         at = evenly(path.xy, _STEP)
         index = np.arange(len(path.xy))
         places.append(np.column_stack([np.interp(at, index, path.xy[:, k]) for k in (0, 1)]))
@@ -163,14 +163,14 @@ def letters(manuscript: Manuscript, owned: NDArray[np.int32]) -> tuple[Letter, .
     from scipy.ndimage import find_objects
 
     boxes = find_objects(owned)
-    found: dict[int, Letter] = {}
+    by_index: dict[int, Letter] = {}
     for text, at, line, word in _spelt(manuscript):
-        before = found.get(at)
+        before = by_index.get(at)
         box = boxes[at] if at < len(boxes) else None
         corners = None if box is None else (box[1].start, box[0].start, box[1].stop, box[0].stop)
         # a borrowed form may take several letters for one grapheme
-        found[at] = Letter(before.text + text if before else text, at, line, word, corners)
-    return tuple(found.values())
+        by_index[at] = Letter(before.text + text if before else text, at, line, word, corners)
+    return tuple(by_index.values())
 
 
 def _spelt(manuscript: Manuscript) -> Iterator[tuple[str, int, int, int]]:

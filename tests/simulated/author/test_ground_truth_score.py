@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from handout.hand.library import load
 from handout.inking.pen import usual
 from handout.page_sizes import page
-from handout.simulated.author import judge
+from handout.simulated.author import ground_truth_score
 from handout.simulated.author.simulate import Desk, simulate
 from handout.simulated.scanner import Flatbed
 from handout.writing.layout import Layout
@@ -37,26 +37,26 @@ def chain(truth):
 def test_overlap_is_intersection_over_union(a, b):
     both, either = sum(x and y for x, y in zip(a, b, strict=True)), sum(x or y for x, y in zip(a, b, strict=True))
     wanted = both / either if either else 1.0
-    assert judge.overlap(np.array(a).reshape(2, 2), np.array(b).reshape(2, 2)) == pytest.approx(wanted)
+    assert ground_truth_score.overlap(np.array(a).reshape(2, 2), np.array(b).reshape(2, 2)) == pytest.approx(wanted)
 
 
 def test_the_true_path_is_met(simulated):
     truth = simulated.truth
     places, edges = chain(truth)
-    score = judge.path(truth, places, edges)
+    score = ground_truth_score.path(truth, places, edges)
     assert (score.met, score.anywhere, score.true) == (1.0, 1.0, 1.0)
     assert score.error < 0.2 * truth.pixel
     assert 0.3 < score.clear < 1
-    assert not len(judge.missed(truth, places, edges))
+    assert not len(ground_truth_score.missed(truth, places, edges))
 
 
 def test_a_path_beside_the_true_one_is_not(simulated):
     truth = simulated.truth
     places, edges = chain(truth)
-    beside = judge.path(truth, places + np.array([0.0, 0.2 / truth.pixel]), edges)
+    beside = ground_truth_score.path(truth, places + np.array([0.0, 0.2 / truth.pixel]), edges)
     assert beside.met < 0.6
     assert beside.true < 0.6
-    near = judge.path(truth, places + np.array([0.0, 0.03 / truth.pixel]), edges)
+    near = ground_truth_score.path(truth, places + np.array([0.0, 0.03 / truth.pixel]), edges)
     assert near.met == 1.0
     assert 0 < near.error <= 0.031
 
@@ -67,14 +67,14 @@ def test_half_a_path_meets_half(simulated):
     middle = np.median(places[:, 0])
     kept = edges[(places[edges][:, :, 0] < middle).all(axis=1)]
     left, half = places[np.unique(kept)], np.searchsorted(np.unique(kept), kept)
-    score = judge.path(truth, left, half)
+    score = ground_truth_score.path(truth, left, half)
     assert 0.35 < score.anywhere < 0.65
     assert score.true > 0.95
-    assert judge.missed(truth, left, half)[:, 0].mean() > middle
+    assert ground_truth_score.missed(truth, left, half)[:, 0].mean() > middle
 
 
 def test_nothing_found_scores_nothing(simulated):
-    none = judge.path(simulated.truth, np.zeros((0, 2)), np.zeros((0, 2), dtype=int))
+    none = ground_truth_score.path(simulated.truth, np.zeros((0, 2)), np.zeros((0, 2), dtype=int))
     assert (none.met, none.anywhere) == (0.0, 0.0)
 
 
@@ -83,33 +83,33 @@ def test_letters_are_read_by_most_of_their_vertices(simulated):
     places, _ = chain(truth)
     at = np.concatenate([p.of for p in truth.paths])
     said = [truth.by_index[int(i)].text for i in at]
-    assert judge.letters_right(truth, places, said) == 1.0
-    assert judge.letters_right(truth, places, [""] * len(said)) == 0.0
+    assert ground_truth_score.letters_right(truth, places, said) == 1.0
+    assert ground_truth_score.letters_right(truth, places, [""] * len(said)) == 0.0
     first = truth.letters[0]
     wrong = ["#" if i == first.at else text for i, text in zip(at, said, strict=True)]
-    assert judge.letters_right(truth, places, wrong) == pytest.approx(1 - 1 / len(truth.letters))
+    assert ground_truth_score.letters_right(truth, places, wrong) == pytest.approx(1 - 1 / len(truth.letters))
     # a third of a letter taken for another one does not matter
     rng = np.random.default_rng(0)
     noisy = [text if rng.random() < 0.67 else "#" for text in said]
-    assert judge.letters_right(truth, places, noisy) > 0.9
+    assert ground_truth_score.letters_right(truth, places, noisy) > 0.9
 
 
 def test_an_equal_letter_beside_is_another(simulated):
     truth = simulated.truth
     places, _ = chain(truth)
     at = np.concatenate([p.of for p in truth.paths])
-    assert judge.letters_own(truth, places, at) == 1.0
-    assert judge.letters_own(truth, places, np.full(len(at), -1)) == 0.0
+    assert ground_truth_score.letters_identified(truth, places, at) == 1.0
+    assert ground_truth_score.letters_identified(truth, places, np.full(len(at), -1)) == 0.0
     # the second l of "hollow" taken for the first
     swapped = np.where(at == 3, 2, at)
     assert (truth.by_index[2].text, truth.by_index[3].text) == ("l", "l")
     said = [truth.by_index[int(i)].text for i in swapped]
-    assert judge.letters_right(truth, places, said) == 1.0
-    assert judge.letters_own(truth, places, swapped) == pytest.approx(1 - 1 / len(truth.letters))
+    assert ground_truth_score.letters_right(truth, places, said) == 1.0
+    assert ground_truth_score.letters_identified(truth, places, swapped) == pytest.approx(1 - 1 / len(truth.letters))
 
 
 def test_owners_of_places_off_the_page_are_none(simulated):
-    owner = judge.owners(simulated.truth, np.array([[-5.0, 3.0], [1e6, 3.0], [1.0, 1.0]]))
+    owner = ground_truth_score.owners(simulated.truth, np.array([[-5.0, 3.0], [1e6, 3.0], [1.0, 1.0]]))
     assert owner.tolist() == [-1, -1, -1]
 
 
@@ -117,18 +117,18 @@ def test_splits_answer_for_one_each(simulated):
     truth = simulated.truth
     true = np.array([split.xy for split in truth.splits])
     assert len(true) >= 8
-    exact = judge.splits(truth, true)
-    assert (exact.found, exact.placed, exact.true, exact.median) == (1.0, 1.0, 1.0, 0.0)
-    off = judge.splits(truth, true[:-2] + np.array([0.1 * truth.rule, 0.0]))
-    assert off.found == pytest.approx(1 - 2 / len(true))
-    assert off.placed == off.found
+    exact = ground_truth_score.splits(truth, true)
+    assert (exact.recall, exact.placed, exact.precision, exact.median) == (1.0, 1.0, 1.0, 0.0)
+    off = ground_truth_score.splits(truth, true[:-2] + np.array([0.1 * truth.rule, 0.0]))
+    assert off.recall == pytest.approx(1 - 2 / len(true))
+    assert off.placed == off.recall
     assert off.median == pytest.approx(0.1)
-    beyond = judge.splits(truth, true + np.array([0.0, 0.2 * truth.rule]))
-    assert beyond.placed < 0.5 < beyond.found
-    double = judge.splits(truth, np.concatenate([true, true]))
-    assert (double.found, double.true) == (1.0, 0.5)
-    nothing = judge.splits(truth, np.zeros((0, 2)))
-    assert nothing.found == 0.0
+    beyond = ground_truth_score.splits(truth, true + np.array([0.0, 0.2 * truth.rule]))
+    assert beyond.placed < 0.5 < beyond.recall
+    double = ground_truth_score.splits(truth, np.concatenate([true, true]))
+    assert (double.recall, double.precision) == (1.0, 0.5)
+    nothing = ground_truth_score.splits(truth, np.zeros((0, 2)))
+    assert nothing.recall == 0.0
     assert np.isnan(nothing.median)
 
 
@@ -138,14 +138,14 @@ def test_the_true_matte_is_recomposed_without_halo(simulated):
     cover = np.maximum(alpha, 1e-6)[..., None]
     ink = np.clip((simulated.image / 255 - (1 - cover) * paper) / cover, 0, 1)
     alpha = np.where(alpha > 0.05, alpha, 0)
-    good = judge.matte(simulated.image, truth, ink, alpha, paper)
+    good = ground_truth_score.matte(simulated.image, truth, ink, alpha, paper)
     assert good.alpha < 0.02
     assert good.paper == 0.0
     assert good.halo < 0.002
     # white paper taken for ink
     around = np.where(truth.covered(0.05), 1.0, 0.0)
-    white = judge.matte(simulated.image, truth, simulated.image / 255, around, paper)
+    white = ground_truth_score.matte(simulated.image, truth, simulated.image / 255, around, paper)
     assert white.recomposed < 1e-6
     assert white.halo > 0.05
     assert white.alpha > 0.1
-    assert judge.matte(simulated.image, truth, ink, 0.5 * alpha, paper).recomposed > 0.1
+    assert ground_truth_score.matte(simulated.image, truth, ink, 0.5 * alpha, paper).recomposed > 0.1
