@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _APART = np.cos(np.radians(28))  # of the directions of two inks
-_MOST = 4
+_MOST = 4  # inks: a bound for the search; further colours on a page are given to the nearest of these
 
 
 def kinds(directions: NDArray[np.float64], share: float) -> NDArray[np.intp]:

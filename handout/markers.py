@@ -99,10 +99,10 @@ def refined(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     larger = max(1, math.ceil(_CELL / cell))
     if larger > 1:
         grey = np.asarray(cv2.resize(grey, None, fx=larger, fy=larger, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
-    half = max(2, round(0.45 * cell * larger))
+    reach = max(2, round(0.45 * cell * larger))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
     start = ((corners + 0.5) * larger - 0.5).astype(np.float32).reshape(-1, 1, 2)
-    moved = cv2.cornerSubPix(grey, start.copy(), (half, half), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
+    moved = cv2.cornerSubPix(grey, start.copy(), (reach, reach), (-1, -1), stop).reshape(-1, 2).astype(np.float64)
     moved = (moved + 0.5) / larger - 0.5
     strayed = np.linalg.norm(moved - corners, axis=1) > cell
     return np.where(strayed[:, None], corners, moved)

@@ -7,7 +7,7 @@ from xml.parsers import expat
 
 from handout.errors import InputError
 
-_DEEPEST = 64
+_DEEPEST = 64  # levels: a bound for what recurses over elements, far beyond any drawing's groups
 _MOST = 500_000  # elements; each takes some 400 bytes
 
 
@@ -37,8 +37,8 @@ def parse(data: bytes, what: str, *, doctype: bool = False) -> ElementTree.Eleme
             raise InputError(f"This is not {what}: elements are nested more than {_DEEPEST} deep.")
         if count > _MOST:
             raise InputError(f"This {what} has more than {_MOST} elements: simplify it or split it.")
-        own = {key: value for key, value in attributes.items() if "}" not in key}
-        builder.start(_local(name), {_local(key): value for key, value in attributes.items()} | own)
+        plain = {key: value for key, value in attributes.items() if "}" not in key}
+        builder.start(_local(name), {_local(key): value for key, value in attributes.items()} | plain)
 
     def end(name: str) -> None:
         nonlocal depth

@@ -54,12 +54,12 @@ def readonly_indices(values: ArrayLike, *shape: int | None) -> Indices:
     ValueError
         Wrong shape, or numbers that are not whole.
     """
-    given = np.asarray(values)
-    array = given.astype(np.intp)
+    numbers = np.asarray(values)
+    array = numbers.astype(np.intp)
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
-    if given.size and not np.array_equal(given, array):
+    if numbers.size and not np.array_equal(numbers, array):
         raise ValueError("expected whole numbers")
     array.flags.writeable = False
     return array
@@ -376,9 +376,9 @@ class Line:
 
     def height_at(self, x: Array) -> Array:
         """(n,) mm from the top of the page: where the line's words stand at places `x` (n,) mm."""
-        slope, sag, middle, half = self.rise
+        slope, sag, middle, half_width = self.rise
         u = x - middle
-        return np.asarray(self.baseline - (slope * u + sag * ((u / half) ** 2 - 0.33)))
+        return np.asarray(self.baseline - (slope * u + sag * ((u / half_width) ** 2 - 0.33)))
 
 
 @dataclass(frozen=True, eq=False)

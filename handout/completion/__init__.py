@@ -5,8 +5,8 @@ the user accepts that: a letter of the other case, or one of a drawn hand, as sl
 writes, in the author's ink.  `completed_hand.complete_hand` is the way in; nothing here sets text.
 
     completed_hand.py   which letters of a text a hand lacks, and the hand with them on one page more
-    letters.py          makes the forms of one letter: which source, where a mark sits
-    metrics.py          what is measured of a scanned hand for that: sizes, dots, marks, the drawn hand most like it
+    letters.py          makes the forms of one letter of the author's ink: which source, where a mark sits
+    drawn_letters.py    letters and marks of the drawn hand most like the author's, in the author's proportions
     specimens.py        letters in the making, as lines in line space, and the page that holds them, inked
 
 To lend a letter from another source, add it to `letters.LetterMaker.make`; tests/completion shows what it must give.

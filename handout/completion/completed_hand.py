@@ -47,16 +47,15 @@ def complete_hand(
             f"{hand.name} holds ink without letters: it is a pen to write with, not a hand; give it as --pen, and a "
             "hand with letters as --hand."
         )
-    known = _repertoire(hand)
     text = normalise(text)
-    places = lacking(text, known)
+    places = lacking(text, _repertoire(hand))
     if not places:
         return hand, []
     needed = tuple(sorted(places))
     completed, supplies = _completed(hand, needed, fallback, seed)
     lendable = _lendable(LetterMaker(hand, np.random.default_rng(0)), needed)
     spell(text, _repertoire(completed, lendable), fallback=fallback)
-    return completed, [Borrowed(x, supply.source, supply.own, tuple(places[x])) for x, supply in supplies]
+    return completed, [Borrowed(x, supply.source, supply.of_author, tuple(places[x])) for x, supply in supplies]
 
 
 @dataclass(frozen=True)
@@ -111,8 +110,8 @@ def _completed(
 
 def _lendable(maker: LetterMaker, needed: tuple[str, ...]) -> frozenset[str]:
     """Which of some letters could be lent."""
-    known = maker.repertoire
-    return frozenset(letter for letter in needed if not lacking(letter, known) or borrow(letter, known, 0))
+    all_lent = maker.repertoire
+    return frozenset(letter for letter in needed if not lacking(letter, all_lent) or borrow(letter, all_lent, 0))
 
 
 def _repertoire(hand: ScannedHand, lendable: frozenset[str] = frozenset()) -> Repertoire:

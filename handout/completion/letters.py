@@ -1,4 +1,6 @@
-"""The forms of a letter that a scanned hand lacks: from its own marks and letters, or from a drawn hand.
+"""The forms of a letter that a scanned hand lacks: of the author's own letters, dots and marks, or of a drawn hand.
+
+Lengths are in line space, y up from the baseline.
 
 Source: own method; what seed 000, §6.2, says of placing letters is followed.
 """
@@ -10,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from handout.completion.metrics import ScannedHandMetrics
-from handout.completion.specimens import Part, Specimen, drawn, mark_strokes, resized, shifted, with_neighbours
+from handout.completion.drawn_letters import DrawnLetters
+from handout.completion.specimens import Part, Specimen
 from handout.hand.diacritics import BELOW, DOTLESS, NAMES, NOT_ABOVE, OGONEK, STROKE_HEIGHT, THROUGH, decomposed
-from handout.hand.letter_classes import SAME_AS_CAPITAL, STEM_AT_LEFT
-from handout.hand.scanned import ScannedHand
-from handout.values import Array
+from handout.hand.letter_classes import DOTTED, SAME_AS_CAPITAL, STEM_AT_LEFT
+from handout.hand.scanned import NO_PAGE, NOBODY, ScannedHand
+from handout.values import Array, Indices, LineGraph
 from handout.writing.lookalikes import PICTURE
 from handout.writing.text import LEFT_OUT, Repertoire, borrow, instead
 
@@ -24,6 +26,7 @@ _DOTS = 0.42  # x-heights from one dot of a diaeresis to the other; set by eye
 _GAP = (0.12, 0.55)  # x-heights between a letter and its mark, at least and at most; set by eye
 # x-heights below a letter's top, and share of its width from the left: where apostrophes and ogoneks go; set by eye
 _TOP, _RIGHT = 0.5, 0.45
+_DOT = 0.4  # x-heights: a dot is no larger
 _NAMES = {mark: name.replace("-", " ") for name, mark in NAMES.items()}
 
 
@@ -33,12 +36,12 @@ class Supply:
 
     specimens : the forms.
     source : what of, in words.
-    own : whether all of it is the author's.
+    of_author : whether all of it is the author's.
     """
 
     specimens: Sequence[Specimen] = ()
     source: str = ""
-    own: bool = False
+    of_author: bool = False
 
     def __bool__(self) -> bool:
         return bool(self.specimens)
@@ -49,12 +52,12 @@ class LetterMaker:
 
     def __init__(self, hand: ScannedHand, rng: np.random.Generator) -> None:
         self._hand, self._rng = hand, rng
-        self._metrics = ScannedHandMetrics(hand)
+        self._drawn = DrawnLetters(hand)
 
     @property
     def repertoire(self) -> Repertoire:
         """All that can be written with whatever is lent."""
-        house = self._metrics.house
+        house = self._drawn.house
         letters = frozenset(self._hand.letters) | frozenset(house.glyphs)
         return Repertoire(self._hand.name, letters, frozenset(house.marks) | {DOTLESS})
 
@@ -82,62 +85,61 @@ class LetterMaker:
         """A letter made of that of the other case, where both have one shape, or of the drawn hand's."""
         other = letter.swapcase()
         same = letter.lower() in SAME_AS_CAPITAL and other in self._hand.letters
-        numbers = [i for i in self._hand.of(other).tolist() if self._metrics.recognised(other, i)] if same else []
+        numbers = [i for i in self._hand.of(other).tolist() if self._drawn.recognises(other, i)] if same else []
         if numbers:
-            factor = self._metrics.capital / self._metrics.x_height
+            factor = self._drawn.capital / self._drawn.x_height
             factor = factor if letter.isupper() else 1 / factor
             change = "enlarged" if letter.isupper() else "made smaller"
-            return Supply([resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {change}")
-        forms = [self._metrics.drawn(letter, self._rng) for _ in range(_FORMS)]
-        specimens = [Specimen(letter, (drawn(strokes, self._metrics.radius),)) for strokes in forms if strokes]
-        return Supply(specimens, f"the form of {self._metrics.house.name}" if specimens else "")
+            return Supply([_resized(self._hand, i, letter, factor) for i in numbers[:_FORMS]], f"{other} {change}")
+        specimens = self._drawn.forms(letter, _FORMS, self._rng)
+        return Supply(specimens, f"the form of {self._drawn.house.name}" if specimens else "")
 
     def _accented(self, letter: str, base: str, mark: str, fallback: bool) -> Supply:
         """A letter under a mark: the author's own, or where that is accepted a drawn one."""
-        marks, source, own = self._marks(base, mark, fallback)
+        marks, source, of_author = self._marks(base, mark, fallback)
         if not marks:
             return Supply()
         if base not in self._hand.letters:
             return self._on_lent(letter, base, mark, marks) if fallback else Supply()
         no_vertices = np.zeros(0, dtype=np.intp)
         specimens = [
-            with_neighbours(
+            _with_neighbours(
                 self._hand,
                 number,
-                self._metrics.dot(number) if mark not in NOT_ABOVE else no_vertices,
+                self._dot(number) if mark not in NOT_ABOVE else no_vertices,
                 letter,
-                self._seated(marks[i % len(marks)], self._metrics.stem(number), base, mark),
+                self._seated(marks[i % len(marks)], self._stem(number), base, mark),
             )
-            for i, number in enumerate(self._metrics.best(base, _FORMS))
+            for i, number in enumerate(self._best(base, _FORMS))
         ]
-        return Supply(specimens, source, own)
+        return Supply(specimens, source, of_author)
 
     def _marks(self, base: str, mark: str, fallback: bool) -> tuple[list[list[Part]], str, bool]:
         """Forms of a mark, what the accented letter is made of in words, and whether that is the author's own."""
         name = _NAMES.get(mark, "mark")
-        if marks := list(self._metrics.marks(mark)):
+        if marks := list(self._own_marks(mark)):
             return marks, f"{base} with the author's own {name}", True
         if mark == "\u0308" and (marks := list(self._diaereses())):
             return marks, f"{base} with two of the author's own dots", True
         if mark == "\u0307" and (marks := list(self._single_dots())):
             return marks, f"{base} with the author's own dot", True
-        if fallback and mark in self._metrics.house.marks:
-            return [self._drawn_mark(mark) for _ in range(_FORMS)], f"{base} with a drawn {name}", False
+        if fallback and mark in self._drawn.house.marks:
+            return [self._drawn.mark(mark, self._rng) for _ in range(_FORMS)], f"{base} with a drawn {name}", False
         return [], "", False
 
     def _on_lent(self, letter: str, base: str, mark: str, marks: list[list[Part]]) -> Supply:
         """A mark on a letter that is lent itself."""
-        lent = self._lent(base)
+        base_forms = self._lent(base)
         specimens = [
             Specimen(letter, (*form.parts, *self._seated(marks[i % len(marks)], form.parts[0].graph.xy, base, mark)))
-            for i, form in enumerate(lent.specimens)
+            for i, form in enumerate(base_forms.specimens)
         ]
-        return Supply(specimens, f"{base}, {lent.source}, with a {_NAMES.get(mark, 'mark')}")
+        return Supply(specimens, f"{base}, {base_forms.source}, with a {_NAMES.get(mark, 'mark')}")
 
     def _dotless(self, letter: str, base: str) -> list[Specimen]:
         """Forms of ı or ȷ: those of the author's i or j whose dot is known."""
-        numbers = [number for number in self._metrics.best(base, 4 * _FORMS) if len(self._metrics.dot(number))]
-        return [with_neighbours(self._hand, n, self._metrics.dot(n), letter, ()) for n in numbers[:_FORMS]]
+        numbers = [number for number in self._best(base, 4 * _FORMS) if len(self._dot(number))]
+        return [_with_neighbours(self._hand, n, self._dot(n), letter, ()) for n in numbers[:_FORMS]]
 
     def _seated(self, mark: list[Part], letter: Array, base: str, kind: str) -> list[Part]:
         """A mark (over 0, its lowest point at the gap that it keeps) moved to a letter (n, 2)."""
@@ -145,15 +147,15 @@ class LetterMaker:
             seat = self._within(letter, base, kind)
         elif kind in BELOW:
             low = float(letter[:, 1].min())
-            under = letter[letter[:, 1] < low + 0.3 * self._metrics.x_height]
+            under = letter[letter[:, 1] < low + 0.3 * self._drawn.x_height]
             seat = np.array([0.5 * (under[:, 0].min() + under[:, 0].max()), low])
         else:
             seat = self._over(mark, letter)
-        return [Part(shifted(part.graph, seat), part.source, part.role) for part in mark]
+        return [part.shifted(seat) for part in mark]
 
     def _over(self, mark: list[Part], letter: Array) -> Array:
         """Where a mark hangs: over the middle of a letter's upper part, along the slant."""
-        x_height, slant, high = self._metrics.x_height, self._metrics.slant, float(letter[:, 1].max())
+        x_height, slant, high = self._drawn.x_height, self._drawn.slant, float(letter[:, 1].max())
         upper = letter[letter[:, 1] > high - 0.4 * x_height]
         over = min(float(part.graph.xy[:, 1].min()) for part in mark)
         middle = 0.5 * (upper[:, 0].min() + upper[:, 0].max()) - slant * (float(upper[:, 1].mean()) - high)
@@ -161,7 +163,7 @@ class LetterMaker:
 
     def _within(self, letter: Array, base: str, kind: str) -> Array:
         """Where the origin of a mark goes that touches its letter, or stands beside its top; see `writing.accents`."""
-        x_height, high = self._metrics.x_height, float(letter[:, 1].max())
+        x_height, high = self._drawn.x_height, float(letter[:, 1].max())
         if kind in THROUGH:
             y = STROKE_HEIGHT.get(base, 0.5) * high
             near = letter[np.abs(letter[:, 1] - y) <= max(0.1 * x_height, float(np.abs(letter[:, 1] - y).min()))]
@@ -175,27 +177,140 @@ class LetterMaker:
 
     def _diaereses(self) -> Iterator[list[Part]]:
         """Pairs of the author's dots, side by side."""
-        dots = self._metrics.dots()
+        dots = self._dots()
         for left, right in zip(dots[::2], dots[1::2], strict=False):
-            apart = 0.5 * _DOTS * self._metrics.x_height
+            apart = 0.5 * _DOTS * self._drawn.x_height
             level = 0.5 * (left[1] + right[1])
-            gap = float(np.clip(level, *(self._metrics.x_height * np.array(_GAP))))
-            yield [
-                Part(shifted(dot.graph, np.array([side * apart, gap])), dot.source, dot.role)
-                for (dot, _), side in ((left, -1), (right, 1))
-            ]
+            gap = float(np.clip(level, *(self._drawn.x_height * np.array(_GAP))))
+            yield [left[0].shifted(np.array([-apart, gap])), right[0].shifted(np.array([apart, gap]))]
 
     def _single_dots(self) -> Iterator[list[Part]]:
         """The author's dots, each at the gap that it keeps."""
-        for dot, over in self._metrics.dots():
-            gap = float(np.clip(over, *(self._metrics.x_height * np.array(_GAP))))
-            yield [Part(shifted(dot.graph, np.array([0.0, gap])), dot.source, dot.role)]
+        for dot, over in self._dots():
+            gap = float(np.clip(over, *(self._drawn.x_height * np.array(_GAP))))
+            yield [dot.shifted(np.array([0.0, gap]))]
 
-    def _drawn_mark(self, mark: str) -> list[Part]:
-        x_height, slant = self._metrics.x_height, self._metrics.slant
-        strokes = [x_height * xy for xy in mark_strokes(self._metrics.house, mark, self._rng)]
-        if mark not in NOT_ABOVE:
-            strokes = [xy - [0.0, x_height] for xy in strokes]
-        low = min(float(xy[:, 1].min()) for xy in strokes)
-        leant = [np.column_stack([xy[:, 0] + slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
-        return [drawn(leant, self._metrics.radius)]
+    def _best(self, letter: str, most: int) -> list[int]:
+        """Glyphs of a letter, of every place, those that are surest."""
+        glyphs = self._hand.glyphs
+        numbers = sorted(self._hand.of(letter).tolist(), key=lambda i: -glyphs[i].confidence)
+        places = {glyphs[i].place for i in numbers}
+        each = [[i for i in numbers if glyphs[i].place == place] for place in sorted(places)]
+        return [of_place[k] for k in range(len(numbers)) for of_place in each if k < len(of_place)][:most]
+
+    def _dot(self, number: int) -> Indices:
+        """The vertices of an i's or j's dot; none of any other letter."""
+        glyph = self._hand.glyphs[number]
+        parts = _pieces(self._hand, number)
+        if glyph.letter not in ("i", "j") or len(parts) < 2:
+            return np.zeros(0, dtype=np.intp)
+        heights = [_line(self._hand, number, part).xy[:, 1].mean() for part in parts[1:]]
+        over = [part for part, y in zip(parts[1:], heights, strict=True) if y > 0.9 * self._drawn.x_height]
+        return np.concatenate([np.zeros(0, dtype=np.intp), *over])
+
+    def _stem(self, number: int) -> Array:
+        """(n, 2): a glyph's body without its dot."""
+        stem = np.setdiff1d(self._hand.body(number), self._dot(number))
+        return _line(self._hand, number, stem).xy if len(stem) else np.zeros((1, 2))
+
+    def _dots(self) -> list[tuple[Part, float]]:
+        """Dots of i and j, each with its lowest point at 0 under its middle, and how far over its letter that was."""
+        dots = []
+        for letter in sorted(DOTTED):
+            for number in self._hand.of(letter).tolist():
+                vertices = self._dot(number)
+                if not len(vertices):
+                    continue
+                graph = _line(self._hand, number, vertices)
+                size = np.ptp(graph.xy, axis=0).max()
+                low = float(graph.xy[:, 1].min())
+                over = low - float(self._stem(number)[:, 1].max())
+                if size < _DOT * self._drawn.x_height and over > 0:
+                    dots.append((self._part(number, vertices), over))
+        return dots
+
+    def _own_marks(self, mark: str) -> Iterator[list[Part]]:
+        """The author's own marks of one kind, from letters that have it: x = 0 their middle, y over the letter."""
+        if mark in NOT_ABOVE - BELOW:
+            return  # part of the letter's own line
+        for letter in self._hand.letters:
+            if decomposed(letter)[1] != (mark,):
+                continue
+            for number in self._hand.of(letter).tolist():
+                yield from self._mark_of(number, mark)
+
+    def _mark_of(self, number: int, mark: str) -> Iterator[list[Part]]:
+        first, *others = _pieces(self._hand, number)
+        body = _line(self._hand, number, first).xy
+        top = float(body[:, 1].max())
+        loose = [(piece, _line(self._hand, number, piece).xy) for piece in others]
+        if mark in BELOW:
+            pieces = [piece for piece, xy in loose if xy[:, 1].mean() < 0]
+            over = 0.0
+        else:
+            pieces = [piece for piece, xy in loose if xy[:, 1].mean() > max(top, 0.8 * self._drawn.x_height)]
+            over = top
+        if pieces:
+            whole = np.concatenate(pieces)
+            xy = _line(self._hand, number, whole).xy
+            shift = float(xy[:, 1].min()) - over if mark not in BELOW else float(xy[:, 1].min())
+            part = self._part(number, np.sort(whole))
+            yield [part.shifted(np.array([0.0, shift]))]
+
+    def _part(self, number: int, vertices: Indices) -> Part:
+        """Some of a glyph's vertices, with their lowest point at 0 and their middle over it."""
+        graph = _line(self._hand, number, vertices)
+        low = graph.xy.min(axis=0)
+        middle = low + np.array([0.5 * float(np.ptp(graph.xy[:, 0])), 0.0])
+        part = Part(graph, self._hand.glyphs[number].page, np.zeros(len(graph), dtype=np.intp))
+        return part.shifted(-middle)
+
+
+def _pieces(hand: ScannedHand, number: int) -> list[Indices]:
+    """The connected pieces of a glyph, vertices of its page's graph, the largest first."""
+    glyph = hand.glyphs[number]
+    inside = hand.pages[glyph.page].graph.take(glyph.vertices).components
+    pieces = [glyph.vertices[inside == k] for k in range(int(inside.max()) + 1)]
+    return sorted(pieces, key=lambda vertices: -len(vertices))
+
+
+def _line(hand: ScannedHand, number: int, vertices: Indices) -> LineGraph:
+    """Some vertices of a glyph's page in the line space of its line, as a graph."""
+    glyph = hand.glyphs[number]
+    page = hand.pages[glyph.page]
+    ink = page.graph.take(vertices)
+    return LineGraph(page.to_line(glyph.line, ink.uv), ink.radius / page.pitch, ink.density, ink.uv, ink.edges)
+
+
+def _with_neighbours(hand: ScannedHand, number: int, gone: Indices, letter: str, marks: Sequence[Part]) -> Specimen:
+    """A glyph without the vertices `gone`, in its surroundings, and with marks."""
+    glyph = hand.glyphs[number]
+    beside = [(glyph.before, -1), (number, 0), (glyph.after, 1)]
+    owners = [(hand.glyphs[i].vertices, role) for i, role in beside if i != NOBODY]
+    vertices = np.unique(np.concatenate([glyph_vertices for glyph_vertices, _ in owners]))
+    vertices = vertices[~np.isin(vertices, gone)]
+    role = np.zeros(len(vertices), dtype=np.intp)
+    for glyph_vertices, owner_role in owners[::-1]:
+        if owner_role:
+            role[np.isin(vertices, glyph_vertices)] = owner_role
+    role[np.isin(vertices, glyph.vertices)] = 0
+    before = hand.glyphs[glyph.before] if glyph.before != NOBODY else None
+    after = hand.glyphs[glyph.after] if glyph.after != NOBODY else None
+
+    def paths(ways: Sequence[Indices]) -> tuple[Indices, ...]:
+        return tuple(np.searchsorted(vertices, way) for way in ways if np.isin(way, vertices).all())
+
+    return Specimen(
+        letter,
+        (Part(_line(hand, number, vertices), glyph.page, role), *marks),
+        (before.place if before else None, glyph.place, after.place if after else None),
+        paths([way.path for way in before.ligatures]) if before else (),
+        paths([way.path for way in glyph.ligatures]),
+    )
+
+
+def _resized(hand: ScannedHand, number: int, letter: str, factor: float) -> Specimen:
+    """The body of a glyph made larger or smaller, to be inked anew: a pen's line does not grow with its letters."""
+    graph = _line(hand, number, hand.body(number))
+    same = LineGraph(graph.xy * factor, graph.radius, graph.density, graph.uv, graph.edges)
+    return Specimen(letter, (Part(same, NO_PAGE, np.zeros(len(same), dtype=np.intp)),))

@@ -103,12 +103,12 @@ def read_corrections(data: bytes, source: str) -> tuple[AnyCorrection, ...]:
     try:
         if data.lstrip().startswith(b"["):
             return tuple(msgspec.json.decode(data, type=_Several))
-        found = msgspec.json.decode(data, type=Corrections)
+        document = msgspec.json.decode(data, type=Corrections)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise InputError(f"{source}: cannot be read as corrections: {error}.") from error
-    if found.format != 1:
-        raise InputError(f"{source}: corrections of format {found.format}; this program knows format 1.")
-    return found.corrections
+    if document.format != 1:
+        raise InputError(f"{source}: corrections of format {document.format}; this program knows format 1.")
+    return document.corrections
 
 
 def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection]) -> ScannedHand:
@@ -122,18 +122,18 @@ def apply(hand: ScannedHand, corrections: Sequence[AnyCorrection]) -> ScannedHan
     if not corrections:
         return hand
     work = HandEditor(hand)
-    for number, one in enumerate(corrections, 1):
+    for number, correction in enumerate(corrections, 1):
         try:
-            _apply(work, one)
+            _apply(work, correction)
         except CorrectionError as error:
-            kind = one.__struct_config__.tag
-            raise InputError(f"Correction {number} ({kind}, page {one.page}): {error}.") from error
+            kind = correction.__struct_config__.tag
+            raise InputError(f"Correction {number} ({kind}, page {correction.page}): {error}.") from error
     return work.done()
 
 
-def _apply(work: HandEditor, one: AnyCorrection) -> None:
-    work.turn_to(one.page)
-    match one:
+def _apply(work: HandEditor, correction: AnyCorrection) -> None:
+    work.turn_to(correction.page)
+    match correction:
         case Label(at=at, text=text, place=place):
             work.label(at, text, place)
         case Merge(at=at, other=other, text=text):

@@ -232,8 +232,8 @@ def _page(
 
 def _moment_arrays(moments: Moments, folder: str) -> dict[str, Content]:
     """Of a page that was recorded, what is known of its vertices; that it was is said by an array of none."""
-    known = {name: getattr(moments, name) for name in _MOMENTS}
-    rows = {name: _steps(np.rint(one * _MOMENTS[name])) for name, one in known.items() if one is not None}
+    channels = {name: getattr(moments, name) for name in _MOMENTS if getattr(moments, name) is not None}
+    rows = {name: _steps(np.rint(channel * _MOMENTS[name])) for name, channel in channels.items()}
     return {f"{folder}{name}.npy": values for name, values in rows.items()} or {f"{folder}order.npy": _flat([])}
 
 
@@ -306,7 +306,7 @@ def _glyphs(archive: Archive, letters: list[str], pages: Sequence[ScannedPage]) 
 
 def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage]) -> dict[int, list[Ligature]]:
     owner = archive.array("ligatures/from.npy", "int32", None).tolist()
-    found: dict[int, list[tuple[int, int, Indices]]] = {}
+    ligatures: dict[int, list[tuple[int, int, Indices]]] = {}
     for number, path in zip(owner, _lists(archive, "ligatures", len(owner)), strict=True):
         if not 0 <= number < len(table):
             raise ValueError(f"a ligature begins at glyph {number} of {len(table)}")
@@ -315,9 +315,9 @@ def _ligatures(archive: Archive, table: list[Any], pages: Sequence[ScannedPage])
             raise ValueError(f"glyph {number} is on a line that there is not")
         if len(path) < 2 or path.min() < 0 or path.max() >= len(pages[page].graph):
             raise ValueError(f"a ligature of glyph {number} names a vertex that there is not")
-        found.setdefault(page, []).append((number, line, path))
+        ligatures.setdefault(page, []).append((number, line, path))
     ways: dict[int, list[Ligature]] = {}
-    for page, some in found.items():
+    for page, some in ligatures.items():
         # all ends of a page at once: there are thousands
         vertices = np.array([vertex for _, _, path in some for vertex in (path[0], path[-1])])
         lines = np.repeat([line for _, line, _ in some], 2)

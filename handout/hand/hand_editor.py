@@ -40,9 +40,9 @@ class HandEditor:
 
     def done(self) -> ScannedHand:
         """The corrected hand, its glyphs numbered in the order of writing; what was named by hand comes last."""
-        kept = [i for i in self._order if self._glyphs[i] is not None]
-        number = {old: new for new, old in enumerate(kept)} | {NOBODY: NOBODY}
-        glyphs = (self._glyph(i) for i in kept)
+        numbers = [i for i in self._order if self._glyphs[i] is not None]
+        number = {old: new for new, old in enumerate(numbers)} | {NOBODY: NOBODY}
+        glyphs = (self._glyph(i) for i in numbers)
         numbered = (replace(glyph, before=number[glyph.before], after=number[glyph.after]) for glyph in glyphs)
         return replace(self._hand, glyphs=tuple(numbered))
 
@@ -206,19 +206,19 @@ class HandEditor:
 
     def _united(self, number: int, second: int) -> None:
         """Glyph `second` is taken up by glyph `number`; in a word the outer neighbours of both remain."""
-        one, two = self._glyph(number), self._glyph(second)
-        adjoining = one.after == second or two.after == number
-        before, after = one.before, one.after
-        if one.after == second:
-            after = two.after
-        elif two.after == number:
-            before = two.before
-        place = _whole(one.place, two.place, one.after == second) if adjoining else one.place
-        for beside in (one.before, number, two.before, second):
+        glyph, partner = self._glyph(number), self._glyph(second)
+        adjoining = glyph.after == second or partner.after == number
+        before, after = glyph.before, glyph.after
+        if glyph.after == second:
+            after = partner.after
+        elif partner.after == number:
+            before = partner.before
+        place = _whole(glyph.place, partner.place, glyph.after == second) if adjoining else glyph.place
+        for beside in (glyph.before, number, partner.before, second):
             self._part(beside)
         self._glyphs[second] = None
         self._glyphs[number] = replace(self._glyph(number), place=place)
-        self._given(number, two.vertices)
+        self._given(number, partner.vertices)
         if before != NOBODY:
             self._glyphs[before] = replace(self._glyph(before), after=number)
         if after != NOBODY:
@@ -241,10 +241,10 @@ class HandEditor:
         if self._page not in self._finders:
             self._finders[self._page] = LigatureFinder(self._scan, self._owner)
         joining = self._finders[self._page]
-        for one in (number, self._glyph(number).before):
-            if one != NOBODY and self._glyph(one).after != NOBODY:
-                glyph = self._glyph(one)
-                self._glyphs[one] = replace(glyph, ligatures=joining.between(one, glyph.after, glyph.line))
+        for left in (number, self._glyph(number).before):
+            if left != NOBODY and self._glyph(left).after != NOBODY:
+                glyph = self._glyph(left)
+                self._glyphs[left] = replace(glyph, ligatures=joining.between(left, glyph.after, glyph.line))
 
     def _crossed(self, a: Array, b: Array) -> tuple[int, NDArray[np.bool_]]:
         """The glyph that a line crosses nearest to its middle, and which edges of the page are its and are crossed."""
@@ -266,7 +266,7 @@ class HandEditor:
 
     def _parts(self, number: int, crossed: NDArray[np.bool_], a: Array, b: Array) -> tuple[Indices, Indices]:
         """The vertices of a glyph on the two sides of a cut, the left part first."""
-        graph, own = self._scan.graph, self._glyph(number).vertices
+        graph, vertices = self._scan.graph, self._glyph(number).vertices
         inside = (self._owner[graph.edges] == number).all(axis=1)
         piece = _pieces(graph.edges[inside & ~crossed], len(graph))
         cut = graph.edges[crossed]
@@ -277,10 +277,10 @@ class HandEditor:
             )
         right = _side(a, b, graph.uv) > 0
         held: dict[int, bool] = {int(piece[v]): bool(right[v]) for v in cut.ravel().tolist()}
-        for loose in set(piece[own].tolist()) - set(held):
-            held[loose] = bool(np.mean(right[own[piece[own] == loose]]) > 0.5)
-        on = np.array([held[int(n)] for n in piece[own].tolist()])
-        parts = sorted((own[on], own[~on]), key=lambda part: float(graph.uv[part, 0].mean()))
+        for loose in set(piece[vertices].tolist()) - set(held):
+            held[loose] = bool(np.mean(right[vertices[piece[vertices] == loose]]) > 0.5)
+        on = np.array([held[int(n)] for n in piece[vertices].tolist()])
+        parts = sorted((vertices[on], vertices[~on]), key=lambda part: float(graph.uv[part, 0].mean()))
         return readonly_indices(parts[0], None), readonly_indices(parts[1], None)
 
 
@@ -311,8 +311,8 @@ def _halves(place: Place) -> tuple[Place, Place]:
     return "start" if place in ("start", "alone") else "middle", "end" if place in ("end", "alone") else "middle"
 
 
-def _whole(one: Place, two: Place, in_order: bool) -> Place:
+def _whole(place: Place, other_place: Place, in_order: bool) -> Place:
     """The place of a letter made of two that follow each other."""
-    first, last = (one, two) if in_order else (two, one)
+    first, last = (place, other_place) if in_order else (other_place, place)
     begins, ends = first in ("start", "alone"), last in ("end", "alone")
     return "alone" if begins and ends else "start" if begins else "end" if ends else "middle"

@@ -23,8 +23,8 @@ def names() -> list[str]:
 
 def _paths() -> dict[str, Path]:
     built_in = {path.stem: path for path in sorted(_HOUSE.glob("*.toml"))}
-    own = shipped.user_folder("hands")
-    return built_in | {path.stem: path for ending in _FILES[::-1] for path in sorted(own.glob(f"*{ending}"))}
+    folder = shipped.user_folder("hands")
+    return built_in | {path.stem: path for ending in _FILES[::-1] for path in sorted(folder.glob(f"*{ending}"))}
 
 
 def scanned() -> dict[str, Path]:
@@ -34,8 +34,8 @@ def scanned() -> dict[str, Path]:
 
 def own_scanned() -> dict[str, Path]:
     """Name → .hand file of the user's own scanned hands."""
-    own = shipped.user_folder("hands")
-    return {path.stem: path for path in sorted(own.glob("*.hand"))} if own.is_dir() else {}
+    folder = shipped.user_folder("hands")
+    return {path.stem: path for path in sorted(folder.glob("*.hand"))} if folder.is_dir() else {}
 
 
 def comes_with_program(path: Path) -> bool:
@@ -53,12 +53,12 @@ def scanned_file(name: str) -> Path:
     """
     if name.endswith(".hand"):
         return Path(name)
-    known = scanned()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+    paths = scanned()
+    if name not in paths:
+        near = difflib.get_close_matches(name, paths, 3, 0.5) or sorted(paths)
         instead = f"use {', '.join(near)}, or the path of a .hand file" if near else "give the path of a .hand file"
         raise InputError(f"No scanned hand is called {name!r}: {instead}.")
-    return known[name]
+    return paths[name]
 
 
 def own_file(name: str) -> Path:
@@ -97,8 +97,8 @@ def find(name: str) -> Hand | ScannedHand:
         No such hand (the message lists the nearest), or a file that cannot be read.
     """
     if not name.endswith((".hand", *_FILES)) and name not in _paths() and name not in scanned():
-        known = sorted({*_paths(), *scanned()})
-        near = difflib.get_close_matches(name, known, 3, 0.5) or known
+        names_ = sorted({*_paths(), *scanned()})
+        near = difflib.get_close_matches(name, names_, 3, 0.5) or names_
         raise InputError(
             f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .hand, .toml or .svg file."
         )
@@ -117,10 +117,10 @@ def load(name: str) -> Hand:
     """
     if name.endswith(_FILES):
         return _read(Path(name).resolve())
-    known = _paths()
-    if name.endswith(".hand") or (name not in known and name in scanned()):
-        raise InputError(f"{name} is a scanned hand, where a drawn one is wanted: use {', '.join(sorted(known))}.")
-    if name not in known:
-        near = difflib.get_close_matches(name, known, 3, 0.5) or sorted(known)
+    paths = _paths()
+    if name.endswith(".hand") or (name not in paths and name in scanned()):
+        raise InputError(f"{name} is a scanned hand, where a drawn one is wanted: use {', '.join(sorted(paths))}.")
+    if name not in paths:
+        near = difflib.get_close_matches(name, paths, 3, 0.5) or sorted(paths)
         raise InputError(f"No hand is called {name!r}: use {', '.join(near)}, or the path of a .toml or .svg file.")
-    return _read(known[name])
+    return _read(paths[name])

@@ -44,8 +44,8 @@ class LigatureFinder:
 
     def _joints(self, first: int, second: int) -> list[tuple[int, int]]:
         """The edges that lead from one glyph to another, in an order that is the same from either side."""
-        own = np.flatnonzero(self._owner == first).tolist()
-        across = [(v, w) for v in own for w in self._around[v] if self._owner[w] == second]
+        vertices = np.flatnonzero(self._owner == first).tolist()
+        across = [(v, w) for v in vertices for w in self._around[v] if self._owner[w] == second]
         return sorted(across, key=lambda edge: (min(edge), max(edge)))
 
     def _walk(self, start: int, before: int, line: int) -> list[int]:

@@ -132,10 +132,10 @@ def ink_colours(hand: ScannedHand) -> InkColours:
     group = np.full(len(pieces), -1, dtype=np.intp)
     page_of = np.array([page for page, _ in pieces], dtype=np.intp)
     for number in range(len(hand.pages)):
-        own = np.flatnonzero(page_of == number)
-        colour[own] = _usual(hand, number, [pieces[i][1] for i in own])
-        known = own[np.isfinite(colour[own, 0])]
-        group[known] = _kinds(colour[known]) + group.max() + 1
+        numbers = np.flatnonzero(page_of == number)
+        colour[numbers] = _usual(hand, number, [pieces[i][1] for i in numbers])
+        inked = numbers[np.isfinite(colour[numbers, 0])]
+        group[inked] = _kinds(colour[inked]) + group.max() + 1
     inks = _merged(colour, group)
     of = np.zeros(len(pieces), dtype=np.intp)
     for number, members in enumerate(inks):
@@ -152,10 +152,10 @@ def _usual(hand: ScannedHand, number: int, pieces: list[Indices]) -> Array:
     inside = ((at >= 0) & (at < (width, height))).all(axis=1)
     pixels = np.zeros((len(at), 4))
     pixels[inside] = rgba[at[inside, 1], at[inside, 0]] / 255
-    seen = 1 - pixels[:, 3:] * (1 - pixels[:, :3])
+    light = 1 - pixels[:, 3:] * (1 - pixels[:, :3])
     inky = pixels[:, 3] > 0
-    found = [seen[piece[inky[piece]]] for piece in pieces]
-    return np.array([np.median(some, axis=0) if len(some) else np.full(3, np.nan) for some in found]).reshape(-1, 3)
+    colours = [light[piece[inky[piece]]] for piece in pieces]
+    return np.array([np.median(some, axis=0) if len(some) else np.full(3, np.nan) for some in colours]).reshape(-1, 3)
 
 
 def _kinds(colours: Array) -> Indices:

@@ -22,10 +22,10 @@ def graphemes(text: str) -> list[str]:
 def runs(units: Sequence[str]) -> Iterator[range]:
     """The stretches of graphemes that are written together: letters, digits, or one other character; no spaces."""
     numbered = ((i, _kind(unit)) for i, unit in enumerate(units))
-    for (kind, own), group in groupby(numbered, key=lambda item: (item[1], item[0] if item[1] == "other" else -1)):
+    for (kind, single), group in groupby(numbered, key=lambda item: (item[1], item[0] if item[1] == "other" else -1)):
         stretch = [i for i, _ in group]
         if kind != "space":
-            yield range(stretch[0], stretch[-1] + 1) if own < 0 else range(own, own + 1)
+            yield range(stretch[0], stretch[-1] + 1) if single < 0 else range(single, single + 1)
 
 
 def place(i: int, count: int) -> Place:
@@ -37,11 +37,11 @@ def place(i: int, count: int) -> Place:
 
 def places(units: Sequence[str]) -> list[Place]:
     """The place of every grapheme of a text; that of a space is "alone"."""
-    found: list[Place] = ["alone"] * len(units)
+    all_places: list[Place] = ["alone"] * len(units)
     for run in runs(units):
         for i in run:
-            found[i] = place(i - run.start, len(run))
-    return found
+            all_places[i] = place(i - run.start, len(run))
+    return all_places
 
 
 def _kind(unit: str) -> str:

@@ -215,9 +215,9 @@ def cell_of(hand: ScannedHand, number: int) -> tuple[Pixels, int]:
     part = ink[:, :, 3:].astype(np.float32) / 255
     white = np.rint(255 * (1 - part) + ink[:, :, :3] * part).astype(np.uint8)
     size = (max(1, round(white.shape[1] * scale)), max(1, round(white.shape[0] * scale)))
-    small = np.asarray(cv2.resize(white, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    scaled = np.asarray(cv2.resize(white, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     up = (float(page.base(glyph.line, x + ink.shape[1] / 2)) - y) * scale
-    return small, round(up)
+    return scaled, round(up)
 
 
 def lay(picture: Pixels, cell: Pixels, x: int, y: int) -> None:

@@ -171,8 +171,8 @@ class ScannedPage:
         if not ((uv >= -_OVER) & (uv <= np.array(self.shape[::-1]) + _OVER)).all():
             raise ValueError("a vertex lies outside its picture")
         for name in ("times", *POSE) if self.moments else ():
-            if (known := getattr(self.moments, name)) is not None and len(known) != len(self.graph):
-                raise ValueError(f"{len(known)} moments of {len(self.graph)} vertices")
+            if (channel := getattr(self.moments, name)) is not None and len(channel) != len(self.graph):
+                raise ValueError(f"{len(channel)} moments of {len(self.graph)} vertices")
 
     @property
     def pixel(self) -> float:
@@ -266,10 +266,10 @@ class ScannedHand:
 
     @cached_property
     def _numbers(self) -> Mapping[str, Indices]:
-        found: dict[str, list[int]] = {}
+        numbers_of: dict[str, list[int]] = {}
         for number, glyph in enumerate(self.glyphs):
-            found.setdefault(glyph.letter, []).append(number)
-        return {letter: readonly_indices(numbers, None) for letter, numbers in found.items()}
+            numbers_of.setdefault(glyph.letter, []).append(number)
+        return {letter: readonly_indices(numbers, None) for letter, numbers in numbers_of.items()}
 
     def of(self, letter: str) -> Indices:
         """(n,) int: numbers of the glyphs of a letter, in the order of writing."""
@@ -296,8 +296,8 @@ class ScannedHand:
         ways = [way.path[1:] for way in glyph.ligatures]
         if glyph.before >= 0:
             ways += [way.path[:-1] for way in self.glyphs[glyph.before].ligatures]
-        own = np.setdiff1d(glyph.vertices, np.concatenate(ways)) if ways else glyph.vertices
-        return readonly_indices(own if len(own) else glyph.vertices, None)
+        vertices = np.setdiff1d(glyph.vertices, np.concatenate(ways)) if ways else glyph.vertices
+        return readonly_indices(vertices if len(vertices) else glyph.vertices, None)
 
     def centre(self, number: int) -> Array:
         """(2,) line space: the middle of a glyph's ink; see `centres`."""
@@ -320,9 +320,9 @@ class ScannedHand:
         beside = np.array([(glyph.before, glyph.after) for glyph in self.glyphs], dtype=np.intp).reshape(-1, 2)
         low = np.append(np.minimum.reduceat(place[:, 0], first), -np.inf)[beside[:, 0]]
         high = np.append(np.maximum.reduceat(place[:, 0], first), np.inf)[beside[:, 1]]
-        kept = (place[:, 1] >= 0) & (place[:, 0] >= low[of]) & (place[:, 0] <= high[of])
-        kept |= ~np.logical_or.reduceat(kept, first)[of]
-        weight = np.where(kept, weight, 0.0)[:, None]
+        in_core = (place[:, 1] >= 0) & (place[:, 0] >= low[of]) & (place[:, 0] <= high[of])
+        in_core |= ~np.logical_or.reduceat(in_core, first)[of]
+        weight = np.where(in_core, weight, 0.0)[:, None]
         return readonly(np.add.reduceat(weight * place, first) / np.add.reduceat(weight, first), len(size), 2)
 
     def _weights(self, glyph: ScannedGlyph) -> Array:

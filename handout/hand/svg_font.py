@@ -123,10 +123,10 @@ def _paths(glyph: Element, letter: str) -> list[Array]:
 def _x_height(drawn: Mapping[str, list[Array]], facts: Mapping[str, str]) -> float:
     """The height of a small letter in units of the font: of its glyphs, for what fonts say is often wrong."""
     tops = {letter: max(float(path[:, 1].max()) for path in paths) for letter, paths in drawn.items()}
-    small = [tops[letter] for letter in FLAT_FIRST if letter in tops]
+    flat = [tops[letter] for letter in FLAT_FIRST if letter in tops]
     capitals = [_CAPITAL * top for letter, top in tops.items() if letter.isupper()]
-    said = [_number(facts, "x-height", 0.0), 0.5 * _number(facts, "units-per-em", 0.0)]
-    unit = next((value for value in (*small[:1], *capitals[:1], *said) if value > 0), 0.0)
+    declared = [_number(facts, "x-height", 0.0), 0.5 * _number(facts, "units-per-em", 0.0)]
+    unit = next((value for value in (*flat[:1], *capitals[:1], *declared) if value > 0), 0.0)
     if not unit > 1e-6:
         raise InputError("Neither letters nor units-per-em say how high a small letter is: the font cannot be scaled.")
     return unit
@@ -186,10 +186,10 @@ def _corners(line: Array, way: Array) -> list[int]:
     back, ahead = line - before, after - line
     turn = np.abs(np.arctan2(back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0], (back * ahead).sum(axis=1)))
     turn[(way < 0.5 * _AROUND) | (way > way[-1] - 0.5 * _AROUND)] = 0.0
-    found: list[int] = []
+    corners: list[int] = []
     for index in np.argsort(-turn, kind="stable").tolist():
         if turn[index] < _CORNER:
             break
-        if all(abs(way[index] - way[other]) > _AROUND for other in found):
-            found.append(index)
-    return sorted(found)
+        if all(abs(way[index] - way[other]) > _AROUND for other in corners):
+            corners.append(index)
+    return sorted(corners)

@@ -60,9 +60,9 @@ class Beziers:
     stroke: _Index
 
 
-def beziers(found: Sequence[Curve]) -> Beziers:
-    """Every Bézier of `found`, in order; there must be at least one curve."""
-    whole = [_lengthened(curve) for curve in found]
+def beziers(fitted: Sequence[Curve]) -> Beziers:
+    """Every Bézier of the `fitted` curves, in order; there must be at least one curve."""
+    whole = [_lengthened(curve) for curve in fitted]
     control = np.concatenate([np.stack([c.points[j : 3 * len(c.t) - 5 + j : 3] for j in range(4)]) for c in whole], 1)
     t = np.concatenate([np.stack([c.t[:-1], c.t[1:]]) for c in whole], axis=1)
     owner = np.repeat(np.arange(len(whole)), [len(c.t) - 1 for c in whole])
@@ -152,10 +152,10 @@ def _roundness(chord: _Points) -> Array:
     return np.asarray(np.where(np.minimum(size[:-1], size[1:]) > _LONG, np.clip(2 * turn, 0, 1), 1.0))
 
 
-def _between(at: NDArray[_Number], half: NDArray[_Number]) -> NDArray[_Number]:
+def _between(at: NDArray[_Number], half_step: NDArray[_Number]) -> NDArray[_Number]:
     """The two in turn: at, half, at, half, … at."""
-    both = np.empty(len(at) + len(half), dtype=at.dtype)
-    both[::2], both[1::2] = at, half
+    both = np.empty(len(at) + len(half_step), dtype=at.dtype)
+    both[::2], both[1::2] = at, half_step
     return both
 
 
@@ -165,16 +165,16 @@ def _split(row: _Row, tolerance: float) -> _Index:
     last = np.repeat(row.ends - 1, row.ends - row.starts)
     a = np.flatnonzero((np.arange(len(row.t)) - np.repeat(row.starts, row.ends - row.starts)) % _LONGEST == 0)
     b = np.minimum(a + _LONGEST, last[a])
-    found = [a, b]
+    places = [a, b]
     a, b = a[b - a > 1], b[b - a > 1]
     while len(a):
         wide = row.error(a, b) > tolerance
         a, b = a[wide], b[wide]
         middle = (a + b) // 2
-        found.append(middle)
+        places.append(middle)
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
         a, b = a[b - a > 1], b[b - a > 1]
-    return np.unique(np.concatenate(found))
+    return np.unique(np.concatenate(places))
 
 
 def _merge(row: _Row, knots: _Index, tolerance: float) -> _Index:

@@ -26,21 +26,21 @@ class Ground:
         flat = np.abs(nib)
         reach = np.where(flat > 0, flat * np.hypot(1, NIB_THICKNESS), radius) + 0.5
         middle, along = (a + b) / 2, b - a
-        half = np.abs(along) / 2
+        half_length = np.abs(along) / 2
         box = np.abs(along.real) / 2 + reach, np.abs(along.imag) / 2 + reach
         self._left = np.floor(np.clip(middle.real - box[0], -1e6, 1e6)).astype(np.int64)
         self._top = np.floor(np.clip(middle.imag - box[1], -1e6, 1e6)).astype(np.int64)
         right, below = np.ceil(middle.real + box[0]), np.ceil(middle.imag + box[1])
         self._side = np.maximum(right - self._left, below - self._top)
         self._seen = (right > 0) & (self._left < width)
-        unit = along / np.maximum(2 * half, 1e-12) + (half == 0)
+        unit = along / np.maximum(2 * half_length, 1e-12) + (half_length == 0)
         edge = nib / np.maximum(flat, 1e-12)
         turned = unit * edge.conj()
         # how far the nib goes before its whole length or thickness has passed
         ways = np.maximum(np.abs(turned.real), np.abs(turned.imag) / NIB_THICKNESS)
         inside = 2 * flat / np.maximum(ways, 1e-12)
         load = pieces.load / np.where(flat > 0, inside, 2 * radius)
-        columns = (middle.real - self._left, middle.imag - self._top, unit.real, unit.imag, half, radius, load)
+        columns = (middle.real - self._left, middle.imag - self._top, unit.real, unit.imag, half_length, radius, load)
         self._columns = np.stack(columns).astype(np.float32)
         self._nib = np.stack([flat, edge.real, edge.imag]).astype(np.float32)
         self._lanes = pieces.lanes
@@ -65,12 +65,12 @@ class Ground:
 
     def _amount(self, some: NDArray[np.intp], n: int) -> NDArray[np.float32]:
         """(m, n, n) ink that m pieces leave on the pixels of their windows of n rows and columns."""
-        x0, y0, ux, uy, half, radius, load = self._columns[:, some, None, None]
+        x0, y0, ux, uy, half_length, radius, load = self._columns[:, some, None, None]
         grid = np.arange(n, dtype=np.float32) + np.float32(0.5)
         dx, dy = grid[None, None, :] - x0, grid[None, :, None] - y0
         u, v = dx * ux + dy * uy, dy * ux - dx * uy
         chord = np.sqrt(np.maximum(radius * radius - v * v, 0))
-        stay = np.minimum(half, u + chord) - np.maximum(-half, u - chord)
+        stay = np.minimum(half_length, u + chord) - np.maximum(-half_length, u - chord)
         if (flat := self._nib[0, some] > 0).any():
             stay[flat] = self._under_nib(some[flat], dx[flat], dy[flat])
         np.maximum(stay, 0, out=stay)
@@ -85,12 +85,12 @@ class Ground:
         self, some: NDArray[np.intp], dx: NDArray[np.float32], dy: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         """(m, n, n) how much of each piece's way passes while a flat nib lies on pixels so far from its middle."""
-        _, _, ux, uy, half, _, _ = self._columns[:, some, None, None]
+        _, _, ux, uy, half_length, _, _ = self._columns[:, some, None, None]
         reach, ex, ey = self._nib[:, some, None, None]
-        begin, end = -half, half
+        begin, end = -half_length, half_length
         for x, y, size in ((ex, ey, reach), (-ey, ex, reach * np.float32(NIB_THICKNESS))):
             away, speed = dx * x + dy * y, ux * x + uy * y
             speed = np.where(np.abs(speed) < 1e-6, np.float32(1e-6), speed)
-            one, other = (away - size) / speed, (away + size) / speed
-            begin, end = np.maximum(begin, np.minimum(one, other)), np.minimum(end, np.maximum(one, other))
+            entry, leave = (away - size) / speed, (away + size) / speed
+            begin, end = np.maximum(begin, np.minimum(entry, leave)), np.minimum(end, np.maximum(entry, leave))
         return np.asarray(end - begin)

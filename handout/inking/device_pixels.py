@@ -12,7 +12,7 @@ from handout.values import Raster
 
 # ink as it is → ink in the colours by which a printer makes it look so; paper stays transparent
 Calibrate = Callable[[Raster], Raster]
-WHITE = 255
+WHITE = 255  # of 8 bits a channel, the most there is: device RGB that puts no ink on the paper
 _STRIP = 256  # rows put on white at a time, so that a large page needs little memory beside itself
 
 

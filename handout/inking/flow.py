@@ -1,7 +1,7 @@
-"""What a pen gives along a stroke: short straight pieces of line with a width and an amount of ink.
+"""Cuts strokes into short straight pieces and computes the width and the amount of ink that a pen leaves on each.
 
-All lengths are mm and all noise is drawn a piece at a time, whose length does not depend on the resolution: the same
-page has the same gaps and blobs at any.
+All lengths are mm.  Noise is drawn per piece, and the length of a piece does not depend on the resolution, so that a
+page has the same gaps and blobs at every resolution.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ _Floats = NDArray[np.floating[Any]]
 STEP = 0.1  # mm of a piece
 LANES = 16  # across a line, each with its own flow
 PACE = 20.0  # mm/s: calm writing
-PRESSURE = 0.55  # usual
-_FINER = 2  # times as many points as samples while lengths are measured
+PRESSURE = 0.55  # usual, of 0 to 1
+_FINER = 2  # points per sample at which lengths are measured
 _REPEAT = 8192  # pieces after which the streaks of a line repeat: most of a metre
-_SPECK = 0.05  # mm; a stroke that gets no further is a dot
+_SPECK = 0.05  # mm; a shorter stroke is a dot
 _DOT = 4.0  # times the ink of a line, at most
 _THINNEST = 0.02  # mm
 _DOT_REACH, _DOT_INK = 0.16, 3.0  # mm along the line; ink for what the dot adds to the width
 _UNLIKE, _MARKED = 0.5, 0.8  # spread of the sizes of dots, log; share of the landings that leave one
 _AT_REST = 0.015  # s in the last piece of a stroke that ends slowly
-_STAYING, _SLOWING = 0.5, 2.5  # pressure until it is lifted, and over which way, mm
+_STAYING, _SLOWING = 0.5, 2.5  # least pressure at the end of a stroke that stops, and over how much of it, mm
 _RARE = 3.6  # deviations of the flow from its mean at which a slow line would skip
 
 
@@ -37,16 +37,16 @@ _RARE = 3.6  # deviations of the flow from its mean at which a slow line would s
 class Flow:
     """How a pen's line follows the hand; shares are of the usual width or amount.
 
-    width_pressure, width_speed : what is added from no pressure to full, and from high speed to rest.
-    load_pressure : power of pressure that the amount follows; load_speed : as width_speed.
-    pool, bleed : what is added to the amount and to the width where the pen rests.
-    patience : s; a pen that rests longer has given all it gives.
+    width_pressure, width_speed : how much wider at full pressure than at none, and at rest than at high speed.
+    load_pressure : exponent of the pressure in the amount; load_speed : as width_speed, of the amount.
+    pool, bleed : added to the amount and to the width where the pen rests.
+    patience : s; time constant with which a resting pen gives that ink.
     nib, slope : how much thinner a line along the nib's edge is, and the edge's direction, rad.
     drift, patch : standard deviation of the amount along the line, over millimetres and over tenths of them.
     streak : standard deviation of the amount from lane to lane across the line, over millimetres.
     ragged : standard deviation of each edge, mm.
     goop : blobs for each sharp turn.
-    touch : what a usual dot adds to the width where the tip lands and where it stays; three times that to the amount.
+    touch : added to the width by a usual dot, where the tip lands and where it stops; three times that to the amount.
     stays : share of the strokes that come to rest before the pen is lifted; the others are flicked off.
     skip : how much of the ink is missing where a fast pen runs dry for a moment.
     level : standard deviation of the amount over words.
@@ -101,7 +101,7 @@ class _Way:
     dwell: Array
     pressure: Array
     length: Array  # mm, of the whole stroke
-    own: Array  # mm, NaN where the stroke has no width of its own
+    width: Array  # mm, of the stroke itself; NaN where it has none
     nib: NDArray[np.complex128]  # mm, half the edge of a flat nib
     since: Array  # mm, from where the stroke began
     left: Array  # mm, to where it ends
@@ -119,11 +119,11 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
     way = _Way(*(np.concatenate(channel) for channel in zip(*ways, strict=True)))
     rest = 1 - np.exp(-way.dwell / flow.patience)
     press = np.clip(way.pressure, 0.0, 1.0)
-    dots, staying, ample = _resting(way, flow, [len(one[0]) for one in ways], rng.spawn(1)[0])
+    dots, staying, ample = _resting(way, flow, [len(channels[0]) for channels in ways], rng.spawn(1)[0])
     press = np.where(staying, np.maximum(press, _STAYING), press)
     slow = lean(way.speed)
     wide = 1 + flow.width_pressure * (press - PRESSURE) + flow.width_speed * slow + flow.bleed * rest + dots
-    wide = np.where(np.isnan(way.own), width * wide * _nib(way, flow), way.own)
+    wide = np.where(np.isnan(way.width), width * wide * _nib(way, flow), way.width)
     load = (np.maximum(press, 0.02) / PRESSURE) ** flow.load_pressure * (1 + flow.load_speed * slow)
     # a pen about to leave the paper rests on it so lightly that nothing gathers
     load += flow.pool * rest * np.minimum(press / PRESSURE, 1.0)
@@ -136,10 +136,10 @@ def pieces(drawing: Drawing, width: float, flow: Flow, rng: np.random.Generator)
 def _resting(
     way: _Way, flow: Flow, sizes: list[int], rng: np.random.Generator
 ) -> tuple[Array, NDArray[np.bool_], Array]:
-    """(m,) each: what dots of ink at both ends add to the width, where a stroke ends at rest, and how ample the ink is.
+    """(m,) each: what dots at the ends of strokes add to the width, which pieces end at rest, factors of the amount.
 
-    Ink goes on flowing while the tip rests, so that a dot marks where it landed, and where it stayed before it was
-    lifted; where it flies the ink may come too late, and the line skips.
+    Ink flows on while the tip rests: it leaves a dot where the tip landed and where it stopped before it was lifted.
+    Where the tip moves fast the ink may come too late, and the line skips.
     """
     m = len(way.speed)
     if not (flow.touch or flow.skip or flow.level):
@@ -156,7 +156,7 @@ def _resting(
 
 
 def _nib(way: _Way, flow: Flow) -> Array:
-    """Share of the width that a nib with an edge leaves in the direction of each piece."""
+    """(m,): width over the usual width that a nib with an edge leaves in the direction of each piece."""
     across = np.abs(np.sin(np.angle(way.b - way.a) - flow.slope))
     return np.asarray(1 - flow.nib * (1 - across))
 
@@ -167,7 +167,7 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     t = np.interp(np.arange(_FINER * (n - 1) + 1) / _FINER, np.arange(n), stroke.t)
     z = curve.at(t) @ np.array([1, 1j])
     far = np.r_[0.0, np.cumsum(np.abs(np.diff(z)))]
-    # where the pen rests the way must still grow a little, so that it tells the time
+    # the length must grow even where the pen rests, so that time can be interpolated over it
     far = far + np.arange(len(far)) * 1e-9
     count = max(1, round(far[-1] / STEP))
     s = np.linspace(0.0, far[-1], count + 1)
@@ -179,14 +179,14 @@ def _way(stroke: Stroke, curve: curves.Curve) -> tuple[Any, ...]:
     middle = (clock[:-1] + clock[1:]) / 2
     dwell = np.maximum(span - np.abs(np.diff(place)) / PACE, 0.0)
     press = _pressure(stroke, middle, place, speed)
-    own = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
+    width = np.full(count, np.nan) if stroke.width is None else np.interp(middle, stroke.t, stroke.width)
     length = np.full(count, np.abs(np.diff(place)).sum())
     nib = np.zeros(count, dtype=np.complex128)
     if stroke.nib > 0 and stroke.rotation is not None:
         nib = 0.5 * stroke.nib * np.exp(1j * np.interp(middle, stroke.t, np.unwrap(stroke.rotation)))
-        own = across(nib, np.diff(place))
+        width = across(nib, np.diff(place))
     since = (s[:-1] + s[1:]) / 2
-    return place[:-1], place[1:], speed, dwell, press, length, own, nib, since, s[-1] - since
+    return place[:-1], place[1:], speed, dwell, press, length, width, nib, since, s[-1] - since
 
 
 def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
@@ -196,7 +196,7 @@ def across(nib: NDArray[np.complex128], way: NDArray[np.complex128]) -> Array:
 
 
 def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Array) -> Array:
-    """(m,): the stroke's own, else what is usual: heavier downwards and where it is slow."""
+    """(m,): the pressure recorded for the stroke, else a usual one: higher downwards and where it is slow."""
     if stroke.pressure is not None:
         return np.interp(t, stroke.t, stroke.pressure)
     step = np.diff(place)
@@ -205,7 +205,7 @@ def _pressure(stroke: Stroke, t: Array, place: NDArray[np.complex128], speed: Ar
 
 
 def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Generator) -> Pieces:
-    """Pieces with the noise of the pen: drawn in a fixed order, whether the pen has much of it or none."""
+    """Pieces with the noise of the pen; it is drawn in the same order for all pens, whether they use it or not."""
     m = len(radius)
     drift, patch = _along(rng, m, 1.2), _along(rng, m, 0.2)
     left, right = flow.ragged * _along(rng, m, 0.07), flow.ragged * _along(rng, m, 0.07)
@@ -216,7 +216,7 @@ def _uneven(way: _Way, radius: Array, load: Array, flow: Flow, rng: np.random.Ge
     normal = step / np.maximum(np.abs(step), 1e-12) * 1j
     shift = normal * (left - right) / 2
     radius = np.maximum(radius + (left + right) / 2, _THINNEST / 2)
-    nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.own / 2, _THINNEST / 2))
+    nib = way.nib * np.where(way.nib == 0, 0, radius / np.fmax(way.width / 2, _THINNEST / 2))
     whole = Pieces(way.a + shift, way.b + shift, radius, load, np.exp(lanes).astype(np.float32), nib)
     return _with_blobs(whole, _turning(step), flow, blobs)
 

@@ -81,16 +81,16 @@ def seam(a: _Pixels, b: _Pixels, both: _Mask, to_a: _Mask, to_b: _Mask) -> _Mask
     number = np.full(both.shape, -1, dtype=np.intp)
     number[both] = np.arange(len(at))
     pairs, prices = [], []
-    for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-        edge = both[one] & both[other]
-        pairs.append(np.stack([number[one][edge], number[other][edge]]))
-        prices.append(apart[one][edge] + apart[other][edge])
+    for left, right in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        edge = both[left] & both[right]
+        pairs.append(np.stack([number[left][edge], number[right][edge]]))
+        prices.append(apart[left][edge] + apart[right][edge])
     (first, second), price = np.concatenate(pairs, axis=1), np.concatenate(prices).astype(np.float64) * _FINE
     sure = np.bincount(first, price, len(at)) + np.bincount(second, price, len(at)) + 1
     cost = sure * (to_a[both].astype(np.float64) - to_b[both])
-    taken = np.zeros(both.shape, dtype=bool)
-    taken[both] = minimum_cut(cost, first, second, price)
-    return taken
+    from_a = np.zeros(both.shape, dtype=bool)
+    from_a[both] = minimum_cut(cost, first, second, price)
+    return from_a
 
 
 def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
@@ -107,10 +107,10 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     if not (same[0].any() and same[1].any()):
         return a, b
     views = [layer.view(window) for layer in (a, b)]
-    lines = [_part(near, own) for (_, near), own in zip(views, same, strict=True)]
+    lines = [_part(near, shared) for (_, near), shared in zip(views, same, strict=True)]
     both = lines[0] | lines[1]
     rest = [_grown((near >= 0) & ~line) & both for (_, near), line in zip(views, lines, strict=True)]
-    ends = [_part(near, _ending(layer) & own) for (_, near), layer, own in zip(views, (a, b), same, strict=True)]
+    ends = [_part(near, _ending(layer) & shared) for (_, near), layer, shared in zip(views, (a, b), same, strict=True)]
     to_a = (rest[0] & ~rest[1]) | (ends[1] & ~ends[0] & both)
     to_b = (rest[1] & ~rest[0]) | (ends[0] & ~ends[1] & both)
     unsure = to_a & to_b
@@ -118,8 +118,8 @@ def parted(a: Layer, b: Layer) -> tuple[Layer, Layer]:
     if not (to_a.any() or to_b.any()):
         return a, b
     inks = [rgba for rgba, _ in views]
-    taken = seam(inks[0], inks[1], both, to_a, to_b)
-    return _without(a, window, both & taken), _without(b, window, both & ~taken)
+    from_a = seam(inks[0], inks[1], both, to_a, to_b)
+    return _without(a, window, both & from_a), _without(b, window, both & ~from_a)
 
 
 def _meeting(a: Layer, b: Layer) -> tuple[int, int, int, int] | None:

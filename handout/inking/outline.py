@@ -24,8 +24,8 @@ _MOST_POINTS = 400  # points
 def edge(stroke: Stroke) -> Array:
     """(n, 2) float, mm: from the middle of a flat nib to the end of its edge, at each sample."""
     assert stroke.rotation is not None
-    half = 0.5 * (1 - NIB_THICKNESS) * stroke.nib
-    return half * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
+    half_edge = 0.5 * (1 - NIB_THICKNESS) * stroke.nib
+    return half_edge * np.column_stack([np.cos(stroke.rotation), np.sin(stroke.rotation)])
 
 
 def as_round(drawing: Drawing, scale: float) -> Drawing:
@@ -88,13 +88,13 @@ def _ends(place: Array) -> Indices:
     """Where along places (n, 2) parts begin and end, none of which turns so far that its sides cross."""
     step = np.diff(place, axis=0) @ np.array([1.0, 1j])
     turn = np.abs(np.angle(step[1:] * np.conj(step[:-1])))
-    found, turned = [0], 0.0
+    ends, turned = [0], 0.0
     for at, angle in enumerate(turn.tolist(), 1):
         turned += angle
         if angle > _CORNER or turned > _TURNED:
-            found.append(at)
+            ends.append(at)
             turned = 0.0
-    return np.array([*found, len(place) - 1])
+    return np.array([*ends, len(place) - 1])
 
 
 def _radii(stroke: Stroke, t: Array) -> Array:
@@ -118,13 +118,14 @@ def _ribbons(place: Array, radius: Array, ends: Indices) -> list[Array]:
     """The parts of a curve with its width, each along its left and back along its right."""
     size = np.diff(ends) + 1
     first = np.cumsum(size) - size
-    own = np.arange(size.sum()) + np.repeat(ends[:-1] - first, size)
+    vertex = np.arange(size.sum()) + np.repeat(ends[:-1] - first, size)
     # at its ends a part goes as its first and its last chord do
-    before, after = np.maximum(own - 1, np.repeat(ends[:-1], size)), np.minimum(own + 1, np.repeat(ends[1:], size))
+    before = np.maximum(vertex - 1, np.repeat(ends[:-1], size))
+    after = np.minimum(vertex + 1, np.repeat(ends[1:], size))
     way = (place[after] - place[before]) / (after - before)[:, None]
     normal = way[:, ::-1] * [-1.0, 1.0] / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-12)[:, None]
-    aside = normal * radius[own][:, None]
-    left, right = place[own] + aside, place[own] - aside
+    aside = normal * radius[vertex][:, None]
+    left, right = place[vertex] + aside, place[vertex] - aside
     parts = [slice(a, a + n) for a, n in zip(first.tolist(), size.tolist(), strict=True)]
     return [_turned(np.concatenate([left[part], right[part][::-1]])) for part in parts]
 
@@ -141,11 +142,11 @@ def _swept(stroke: Stroke, curve: Curve) -> list[Array]:
     along = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), 1e-12)
     thick = along[:, ::-1] * [-0.5, 0.5] * max(NIB_THICKNESS * stroke.nib, _THINNEST)
     corners = np.stack([place + a * edges + b * thick for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))], axis=1)
-    found = []
+    hulls = []
     for before, after in pairwise(corners):
         both = np.concatenate([before, after])
-        found.append(_turned(both[ConvexHull(both).vertices]))
-    return found
+        hulls.append(_turned(both[ConvexHull(both).vertices]))
+    return hulls
 
 
 def _discs(places: Array, radii: Array) -> list[Array]:

@@ -130,11 +130,11 @@ def laid(raster: Raster, ground: NDArray[np.uint8] | None = None) -> NDArray[np.
     if ground is None:
         return flat
     under = ground.reshape(-1, 3)
-    made = ground.copy()
+    page = ground.copy()
     for at in plain.inked(raster.rgba[..., 3]):
         light = flat.reshape(-1, 3)[at].astype(np.float32) / 255
-        made.reshape(-1, 3)[at] = np.rint(under[at] * light)
-    return made
+        page.reshape(-1, 3)[at] = np.rint(under[at] * light)
+    return page
 
 
 def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> NDArray[np.uint8]:
@@ -143,7 +143,7 @@ def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> N
     lines = _lines(paper, size, unit)
     white = np.array(_WHITE[paper.name], dtype=np.float32) * 255
     x = (np.arange(width) + 0.5) * unit
-    made = np.empty((height, width, 3), dtype=np.uint8)
+    sheet = np.empty((height, width, 3), dtype=np.uint8)
     for top in range(0, height, _ROWS):
         y = (np.arange(top, min(top + _ROWS, height)) + 0.5) * unit
         light = 1 + np.float32(_TOOTH_DEPTH) * surface.at(x[None, :], y[:, None])
@@ -151,8 +151,8 @@ def _made(paper: Paper, size: tuple[int, int], unit: float, surface: Tooth) -> N
             light = light * _mould(x, y)
         rows = light[:, :, None] * white
         rows *= _printed(lines[0][None, :], lines[1][top : top + _ROWS, None])
-        made[top : top + _ROWS] = np.rint(np.clip(rows, 0, 255))
-    return made
+        sheet[top : top + _ROWS] = np.rint(np.clip(rows, 0, 255))
+    return sheet
 
 
 def _mould(x: NDArray[np.floating[Any]], y: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
@@ -195,7 +195,7 @@ def _picture(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
             ImageOps.exif_transpose(picture, in_place=True)  # photographs may lie on their side
             return np.asarray(picture.convert("RGB").resize((size[1], size[0]), Image.Resampling.LANCZOS)).copy()
     except (OSError, ValueError, Image.DecompressionBombError) as error:
-        known = ", ".join(PAPERS)
+        names = ", ".join(PAPERS)
         raise InputError(
-            f"paper: {path} is neither a picture that can be read nor one of {known} ({error})."
+            f"paper: {path} is neither a picture that can be read nor one of {names} ({error})."
         ) from error

@@ -48,16 +48,16 @@ def _pair(a: LineGraph, b: LineGraph) -> LineGraph:
     gone = (away < _ONE) & (np.abs(np.sum(directions(a)[at] * directions(b), axis=1)) > np.sqrt(0.75))
     if gone.all():
         return a
-    kept = b.take(~gone)
+    rest = b.take(~gone)
     number = np.cumsum(~gone) - 1
     cut = b.edges[gone[b.edges].sum(axis=1) == 1]
     inner = np.where(gone[cut[:, 0]], cut[:, 1], cut[:, 0])
     lost = np.where(gone[cut[:, 0]], cut[:, 0], cut[:, 1])
     near = away[lost] < _LONGEST
     joins = np.stack([at[lost], number[inner] + len(a)], axis=1)[near]
-    edges = np.concatenate([a.edges, kept.edges + len(a), joins])
+    edges = np.concatenate([a.edges, rest.edges + len(a), joins])
     xy, radius, density, uv = (
-        np.concatenate([getattr(one, name) for one in (a, kept)]) for name in ("xy", "radius", "density", "uv")
+        np.concatenate([getattr(graph, name) for graph in (a, rest)]) for name in ("xy", "radius", "density", "uv")
     )
     return LineGraph(xy, radius, density, uv, edges)
 
@@ -68,9 +68,9 @@ def directions(graph: LineGraph) -> Array:
     a, b = np.concatenate([graph.edges, graph.edges[:, ::-1]]).T
     first[a] = b
     second[a[::-1]] = b[::-1]
-    known: NDArray[np.bool_] = (graph.degree == 2) | (graph.degree == 1)
+    simple: NDArray[np.bool_] = (graph.degree == 2) | (graph.degree == 1)
     here = np.arange(len(graph))
-    first, second = np.where(known, first, here), np.where(known, second, here)
+    first, second = np.where(simple, first, here), np.where(simple, second, here)
     along = graph.xy[first] - graph.xy[np.where(first == second, here, second)]
     size = np.linalg.norm(along, axis=1, keepdims=True)
     return np.asarray(along / np.maximum(size, 1e-12))
@@ -127,9 +127,9 @@ def replace_pen(manuscript: Manuscript, sample: ScannedHand, *, width: float | N
     for turn, pen in enumerate(pens):
         mine = slice(turn, None, len(pens))
         rewritten[mine] = _rewritten(words[mine], pen, usual, pen.radius if width is None else width / 2)
-    found = iter(rewritten)
+    inked = iter(rewritten)
     lines = [
-        replace(line, placed=tuple(placed for _ in _words(line) for placed in next(found))) for line in manuscript.lines
+        replace(line, placed=tuple(placed for _ in _words(line) for placed in next(inked))) for line in manuscript.lines
     ]
     return replace(manuscript, lines=tuple(lines))
 
@@ -155,20 +155,20 @@ def _rewritten(words: Sequence[Sequence[Placed]], pen: Swatches, usual: float, w
     follows = [b.track is a.track for a, b in pairwise(chain.from_iterable(lines))]
     features = [_features(pieces, wanted) for pieces in lines]
     chosen = iter(pen.choose(np.concatenate(features), np.array([False, *follows])).tolist())
-    made = []
+    inked = []
     for word, lines_of_word in zip(words, cut, strict=True):
         pieces = list(chain.from_iterable(lines_of_word))
         choice = [next(chosen) for _ in pieces]
         inks = (_layer(pieces, choice, layer, pen, larger) for layer in (0, 1))
-        made.append([replace(word[0], ink=ink) for ink in inks if ink is not None])
-    return made
+        inked.append([replace(word[0], ink=ink) for ink in inks if ink is not None])
+    return inked
 
 
 def _pieces_of(word: Sequence[Placed], usual: float, wanted: float, length: float) -> list[list[_Piece]]:
     """The pieces of every line of a word, `length` mm long; half the width of its line, `usual`, becomes `wanted`."""
     graph = welded([placed.ink.graph for placed in word if placed.ink is not None])
-    own = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
-    return [_cut(track, length) for track in tracks(own)]
+    resized = LineGraph(graph.xy, graph.radius * wanted / usual, graph.density, graph.uv, graph.edges)
+    return [_cut(track, length) for track in tracks(resized)]
 
 
 def _features(pieces: Sequence[_Piece], half_width: float) -> Array:
@@ -208,11 +208,11 @@ def _swatch_rows(
     long = piece.end - piece.start
     at = np.linspace(piece.start, piece.end, max(1 if long == 0 else 2, int(np.ceil(long / _VERTEX_STEP)) + 1))
     # a short piece takes the end of its swatch that is an end of a line, or else the middle
-    taken = min(long / larger, length)
+    span = min(long / larger, length)
     loose = swatch.loose[0] and start < 0.3 * length
-    there = start + (0 if loose and long else (length - taken) / 2) + (at - piece.start) / max(long, 1e-9) * taken
-    own, ink = piece.track.rows(at), swatch.rows(there)
-    return own[:, :2], own[:, 4], own[:, 5], ink[:, 2:4]
+    there = start + (0 if loose and long else (length - span) / 2) + (at - piece.start) / max(long, 1e-9) * span
+    line, ink = piece.track.rows(at), swatch.rows(there)
+    return line[:, :2], line[:, 4], line[:, 5], ink[:, 2:4]
 
 
 _SMOOTH = 0.28  # of the movement, see ActionPlan: a stroke that is not aimed rounds its turns
@@ -241,8 +241,8 @@ def with_strokes(page: Manuscript, written: Manuscript, sample: ScannedHand) -> 
     ]
     if not any(line.placed for line in lines):
         return page
-    own = _half_width(page)
-    width = None if own is None else float(np.clip(2 * own, _LEAST, _MOST))
+    letter_half_width = _half_width(page)
+    width = None if letter_half_width is None else float(np.clip(2 * letter_half_width, _LEAST, _MOST))
     inked = replace_pen(replace(written, lines=tuple(lines)), sample, width=width)
     both = [replace(a, placed=a.placed + b.placed) for a, b in zip(page.lines, inked.lines, strict=True)]
     return replace(page, lines=tuple(both))

@@ -178,8 +178,8 @@ def _coloured(
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float32]]]:
     """As `passed`, the strokes of one colour after those of the other; those without one have the pen's."""
     for colour in dict.fromkeys(stroke.colour for stroke in drawing.strokes):
-        own = tuple(stroke for stroke in drawing.strokes if stroke.colour == colour)
-        yield from passed(replace(drawing, strokes=own), dpi, replace(pen, colour=colour or pen.colour), rng)
+        strokes = tuple(stroke for stroke in drawing.strokes if stroke.colour == colour)
+        yield from passed(replace(drawing, strokes=strokes), dpi, replace(pen, colour=colour or pen.colour), rng)
 
 
 def passed(
@@ -198,10 +198,10 @@ def passed(
         return
     model = _MODELS[pen.model]
     absorbed = -np.log(np.maximum(colour, _DARKEST)).astype(np.float32)
-    grain, made = rng.spawn(2)
-    surface = tooth(grain)
+    paper_rng, ink_rng = rng.spawn(2)
+    surface = tooth(paper_rng)
     fine = 1 if dpi >= _FINE_ENOUGH else max(2, -int(-_FINE // dpi))
-    ground = Ground(flow.pieces(drawing, pen.width, model.flow, made), dpi * fine / 25.4, width * fine)
+    ground = Ground(flow.pieces(drawing, pen.width, model.flow, ink_rng), dpi * fine / 25.4, width * fine)
     rows = max(1, _BAND // (width * fine * fine))
     for top in range(0, height, rows):
         count = min(rows, height - top)

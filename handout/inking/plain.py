@@ -1,8 +1,8 @@
 """The plain pen: a line of even colour whose width follows pressure or speed, with round ends.
 
-A stroke is cut into short straight pieces; each piece covers a share of the pixels around it, which follows from the
-distance and the direction of their centres, and a pixel keeps the greatest share it was given.  So a line that
-crosses or retraces itself is one line: an opaque pen leaves no darker spot there, and edges do not thicken.
+A stroke is cut into short straight pieces.  Each piece covers a share of every pixel around it, computed from the
+distance and the direction of the pixel's centre; a pixel keeps its greatest share.  So a line that crosses or retraces
+itself stays even: an opaque pen leaves no darker spot there, and edges do not thicken.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _CHUNK = 1 << 17  # pixels worked on at a time: what fits a processor's cache
 _ROWS = 64  # of the page, worked on at a time
 _CORNER = np.float32(0.7072)  # from the centre of a pixel to its corner
 _MOST = 4e9  # pixels of a page
-_MOST_PIECES = 4096  # of one Bézier: enough for metres, and a bound for what lies far off the page
+_MOST_PIECES = 4096  # of one Bézier: enough for metres of line; bounds the work on curves far off the page
 
 
 def widths(stroke: Stroke, width: float, variation: float = 0.15, pace: float = 30.0) -> Array:
@@ -123,7 +123,7 @@ def image(
 
 
 def shades(colour: Colour = COLOUR, paper: Colour = WHITE) -> NDArray[np.uint8]:
-    """(256, 3) uint8: what each coverage of 0–255 looks like, ink of one colour on paper of another."""
+    """(256, 3) uint8: colour of a pixel for each coverage of 0–255, ink of one colour on paper of another."""
     share = np.linspace(0, 1, 256)[:, None]
     mixed = np.asarray(paper) * (1 - share) + np.asarray(colour) * share
     return np.rint(255 * np.clip(mixed, 0, 1)).astype(np.uint8)
@@ -201,7 +201,7 @@ def _pieces(drawing: Drawing, scale: float, width: float, variation: float) -> _
 
 
 class _Line:
-    """Width of the line at any time of any stroke: the strokes' samples laid end to end on one clock."""
+    """Width of the line at any time of any stroke, interpolated over all samples on one continuous clock."""
 
     def __init__(self, drawing: Drawing, width: float, variation: float) -> None:
         strokes = drawing.strokes
@@ -218,7 +218,7 @@ class _Line:
 
 
 def _paint(page: NDArray[np.uint8], pieces: _Pieces) -> None:
-    """Cover pixels: pieces with windows of the same side are worked on together, a cache's worth at a time."""
+    """Cover the pixels of a page; pieces with equally large windows are painted together, `_CHUNK` pixels at a time."""
     reach = np.maximum(pieces.ra, pieces.rb) + 0.5
     low = np.minimum(pieces.a.real, pieces.b.real) - reach, np.minimum(pieces.a.imag, pieces.b.imag) - reach
     high = np.maximum(pieces.a.real, pieces.b.real) + reach, np.maximum(pieces.a.imag, pieces.b.imag) + reach
@@ -239,8 +239,8 @@ def _stamp(page: NDArray[np.uint8], left: NDArray[np.int32], top: NDArray[np.int
     grid = np.arange(cover.shape[1], dtype=np.int32)
     x, y = (left[:, None] + grid)[:, None, :], (top[:, None] + grid)[:, :, None]
     height, width = page.shape
-    seen = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
-    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[seen], cover[seen])
+    inked = (cover > 0) & ((x >= 0) & (x < width)) & ((y >= 0) & (y < height))
+    np.maximum.at(page.reshape(-1), (y.astype(np.int64) * width + x)[inked], cover[inked])
 
 
 def _cover(

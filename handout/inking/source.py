@@ -1,7 +1,7 @@
-"""Where ink comes from: the picture that it is taken from, what of it belongs to one glyph, and how it is moved.
+"""The scanned page that ink is cut from, and the movement that takes a glyph's line from there to where it is written.
 
-`Source` is a page of a hand to cut ink from; `Course` the line of a glyph where it is written, with the movement of
-its surroundings from the picture to the page.
+`Source` cuts the ink around a glyph's line from its page and leaves out the ink of other lines.  `course` computes, for
+every vertex of the line, how its surroundings are turned and stretched; a `Course` holds the result.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from handout.values import Array, Ink
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-_OWN = 0.8  # pixels within which a vertex of the page is one of the glyph's: less than from vertex to vertex
+_OWN = 0.8  # pixels within which a vertex of the page is the glyph's: less than the distance of two vertices
 _RIM = 1.0  # pixels on either side of its radius over which a line that is cut fades, as the rim of a lifted pen does
 
 _Pixels = NDArray[np.float32]
@@ -66,8 +66,7 @@ class Source:
         Parameters
         ----------
         box : (left, top, right, bottom), pixels; outside the picture there is no ink.
-        uv : (n, 2) float: vertices of the line; ink that is nearer to another line of the page is left out.  None: all
-            ink is taken.
+        uv : (n, 2) float: vertices of the line; ink nearer to another line of the page is left out; None: none is.
         """
         ink = self._cut(box)
         if uv is not None:
@@ -83,10 +82,10 @@ class Source:
         ink = np.zeros((bottom - top, right - left, 4), dtype=np.float32)
         x0, y0, x1, y1 = max(left, x), max(top, y), min(right, x + w), min(bottom, y + h)
         if x0 < x1 and y0 < y1:
-            own = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
-            own *= np.float32(1 / 255)
-            own[:, :, :3] *= own[:, :, 3:]
-            ink[y0 - top : y1 - top, x0 - left : x1 - left] = own
+            part = self.page.texture.rgba[y0 - y : y1 - y, x0 - x : x1 - x].astype(np.float32)
+            part *= np.float32(1 / 255)
+            part[:, :, :3] *= part[:, :, 3:]
+            ink[y0 - top : y1 - top, x0 - left : x1 - left] = part
         return ink
 
     def _vertices(self, box: Box, uv: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -100,9 +99,9 @@ class Source:
         return mine, np.flatnonzero(others)
 
     def _kept(self, box: Box, mine: NDArray[np.intp], others: NDArray[np.intp]) -> _Pixels:
-        """(h, w) 0–1: pixels nearer to a glyph's own line than to others, with a soft edge outside.
+        """(h, w) 0–1: 1 at pixels nearer to the glyph's line than to other lines, with a soft edge around them.
 
-        Where the line goes on into another letter it ends round, as a pen's line does.
+        Where the line goes on into another letter it is cut off round, as a pen's line ends.
         """
         import cv2
 
@@ -116,31 +115,31 @@ class Source:
         _, label = cv2.distanceTransformWithLabels(owner, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
         at = np.zeros(int(label.max()) + 1, dtype=np.int32)
         at[label[v, u]] = number[v, u]
-        kept = (at[label] >= len(others)).astype(np.float32)
+        share = (at[label] >= len(others)).astype(np.float32)
         for (x, y), radius in self._cuts(mine, corner):
             reach = int(radius + _RIM) + 1
             left, top = max(int(x) - reach, 0), max(int(y) - reach, 0)
-            part = kept[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
+            part = share[top : max(int(y) + reach + 2, 0), left : max(int(x) + reach + 2, 0)]
             down, right = np.ogrid[: part.shape[0], : part.shape[1]]
             away = np.hypot(right + left - x, down + top - y)
             np.maximum(part, np.clip((radius + _RIM - away) / (2 * _RIM), 0, 1), out=part, casting="same_kind")
-        return np.asarray(np.maximum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
+        return np.asarray(np.maximum(share, cv2.blur(share, (3, 3))), dtype=np.float32)
 
     def _cuts(self, mine: NDArray[np.intp], corner: Any) -> list[tuple[tuple[float, float], float]]:
         """Centre and radius of the glyph's vertices from which the line goes on into another letter, pixels."""
-        own = np.zeros(len(self.radius), dtype=bool)
-        own[mine] = True
+        on_line = np.zeros(len(self.radius), dtype=bool)
+        on_line[mine] = True
         a, b = self._crossing.T
-        ends = np.unique(a[own[a] & ~own[b]])
+        ends = np.unique(a[on_line[a] & ~on_line[b]])
         places = (self.page.graph.uv[ends] - corner).tolist()
         return [((x, y), r) for (x, y), r in zip(places, self.radius[ends].tolist(), strict=True)]
 
 
 _SMOOTH = 6  # rounds in which a vertex takes on its neighbours' movement
 _STEP = 1.2  # pixels between vertices, at most
-_LEAST, _MOST = 0.5, 2.0  # what a line's length may change by, of what its width does
-_ALIKE = 0.8  # of the movements around a vertex, that is left in their mean
-_SHARE = 1e-6  # of the whole glyph's movement in every vertex's: what a dot goes by
+_LEAST, _MOST = 0.5, 2.0  # stretch along the line over stretch across it, at least and at most
+_ALIKE = 0.8  # length of the mean movement around a vertex over their mean length: below, they cancel out
+_SHARE = 1e-6  # weight of the whole glyph's movement at each vertex, which decides for a dot
 
 _Complex = NDArray[np.complex128]
 
@@ -152,9 +151,9 @@ class Course:
     at : (n,) complex, pixels of the page that is written.
     uv : (n,) complex, pixels of the picture.
     radius : (n,) float, pixels of the page.
-    turn : (n,) complex: movement along the line from page to picture is multiplied by this.
-    width : (n,) float: movement across the line is so many times as long in the picture.
-    twice : (n,) complex: direction of the line on the page, its angle doubled; shorter than 1 where there are several.
+    turn : (n,) complex: factor, from page to picture, of a step along the line: rotation and stretch.
+    width : (n,) float: stretch of a step across the line.
+    twice : (n,) complex: direction of the line on the page with its angle doubled; shorter than 1 where lines meet.
     loose : (n,) bool: ends of lines.
     """
 
@@ -167,7 +166,7 @@ class Course:
     loose: NDArray[np.bool_]
 
     def back(self, place: _Complex, vertex: NDArray[np.intp]) -> _Complex:
-        """Where in the picture places (m,) of the page come from, as the vertices (m,) beside them are moved."""
+        """Places (m,) of the picture from which places (m,) of the page come, each by the movement of a vertex (m,)."""
         away = place - self.at[vertex]
         along, across = np.abs(self.turn), self.width
         even = (along + across)[vertex] / 2 * away
@@ -195,17 +194,17 @@ def course(ink: Ink, source: Source, scale: float) -> Course:
         return total, near
 
     square, step_square = around(np.abs(step) ** 2 + 0j)
-    known = np.abs(square) > 0
-    radius, own = graph.radius * scale, source.radius_at(graph.uv)
-    width = np.abs(_smooth(own, spread) / np.maximum(_smooth(radius, spread), 1e-9))
+    moving = np.abs(square) > 0
+    radius, source_radius = graph.radius * scale, source.radius_at(graph.uv)
+    width = np.abs(_smooth(source_radius, spread) / np.maximum(_smooth(radius, spread), 1e-9))
     wide, narrow = around(np.conj(step) * cut)
-    # where a way turns back on itself the movements on either side are opposite, and their middle is none
+    # where a line turns back on itself the movements on its two sides cancel out: the narrower mean is used
     torn = np.abs(wide) < _ALIKE * np.abs(around(np.abs(step) * np.abs(cut) + 0j)[0])
     turn = np.where(
-        known, np.where(torn, narrow, wide) / np.where(known, np.where(torn, step_square, square), 1), width
+        moving, np.where(torn, narrow, wide) / np.where(moving, np.where(torn, step_square, square), 1), width
     )
     turn = np.where(np.abs(turn) > 1e-6, turn, width)
-    twice = np.where(known, around(step**2)[0] / np.where(known, square, 1), 0)
+    twice = np.where(moving, around(step**2)[0] / np.where(moving, square, 1), 0)
     along = np.abs(turn)
     turn *= np.clip(along, _LEAST * width, _MOST * width) / along
     loose = graph.degree < 2
@@ -220,9 +219,9 @@ def _spread(edges: NDArray[np.intp], count: int) -> Any:
     """Matrix (n, n) that gives every vertex the mean of itself and its neighbours."""
     from scipy.sparse import csr_matrix
 
-    own = np.arange(count)
+    vertex = np.arange(count)
     a, b = edges.T
-    rows, columns = np.concatenate([a, b, own]), np.concatenate([b, a, own])
+    rows, columns = np.concatenate([a, b, vertex]), np.concatenate([b, a, vertex])
     weight = 1 / np.bincount(rows, minlength=count)
     return csr_matrix((weight[rows], (rows, columns)), shape=(count, count))
 

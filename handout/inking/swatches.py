@@ -94,12 +94,12 @@ class Track:
 
 def tracks(graph: LineGraph) -> list[Track]:
     """The lines of a graph in mm; a dot is one of no length."""
-    found = []
+    lines = []
     for path in graph.branches:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(graph.xy[path], axis=0), axis=1))])
         loose = (bool(graph.degree[path[0]] < 2), bool(graph.degree[path[-1]] < 2))
-        found.append(Track(along, graph.xy[path], graph.uv[path], graph.radius[path], graph.density[path], loose))
-    return found
+        lines.append(Track(along, graph.xy[path], graph.uv[path], graph.radius[path], graph.density[path], loose))
+    return lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,8 +168,8 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 
     Source: seed 000, §7.2.
     """
-    found = [_of_page(number, page, _ink(sample, number)) for number, page in enumerate(sample.pages)]
-    enough = tuple(one for one in found if len(one.start) >= _FEWEST)
+    of_pages = [_of_page(number, page, _ink(sample, number)) for number, page in enumerate(sample.pages)]
+    enough = tuple(pen for pen in of_pages if len(pen.start) >= _FEWEST)
     if not enough:
         raise InputError(
             f"{sample.name}: there are too few clear pieces of line to take a pen from; scribble half a page of loose "
@@ -181,10 +181,10 @@ def swatches(sample: ScannedHand) -> tuple[Swatches, ...]:
 def _ink(sample: ScannedHand, page: int) -> NDArray[np.bool_]:
     """Vertices (n,) of a page that are letters; all where none is known: the edge of a sheet is no ink."""
     glyphs = [glyph.vertices for glyph in sample.glyphs if glyph.page == page]
-    known = np.full(len(sample.pages[page].graph), not glyphs)
+    lettered = np.full(len(sample.pages[page].graph), not glyphs)
     for vertices in glyphs:
-        known[vertices] = True
-    return known
+        lettered[vertices] = True
+    return lettered
 
 
 def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches:
@@ -194,17 +194,17 @@ def _of_page(number: int, page: ScannedPage, ink: NDArray[np.bool_]) -> Swatches
     lines, track, start, features = list[Track](), [np.zeros(0)], [np.zeros(0)], [np.zeros((0, FEATURES))]
     clear = _clear(graph) & ink
     for path, line in zip(graph.branches, tracks(graph), strict=True):
-        for one, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
-            begin = np.arange(0, one.length - length, length / _STARTS)
-            lost = np.interp(begin + length, one.along, np.cumsum(~free)) > np.interp(
-                begin, one.along, np.cumsum(~free)
+        for directed, free in ((line, clear[path]), (_reversed(line), clear[path][::-1])):
+            begin = np.arange(0, directed.length - length, length / _STARTS)
+            lost = np.interp(begin + length, directed.along, np.cumsum(~free)) > np.interp(
+                begin, directed.along, np.cumsum(~free)
             )
-            begin = begin[~lost & free[np.searchsorted(one.along, begin)]]
+            begin = begin[~lost & free[np.searchsorted(directed.along, begin)]]
             if len(begin):
                 track.append(np.full(len(begin), len(lines)))
                 start.append(begin)
-                features.append(one.features(begin, length, radius))
-                lines.append(one)
+                features.append(directed.features(begin, length, radius))
+                lines.append(directed)
     return Swatches(
         number,
         tuple(lines),
@@ -238,7 +238,7 @@ def _clear(graph: LineGraph) -> NDArray[np.bool_]:
     a, b = pairs.T
     away = np.linalg.norm(graph.xy[a] - graph.xy[b], axis=1)
     other = (branch[a] != branch[b]) | (np.abs(along[a] - along[b]) > 2 * away + CLEAR)
-    for one in (a, b):
-        clear[one[other & (away < reach[one])]] = False
+    for ends in (a, b):
+        clear[ends[other & (away < reach[ends])]] = False
     clear[branch < 0] = False
     return clear

@@ -129,11 +129,11 @@ def _parted(layers: Iterator[Layer]) -> Iterator[Layer]:
     """The layers, each parted from the one before where both show one line."""
     before: Layer | None = None
     for layer in layers:
-        own = layer
+        current = layer
         if before is not None:
-            before, own = parted(before, layer)
+            before, current = parted(before, layer)
             yield before
-        before = own
+        before = current
     if before is not None:
         yield before
 

@@ -1,8 +1,8 @@
-"""The ink of one scanned glyph bent on its way across a page: one smooth map from the page back to the picture.
+"""Draws the ink of one scanned glyph along its line on a page, by one smooth map from the page back to the picture.
 
-Every pixel near the line goes back by the movement of the vertex it is nearest to (turned, stretched along the line and
-across it); these movements are evened out over the width of the line, so that ink shears where the line bends.  A glyph
-that is only moved keeps every pixel as it was.
+Each pixel near the line is traced back to the picture by the movement of its nearest vertex: turned, stretched along
+the line and across it.  The movements are then averaged over the width of the line, so that ink shears where the line
+bends.  A glyph that is only moved keeps every pixel as it was.
 
 Source: seed 000, §6.5 (there quad strips, which overlap where a line bends).
 """
@@ -24,12 +24,12 @@ MARGIN = 0.51  # mm of picture around the line, 12 pixels at 600 dpi: with 8 the
 _COARSE = 1.3  # pixels of the picture in one of the page, above which several are averaged
 _MOST_FINER = 16
 _EXACT = 0.02  # pixels: what one even movement may be off by
-_PAD = 8  # pixels around what is needed of the picture, so that lines beside it are seen
-_PARTS = 64  # of a pixel: places are rounded to these, so that nothing but a shift is nothing but a shift
+_PAD = 8  # pixels around the part of the picture that is needed, so that lines beside it are noticed
+_PARTS = 64  # of a pixel: places are rounded to these, so that a glyph that is only shifted is copied exactly
 _ROUND = 1.5  # pixels beyond the radius where a piece of line fades out at its end
 _FAINT = 0.15  # opacity of ink that two specks are joined by
-_APART = 3.0  # pixels of the picture between movements beside each other, above which they are not evened out
-_GHOST = 2.0  # pixels that ink may lie further from its own line on the page than in the picture
+_APART = 3.0  # pixels of the picture between neighbouring movements, above which they are not averaged
+_GHOST = 2.0  # pixels by which ink may lie further from its line on the page than in the picture
 
 _Pixels = NDArray[np.float32]
 
@@ -40,9 +40,9 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     Parameters
     ----------
     ink : Ink
-        One whose `number` is negative is taken from the picture with all that lies around its line.
+        A line with a negative `number` is put together from clear pieces: all ink around it is taken with it.
     source : Source
-        Of the page that `ink` is about.
+        The page of the hand that the ink comes from.
     margin : float
         mm of the page around the line within which the picture is taken.
     """
@@ -53,7 +53,7 @@ def warp(ink: Ink, source: Source, dpi: float, shape: tuple[int, int], *, margin
     window = _window(line, reach, (shape[0] * finer, shape[1] * finer), finer)
     if window is None:
         return None
-    # what is taken from the middle of a line would go on past the end of the piece: there it ends round
+    # a piece from the middle of a line would go on past its end: it is cut off round there
     near, place = _nearest(line, window, np.where(line.loose & lone, _ROUND, reach))
     rgba = _pieces(line, near, place, source) if lone else _sampled(line, near, place, source, ink.graph.uv)
     left, top = window[0] // finer, window[1] // finer
@@ -154,33 +154,33 @@ def _sampled(
 
 
 def _drop_specks(rgba: _Pixels, on: NDArray[np.bool_]) -> None:
-    """Clear ink that touches none `on` the line: what is left of other strokes where the ink was bent."""
+    """Clear ink that is not connected to ink `on` the line: remains of other strokes where the ink was bent."""
     import cv2
 
     _, label = cv2.connectedComponents((rgba[:, :, 3] > _FAINT).astype(np.uint8), connectivity=8)
-    known = np.zeros(int(label.max()) + 1, dtype=bool)
-    known[label[on]] = True
-    known[0] = False
-    # the soft edge of a stroke is fainter than what joins it
-    near = cv2.dilate(known[label].astype(np.uint8), np.ones((5, 5), np.uint8))
+    on_line = np.zeros(int(label.max()) + 1, dtype=bool)
+    on_line[label[on]] = True
+    on_line[0] = False
+    # the soft edge of a stroke is fainter than _FAINT: what lies within two pixels is kept with it
+    near = cv2.dilate(on_line[label].astype(np.uint8), np.ones((5, 5), np.uint8))
     rgba[near == 0] = 0
 
 
 def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], source: Source) -> _Pixels:
-    """(h, w, 4) ink of a window, premultiplied, put together from pieces that lie clear anywhere in the picture."""
+    """(h, w, 4) ink of a window, premultiplied, for a line of clear pieces from anywhere in the picture."""
     import cv2
 
     inside = near >= 0
     vertex = near[inside]
     back = line.back(place[inside], vertex.astype(np.intp))
-    # of what lies beside the line only so much is known to be clear
+    # beside the line only CLEAR mm are known to be free of other lines
     away = np.abs(back - line.uv[vertex]) - (line.width * line.radius)[vertex]
     back[away > CLEAR / source.page.pixel] = -_PAD
     x, y = source.page.texture.corner
     places = np.full((2, *near.shape), -_PAD, dtype=np.float32)
     places[0][inside], places[1][inside] = back.real - x, back.imag - y
-    found = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
-    rgba = np.asarray(found, dtype=np.float32) / np.float32(255)
+    ink = cv2.remap(source.premultiplied, places[0], places[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT)
+    rgba = np.asarray(ink, dtype=np.float32) / np.float32(255)
     beyond = np.abs(place[inside] - line.at[vertex]) - line.radius[vertex]
     shown = np.where(line.loose[vertex], np.clip(_ROUND - beyond, 0, 1), 1)
     rgba[inside] *= shown[:, None].astype(np.float32)
@@ -189,30 +189,30 @@ def _pieces(line: Course, near: NDArray[np.int32], place: NDArray[np.complex128]
 
 
 def _cubic(patch: _Pixels, x: _Pixels, y: _Pixels) -> _Pixels:
-    """Ink at places between pixels: sharp, and never darker nor lighter than the pixels around."""
+    """Ink interpolated between pixels, sharp, but never darker nor lighter than the pixels around."""
     import cv2
 
-    found = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
+    ink = np.asarray(cv2.remap(patch, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_CONSTANT))
     if (x == np.rint(x)).all() and (y == np.rint(y)).all():
-        return np.asarray(found, dtype=np.float32)
+        return np.asarray(ink, dtype=np.float32)
     kernel = np.ones((4, 4), np.uint8)
     left, top = np.floor(x), np.floor(y)
     # least and greatest of the sixteen pixels around, kept at the one to the upper left
     least = cv2.remap(cv2.erode(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
     most = cv2.remap(cv2.dilate(patch, kernel, anchor=(1, 1)), left, top, cv2.INTER_NEAREST)
-    found = np.clip(found, least, most)
-    return np.asarray(np.minimum(found, found[:, :, 3:]), dtype=np.float32)
+    ink = np.clip(ink, least, most)
+    return np.asarray(np.minimum(ink, ink[:, :, 3:]), dtype=np.float32)
 
 
 def _back(
     line: Course, near: NDArray[np.int32], place: NDArray[np.complex128], inside: NDArray[np.bool_]
 ) -> tuple[NDArray[np.complex128], bool]:
-    """Where in the picture the pixels `inside`, (m,), come from, and whether by more than one even movement."""
+    """Where in the picture the m pixels `inside` come from, (m,), and whether one affine movement was not enough."""
     import cv2
 
-    own = place[inside]
-    back = line.back(own, near[inside].astype(np.intp))
-    even = _even(line)(own)
+    pixels = place[inside]
+    back = line.back(pixels, near[inside].astype(np.intp))
+    even = _even(line)(pixels)
     rest = back - even
     if max(np.abs(rest.real).max(), np.abs(rest.imag).max()) < _EXACT:
         return back, False
@@ -225,7 +225,7 @@ def _back(
     x, y, square, weight = parts[inside].T
     mean = (x + 1j * y) / weight
     apart = np.sqrt(np.maximum(square / weight - np.abs(mean) ** 2, 0))
-    # where strokes part, or a way turns back on itself, the middle between two movements is nobody's ink
+    # where strokes part, or a line turns back on itself, the mean of two movements would hit no ink
     own_share = np.clip(apart / _APART - 1, 0, 1)
     return even + mean + own_share * (rest - mean), True
 
@@ -235,7 +235,7 @@ def _even(line: Course) -> Any:
     middle, goal = line.at.mean(), line.uv.mean()
     away, cut = line.at - middle, line.uv - goal
     columns = np.stack([away, np.conj(away)], axis=1)
-    # a straight line says nothing of what is beside it: a little of a plain similarity decides
+    # a straight line does not determine the movement beside it: a small weight on a similarity does
     size = float(np.abs(away).max()) + 1.0
     square = float((np.abs(away) ** 2).sum())
     plain = (np.conj(away) * cut).sum() / square if square > 0 else line.turn.mean()
@@ -254,21 +254,21 @@ def _unghosted(
     box: tuple[int, int, int, int],
     shape: tuple[int, int],
 ) -> _Pixels:
-    """(h, w) 0–1: whether ink is on its own line on the page too, or as near to it as in the picture.
+    """(h, w) 0–1: 1 where ink is no further from its own line on the page than it was in the picture, falling to 0.
 
-    Where two lines of a glyph are drawn apart, each would bring along what lies beside it: the other line once more.
+    Where two lines of a glyph are drawn further apart, each would otherwise bring a copy of the other along.
     """
     import cv2
 
     inside = near >= 0
-    own = nearest(line.uv - (box[0] + 1j * box[1]), shape)
+    nearest_source = nearest(line.uv - (box[0] + 1j * box[1]), shape)
     x = np.clip(np.rint(back.real - box[0]).astype(np.intp), 0, shape[1] - 1)
     y = np.clip(np.rint(back.imag - box[1]).astype(np.intp), 0, shape[0] - 1)
-    vertex, at = own[y, x], near[inside]
+    vertex, at = nearest_source[y, x], near[inside]
     there = np.abs(back - line.uv[vertex]) / np.abs(line.turn[vertex])
     here = np.abs(place[inside] - line.at[vertex])
     ghost = np.clip((here - there) / _GHOST - 1, 0, 1)
     beside = np.clip((np.abs(place[inside] - line.at[at]) - line.radius[at]) / _GHOST, 0, 1)
-    kept = np.ones(near.shape, dtype=np.float32)
-    kept[inside] = 1 - ghost * beside
-    return np.asarray(np.minimum(kept, cv2.blur(kept, (3, 3))), dtype=np.float32)
+    share = np.ones(near.shape, dtype=np.float32)
+    share[inside] = 1 - ghost * beside
+    return np.asarray(np.minimum(share, cv2.blur(share, (3, 3))), dtype=np.float32)

@@ -15,7 +15,7 @@ from handout.pipeline.pictures import paper as named_paper
 from handout.pipeline.results import Fact
 from handout.values import Hand
 from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling
-from handout.writing.sheets import ASCENT, DESCENT
+from handout.writing.layout import ASCENT, DESCENT
 
 if TYPE_CHECKING:
     from handout.hand.scanned import ScannedHand

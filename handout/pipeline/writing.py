@@ -287,7 +287,13 @@ def set_pages(
 def letter_facts(letter: Borrowed) -> Facts:
     """What `--json` prints of a letter that the hand lacked."""
     count = len(letter.at)
-    return {"letter": letter.letter, "from": letter.source, "own": letter.own, "count": count, "at": list(letter.at)}
+    return {
+        "letter": letter.letter,
+        "from": letter.source,
+        "own": letter.of_author,
+        "count": count,
+        "at": list(letter.at),
+    }
 
 
 def _with_borrowed(sheet: Sheet, borrowed: Sequence[Facts]) -> Sheet:

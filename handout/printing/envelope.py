@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from handout.printing.rows import Row
 from handout.values import Page
-from handout.writing.layout import Layout
-from handout.writing.sheets import ASCENT, DESCENT
+from handout.writing.layout import ASCENT, DESCENT, Layout
 
 # what the post keeps for itself, mm: stamps and postmark above, the sorter's bar code below
 _STAMPS, _BAR_CODE = 40.0, 15.0

@@ -96,8 +96,8 @@ def _crossing(mark: Sequence[Array], letter: Sequence[Array], name: str, kind: s
     if not len(stems):
         stems = np.array([body[:, 0].min(), body[:, 0].max()])
     left, right = float(stems.min()), float(stems.min() if name in STEM_AT_LEFT else stems.max())
-    half = 0.5 * (right - left) if kind == BAR else 0.0
-    return [np.column_stack([s[:, 0] + np.sign(s[:, 0]) * half + 0.5 * (left + right), s[:, 1] + y]) for s in mark]
+    aside = 0.5 * (right - left) if kind == BAR else 0.0
+    return [np.column_stack([s[:, 0] + np.sign(s[:, 0]) * aside + 0.5 * (left + right), s[:, 1] + y]) for s in mark]
 
 
 def _at(stroke: Array, y: float) -> Array:

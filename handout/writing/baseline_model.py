@@ -66,7 +66,7 @@ def line_geometries(
     least, most = -model.most_rise / reach, model.most_rise / reach  # a long line drifts no further than a short one
     bent = min(1.0, reach / model.reach) if model.reach else 1.0
     habit, begun = min(jitter, 1.0), count - 1 if model.edge_drift < 0 else 0
-    found: list[LineGeometry] = []
+    geometries: list[LineGeometry] = []
     tilt = 0.0
     for number in range(count):
         above = rng.normal(0.0, jitter * model.pitch)
@@ -75,8 +75,8 @@ def line_geometries(
         fresh = rng.normal(0.0, jitter * model.tilt)
         tilt = model.tilt_memory * tilt + math.sqrt(1 - model.tilt_memory**2) * fresh if number else fresh
         sag = habit * model.bend_mean + rng.normal(0.0, jitter * model.bend)
-        found.append(LineGeometry(-above, edge, max(least, min(most, page + tilt)), bent * sag))
-    return found
+        geometries.append(LineGeometry(-above, edge, max(least, min(most, page + tilt)), bent * sag))
+    return geometries
 
 
 # Measured on three pages of one writer on squared paper (Peraire, CC BY 4.0): lines stand .13–.17 mm about the rules

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from handout.values import Array, Glyph, Hand, Indices
-from handout.writing.text import Letter, runs
+from handout.writing.text import Letter
 
 _EXITS = {"low": 0, "high": 1, "lifted": 2}
 _ENTRIES = {"low": 0, "high": 1, "free": 2, "lifted": 3}
@@ -42,11 +42,11 @@ def viterbi(unary: Sequence[Array], steps: Sequence[Array]) -> list[int]:
     n numbers of states; among equals the first.
     """
     best, back = unary[0], list[Indices]()
-    for own, step in zip(unary[1:], steps, strict=True):
+    for costs, step in zip(unary[1:], steps, strict=True):
         total = best[:, None] + step
         origin = total.argmin(axis=0)
         back.append(origin)
-        best = total[origin, np.arange(len(own))] + own
+        best = total[origin, np.arange(len(costs))] + costs
     path = [int(best.argmin())]
     for origin in reversed(back):
         path.append(int(origin[path[-1]]))
@@ -127,6 +127,22 @@ class Chooser:
         return np.asarray(self._variation * noise + reuse - candidates.favour)
 
 
+def runs(letters: Sequence[Letter]) -> list[str]:
+    """For each letter, its place in its word: "start", "middle", "end" or "alone".
+
+    The place of a small letter is counted among small letters: a capital, a digit or a quotation mark is not
+    joined to it, so what follows starts afresh.
+    """
+
+    bases = ["", *(letter.base for letter in letters), ""]
+    places = []
+    for before_it, base, after_it in zip(bases, bases[1:], bases[2:], strict=False):
+        same = str.islower if base.islower() else str.isalpha
+        before, after = same(before_it) and before_it.isalpha(), same(after_it) and after_it.isalpha()
+        places.append("middle" if before and after else "end" if before else "start" if after else "alone")
+    return places
+
+
 def _possible(glyphs: Sequence[Glyph], letter: str, place: str, before: str, after: str) -> list[Glyph]:
     """What may be written here: a small letter after a capital starts afresh or, if the capital joins, goes on."""
     fit = _fitting(glyphs, place, before, after)
@@ -167,11 +183,6 @@ def _gather(glyphs: Sequence[Glyph]) -> _Forms:
 def hash_form(glyph: Glyph) -> int:
     """A number that two glyphs share exactly when they derive from one drawn form."""
     return ord(glyph.letter[0]) * 4096 + glyph.form
-
-
-def joined(left: Glyph, right: Glyph) -> bool:
-    """Whether the pen stays down between two neighbours."""
-    return left.exit != "lifted" and right.entry != "lifted"
 
 
 def _pairwise(left: _Forms, right: _Forms, variation: float) -> Array:

@@ -12,7 +12,6 @@ import numpy as np
 
 from handout.hand.letter_classes import CROSSED
 from handout.values import Array, Glyph
-from handout.writing.choice import joined
 
 LEAST_ROOM = 0.13  # between two letters that are not joined, at any height
 _SIGN_ROOM = 0.34  # between a sign such as + or @ and a letter, which it must not become a part of
@@ -28,6 +27,11 @@ _OVER = 0.2  # a bar that passes nearer over a letter strikes it through
 _TIE = 0.14  # a bar crosses its stem by as much at least
 _FLIGHT = (0.9, 0.3)  # beyond its stem at most, or as this share of its word
 _MEANT = 0.2  # a bar that was drawn to run so far into its neighbour is meant to
+
+
+def joined(left: Glyph, right: Glyph) -> bool:
+    """Whether the pen stays down between two neighbours."""
+    return left.exit != "lifted" and right.entry != "lifted"
 
 
 def missing_room(left: Glyph, right: Glyph, width: float, breadth: float = 1.0) -> float:
@@ -89,7 +93,7 @@ def bound_bars(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     """
     if not any(glyph.letter in CROSSED for glyph in glyphs):
         return
-    ink = [_ink(glyph, own) for glyph, own in zip(glyphs, strokes, strict=True)]
+    ink = [_ink(glyph, letter_strokes) for glyph, letter_strokes in zip(glyphs, strokes, strict=True)]
     whole = np.vstack(ink)
     most = max(_FLIGHT[0], _FLIGHT[1] * float(np.ptp(whole[:, 0])))
     beside = [None, *glyphs, None]
@@ -116,10 +120,10 @@ def _meant(glyph: Glyph, before: Glyph | None, after: Glyph | None, bar: Array) 
 
 
 def _within(
-    bar: Array, own: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
+    bar: Array, letter: Array, before: Sequence[Array], after: Sequence[Array], most: tuple[float, float]
 ) -> Array:
     """A bar between the letters before and behind that it would touch, not more than `most` beyond its stem."""
-    stem = _stem(own, float(np.median(bar[:, 1])))
+    stem = _stem(letter, float(np.median(bar[:, 1])))
     right = _reach(bar, stem, after, most[1])
     # the same to the left, seen in a mirror
     mirror = np.array([-1.0, 1.0])
@@ -144,10 +148,10 @@ def _reach(bar: Array, stem: float, ink: Sequence[Array], most: float) -> float:
     return max(min(drawn, wall - LEAST_ROOM - stem, most), _TIE) / drawn
 
 
-def _stem(own: Array, y: float) -> float:
+def _stem(letter: Array, y: float) -> float:
     """Where a letter's stem is at a height, x: the leftmost place near it."""
-    away = np.abs(own[:, 1] - y)
-    near = own[away <= max(0.1, float(away.min()))]
+    away = np.abs(letter[:, 1] - y)
+    near = letter[away <= max(0.1, float(away.min()))]
     return float(np.median(near[:, 0]))
 
 
@@ -159,10 +163,10 @@ def clear_dots(glyphs: Sequence[Glyph], strokes: Sequence[list[Array]]) -> None:
     strokes : of each glyph, (n, 2) in the word's space; dots and accents are replaced where they move.
     """
     for i, glyph in enumerate(glyphs):
-        if own := _dots(glyph, strokes[i]):
+        if dots := _dots(glyph, strokes[i]):
             beside = [stroke for near in (*strokes[max(i - 2, 0) : i], *strokes[i + 1 : i + 3]) for stroke in near]
-            move = _move(np.vstack([_evenly(strokes[i][k]) for k in own]), beside)
-            for k in own if move.any() else ():
+            move = _move(np.vstack([_evenly(strokes[i][k]) for k in dots]), beside)
+            for k in dots if move.any() else ():
                 strokes[i][k] = strokes[i][k] + move
 
 

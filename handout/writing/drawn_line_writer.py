@@ -16,11 +16,11 @@ from handout.values import Array, Glyph, Hand, Placed
 from handout.writing import variation as varying
 from handout.writing.accents import accented
 from handout.writing.baseline_model import USUAL_BASELINES
-from handout.writing.choice import Chooser, joined
-from handout.writing.clearance import bound_bars, clear_dots, missing_room
-from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit
-from handout.writing.slips import Struck
-from handout.writing.text import Letter, Repertoire, spelt
+from handout.writing.choice import Chooser
+from handout.writing.clearance import bound_bars, clear_dots, joined, missing_room
+from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, ToPage, Unit
+from handout.writing.slips import Struck, intended_word
+from handout.writing.text import Letter, Piece, Repertoire, spelt
 from handout.writing.variation import USUAL, Drift, Variation, walk, warp
 
 _MOST_SLURRED = 0.3  # beyond it nobody reads the word
@@ -164,12 +164,12 @@ def slurred(stroke: Array, share: float) -> Array:
 
 def cuts(starts: Sequence[float], ends: Sequence[float], room: float) -> list[int]:
     """Where letters of those extents are cut so that no part is wider than `room`; 0 and their number included."""
-    found, first = [0], 0
+    places, first = [0], 0
     for i in range(1, len(starts)):
         if ends[i] - starts[first] > room:
-            found.append(i)
+            places.append(i)
             first = i
-    return [*found, len(starts)]
+    return [*places, len(starts)]
 
 
 def _advances(glyphs: Sequence[Glyph]) -> Array:
@@ -229,7 +229,7 @@ class DrawnLineWriter:
                 continue
             writer = writers[isinstance(piece, Struck)]
             word = writer.word(piece)
-            yield Unit(word, self._gap(spaces, writer.rng))
+            yield Unit(word, self._gap(spaces, writer.rng), intended_word(piece))
             spaces = 0
 
     def _gap(self, spaces: int, rng: np.random.Generator) -> float:

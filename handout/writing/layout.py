@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 from handout.errors import InputError
 from handout.values import Page
-from handout.writing.baseline_model import Ruling
+from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling
 
+ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
 Align = Literal["left", "right", "centre", "ragged"]
 
 
@@ -68,3 +70,32 @@ class Layout:
     def height(self) -> float:
         """Room between the top and bottom margin, mm."""
         return self.page.height - self.margin[0] - self.margin[2]
+
+    @property
+    def room(self) -> float:
+        """Room between the left and right margin, x-heights."""
+        return self.width / self.x_height
+
+    def baseline_distance(self, pitch: float) -> float:
+        """Distance of baselines, mm; `pitch` is the usual one of the hand, x-heights."""
+        if self.ruling is not None:
+            return self.ruling.pitch
+        return self.line_spacing if self.line_spacing is not None else pitch * self.x_height
+
+    def lines_a_page(self, pitch: float) -> int:
+        """How many lines one page holds."""
+        if self.ruling is not None:
+            return len(self.rules)
+        height = self.height - (ASCENT + DESCENT) * self.x_height
+        return 1 + math.floor(height / self.baseline_distance(pitch) + 1e-9) if height >= 0 else 0
+
+    @property
+    def rules(self) -> tuple[tuple[float, float], ...]:
+        """The rules of a page on which there is room for a line between the margins; none where it is blank."""
+        if self.ruling is None:
+            return ()
+        top, right, bottom, left = self.margin
+        upper, lower = top + ASCENT * self.x_height, self.page.height - bottom - DESCENT * self.x_height
+        middle = self.page.width / 2
+        reach = max(middle - left, middle - right, 0.0)
+        return self.ruling.within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, reach)

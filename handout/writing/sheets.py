@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, groupby, islice
@@ -12,41 +11,11 @@ import numpy as np
 
 from handout.errors import DoesNotFit
 from handout.values import Array, Glyph, Line, Manuscript, Placed
-from handout.writing.baseline_model import FOOT_ABOVE_RULE, Ruling, line_geometries, on_rules
-from handout.writing.layout import Layout
+from handout.writing.baseline_model import FOOT_ABOVE_RULE, line_geometries, on_rules
+from handout.writing.layout import ASCENT, DESCENT, Layout
 from handout.writing.line_breaking import Row
 from handout.writing.line_writer import LineWriter, ToPage, W
 from handout.writing.slips import StrikeThrough
-
-ASCENT, DESCENT = 2.15, 1.15  # x-heights above the first baseline and below the last
-
-
-def room(layout: Layout) -> float:
-    """Width between the margins, x-heights."""
-    return layout.width / layout.x_height
-
-
-def baseline_distance(pitch: float, layout: Layout) -> float:
-    """Distance of baselines, mm; `pitch` is the usual one of the hand, x-heights."""
-    if layout.ruling is not None:
-        return layout.ruling.pitch
-    return layout.line_spacing if layout.line_spacing is not None else pitch * layout.x_height
-
-
-def lines_a_page(pitch: float, layout: Layout) -> int:
-    """How many lines one page holds."""
-    if layout.ruling is not None:
-        return len(_rules(layout, layout.ruling))
-    height = layout.height - (ASCENT + DESCENT) * layout.x_height
-    return 1 + math.floor(height / baseline_distance(pitch, layout) + 1e-9) if height >= 0 else 0
-
-
-def _rules(layout: Layout, ruling: Ruling) -> tuple[tuple[float, float], ...]:
-    """The rules of a page on which there is room for a line between the margins."""
-    top, right, bottom, left = layout.margin
-    upper, lower = top + ASCENT * layout.x_height, layout.page.height - bottom - DESCENT * layout.x_height
-    middle = layout.page.width / 2
-    return ruling.within(upper + FOOT_ABOVE_RULE, lower + FOOT_ABOVE_RULE, max(middle - left, middle - right, 0.0))
 
 
 class Sheet(NamedTuple):
@@ -74,7 +43,7 @@ def paginate(
     DoesNotFit
         Not even one line fits between the margins.
     """
-    held = lines_a_page(writer.pitch, layout)
+    held = layout.lines_a_page(writer.pitch)
     if held == 0 and layout.ruling is not None:
         raise DoesNotFit(
             f"None of the paper's rules has room for letters of {layout.x_height:.2g} mm between the margins: use a "
@@ -92,8 +61,8 @@ def paginate(
     while page:
         number += 1
         following = list(islice(coming, 1))  # all words are written when there is nothing behind a page
-        own = rng.spawn(1)[0] if following else rng
-        yield Sheet(_sheet(page, writer, layout, own, strike_through, number), own, not following)
+        page_rng = rng.spawn(1)[0] if following else rng
+        yield Sheet(_sheet(page, writer, layout, page_rng, strike_through, number), page_rng, not following)
         page = list(islice(chain(following, coming), held))
 
 
@@ -106,12 +75,12 @@ def _sheet(
     page: int,
 ) -> Manuscript:
     """Place the rows of one page."""
-    scale, pitch = layout.x_height, baseline_distance(writer.pitch, layout)
+    scale, pitch = layout.x_height, layout.baseline_distance(writer.pitch)
     lines, words, slips = list[Line](), 0, list[dict[str, Any]]()
-    half = 0.5 * layout.width
+    half_width = 0.5 * layout.width
     even = _even(layout, pitch, len(rows))
     model = writer.baseline_model if layout.ruling is None else on_rules(writer.baseline_model)
-    wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * room(layout), rng)
+    wandering = line_geometries(model, len(rows), layout.jitter, 0.5 * layout.room, rng)
     for number, (row, geometry, (height, slope)) in enumerate(zip(rows, wandering, even, strict=True)):
         if not row.units:
             continue
@@ -119,7 +88,7 @@ def _sheet(
         if layout.ruling is None:
             baseline = layout.margin[0] + (ASCENT - geometry.above) * scale + number * pitch
         x = layout.margin[3] + scale * (_left(row, layout, geometry.edge) + row.indent)
-        rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half, half)
+        rise = (geometry.slope - slope, geometry.sag * scale, layout.margin[3] + half_width, half_width)
         starts, to_page = _starts(row, x, scale), _to_page(baseline, rise)
         placed = writer.place([unit.word for unit in row.units], starts, scale, to_page)
         if any(unit.intended is not None for unit in row.units):
@@ -140,7 +109,7 @@ def _even(layout: Layout, pitch: float, count: int) -> list[tuple[float, float]]
     if layout.ruling is None:
         return [(layout.margin[0] + ASCENT * layout.x_height + number * pitch, 0.0) for number in range(count)]
     off = layout.margin[3] + 0.5 * layout.width - 0.5 * layout.page.width
-    return [(height - FOOT_ABOVE_RULE + slope * off, slope) for height, slope in _rules(layout, layout.ruling)[:count]]
+    return [(height - FOOT_ABOVE_RULE + slope * off, slope) for height, slope in layout.rules[:count]]
 
 
 def _inside(lines: Sequence[Line], layout: Layout, slack: float) -> tuple[list[Line], float]:
@@ -173,9 +142,9 @@ def _shifted(line: Line, down: float) -> Line:
     """The line further down its page, mm."""
     by = np.array([0.0, down])
     placed = []
-    for one in line.placed:
-        ink = one.ink and replace(one.ink, graph=replace(one.ink.graph, xy=one.ink.graph.xy + by))
-        placed.append(replace(one, strokes=tuple(stroke + by for stroke in one.strokes), ink=ink))
+    for glyph in line.placed:
+        ink = glyph.ink and replace(glyph.ink, graph=replace(glyph.ink.graph, xy=glyph.ink.graph.xy + by))
+        placed.append(replace(glyph, strokes=tuple(stroke + by for stroke in glyph.strokes), ink=ink))
     return replace(line, placed=tuple(placed), baseline=line.baseline + down)
 
 
@@ -225,7 +194,7 @@ def _starts(row: Row[W], x: float, scale: float) -> list[float]:
 
 def _left(row: Row[W], layout: Layout, edge: float) -> float:
     """Where a row begins, x-heights from the left margin; its ink stays inside the margins."""
-    spare = room(layout) - row.indent - row.width
+    spare = layout.room - row.indent - row.width
     if layout.align == "right":
         return max(0.0, spare - abs(edge))
     if layout.align == "centre":
@@ -235,11 +204,11 @@ def _left(row: Row[W], layout: Layout, edge: float) -> float:
 
 
 def _to_page(baseline: float, curve: tuple[float, float, float, float]) -> ToPage:
-    slope, sag, middle, half = curve
+    slope, sag, middle, half_width = curve
 
     def to_page(points: Array) -> Array:
         u = points[:, 0] - middle
-        lift = slope * u + sag * ((u / half) ** 2 - 0.33)
+        lift = slope * u + sag * ((u / half_width) ** 2 - 0.33)
         return np.column_stack([points[:, 0], baseline - points[:, 1] - lift])
 
     return to_page

@@ -13,8 +13,7 @@ import numpy as np
 
 from handout.errors import InputError
 from handout.values import Array
-from handout.writing.line_writer import Piece
-from handout.writing.text import Letter, spelt
+from handout.writing.text import Letter, Piece, spelt
 
 USUAL = 2.0  # slips in 100 words, where no number is asked for; careful copies of a page have one in 300
 _GOES_ON = 0.45  # that a wrong letter is followed by one more before it is noticed
@@ -32,9 +31,14 @@ class Struck(tuple[Letter, ...]):
 
     def __new__(cls, letters: _Word, intended: str) -> Struck:
         """Of what is written before it is noticed, and what was to be written."""
-        made = super().__new__(cls, letters)
-        made.intended = intended
-        return made
+        struck = super().__new__(cls, letters)
+        struck.intended = intended
+        return struck
+
+
+def intended_word(letters: _Word) -> str | None:
+    """The word that was to be written, where these letters are struck out; None where they stay."""
+    return letters.intended if isinstance(letters, Struck) else None
 
 
 def check_rate(rate: float) -> float:
@@ -55,7 +59,7 @@ def slip(paragraphs: Iterable[Sequence[Piece]], rate: float, rng: np.random.Gene
 
     Parameters
     ----------
-    paragraphs : as `pieces.paragraphs_of` gives them.
+    paragraphs : as `text.paragraphs_of` gives them.
     rate : slips in 100 words, 0 to 100.  Words of one letter, in capitals only, with a digit or anything else within
         them that is no letter, and parts of words with a hyphen, are never wrong.
     rng : numpy.random.Generator
@@ -111,8 +115,8 @@ def _core(pieces: Sequence[Piece], number: int) -> list[Letter]:
     if not any(alpha) or any(letter.base.isnumeric() for letter in piece):
         return []
     word = list(piece[alpha.index(True) : len(alpha) - alpha[::-1].index(True)])
-    small = [letter.base.islower() for letter in word[1:]]
-    return word if small and all(small) else []
+    lower_case = [letter.base.islower() for letter in word[1:]]
+    return word if lower_case and all(lower_case) else []
 
 
 def _swapped(word: _Word, rng: np.random.Generator) -> list[Letter]:
@@ -201,8 +205,8 @@ class StrikeThrough:
         return [np.column_stack([x, self._height(height) + self._slope(a, b) * (x - (a + b) / 2) + bow + trembling])]
 
     def _lines(self, left: float, right: float) -> list[Array]:
-        half = 0.5 * self._rng.uniform(*_APART)
-        return [self._line(left, right, _MIDDLE + side * half)[0] for side in (1, -1)]
+        half_gap = 0.5 * self._rng.uniform(*_APART)
+        return [self._line(left, right, _MIDDLE + side * half_gap)[0] for side in (1, -1)]
 
     def _to_and_fro(self, left: float, right: float) -> list[Array]:
         """There, back and there again in one movement, each pass lower than the one before."""

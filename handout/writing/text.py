@@ -15,6 +15,7 @@ _MOST_NAMED = 20  # characters that a complaint lists
 _FEW = 40  # letters of a hand that can be told one by one
 _OVERLAY = 1  # the combining class of strokes through a character
 LEFT_OUT = "left out"
+_BREAK_AFTER = "-–—/"  # a line may end behind these, as behind a hyphen
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,10 @@ class Letter:
     base: str
     marks: tuple[str, ...]
     at: int
+
+
+# a number of spaces, or the letters between two of them
+Piece = int | Sequence[Letter]
 
 
 @dataclass(frozen=True)
@@ -44,12 +49,12 @@ class Borrowed:
     """What was written for a grapheme that a hand lacks, and where in the text, graphemes from 0.
 
     source : what of, in words; `LEFT_OUT` if nothing was written.
-    own : whether all of it is the author's.
+    of_author : whether all of it is the author's.
     """
 
     letter: str
     source: str
-    own: bool
+    of_author: bool
     at: tuple[int, ...]
 
 
@@ -57,6 +62,42 @@ def normalise(text: str) -> str:
     """Text in NFC, with one kind of newline and of space, and look-alikes as the hands have them."""
     text = unicodedata.normalize("NFC", NEWLINES.sub("\n", text))
     return unicodedata.normalize("NFC", text.translate(SAME).translate(SPACES))
+
+
+def paragraphs_of(text: str, hand: Repertoire, *, fallback: bool = False) -> list[list[Piece]]:
+    """The paragraphs of a text in the letters of a hand: what is written in one go, and the numbers of spaces between.
+
+    fallback, errors : see `spell`.
+    """
+    paragraphs = list[list[Letter | str]]([[]])
+    for token in spell(normalise(text), hand, fallback=fallback):
+        if token == "\n":
+            paragraphs.append([])
+        else:
+            paragraphs[-1].append(token)
+    return [list(_pieces(paragraph)) for paragraph in paragraphs]
+
+
+def _pieces(paragraph: Sequence[Letter | str]) -> Iterator[Piece]:
+    """What is written in one go, and between them the number of spaces; a line may break after a hyphen."""
+    piece: list[Letter] = []
+    spaces = 0
+    for token in paragraph:
+        if isinstance(token, str):
+            if piece:
+                yield piece
+                piece = []
+            spaces += 1
+            continue
+        if spaces:
+            yield spaces
+            spaces = 0
+        if len(piece) > 1 and piece[-1].base in _BREAK_AFTER and token.base.isalpha():
+            yield piece
+            piece = []
+        piece.append(token)
+    if piece:
+        yield piece
 
 
 def spell(text: str, hand: Repertoire, *, fallback: bool = False) -> Iterator[Letter | str]:
@@ -105,24 +146,24 @@ def _form(grapheme: str, hand: Repertoire, at: int, fallback: bool) -> Sequence[
 
 def _places(units: Sequence[str], missing: set[str]) -> dict[str, list[str]]:
     """Where in a text some graphemes stand, in words."""
-    found: dict[str, list[str]] = {}
+    places: dict[str, list[str]] = {}
     line, column = 1, 0
     for unit in units:
         column += 1
         if unit == "\n":
             line, column = line + 1, 0
         if unit in missing:
-            found.setdefault(unit, []).append(f"line {line}, character {column}")
-    return found
+            places.setdefault(unit, []).append(f"line {line}, character {column}")
+    return places
 
 
 def lacking(text: str, hand: Repertoire) -> dict[str, list[int]]:
     """The graphemes of normalised `text` that a hand has no letter for, and where they stand, graphemes from 0."""
-    found: dict[str, list[int]] = {}
+    places: dict[str, list[int]] = {}
     for at, grapheme in enumerate(graphemes(text)):
         if not grapheme.isspace() and not _letters(grapheme, hand, at):
-            found.setdefault(grapheme, []).append(at)
-    return found
+            places.setdefault(grapheme, []).append(at)
+    return places
 
 
 def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
@@ -139,22 +180,22 @@ def _letters(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
 def borrow(grapheme: str, hand: Repertoire, at: int) -> list[Letter]:
     """What a hand writes for a grapheme that it lacks where similar forms are accepted; [] if there is nothing."""
     base, marks = decomposed(grapheme)
-    kept = tuple(mark for mark in marks if mark in hand.marks)
-    if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in kept):
-        base, kept = grapheme, ()  # a sign without its stroke says something else: ≠ is not =
+    marks_left = tuple(mark for mark in marks if mark in hand.marks)
+    if not base.isalpha() and any(unicodedata.combining(mark) == _OVERLAY for mark in marks if mark not in marks_left):
+        base, marks_left = grapheme, ()  # a sign without its stroke says something else: ≠ is not =
     for choice in (SIMILAR.get(base, base), _plain(base), base.swapcase()):
         if choice and all(part in hand.letters for part in choice):
-            return [Letter(part, kept if i == 0 else (), at) for i, part in enumerate(choice)]
+            return [Letter(part, marks_left if i == 0 else (), at) for i, part in enumerate(choice)]
     return []
 
 
 def borrowed(text: str, hand: Repertoire) -> list[Borrowed]:
     """What a hand writes for the graphemes of normalised `text` that it lacks, where similar forms are accepted."""
-    found = []
+    letters = []
     for grapheme, places in lacking(text, hand).items():
         written = "".join(spelt(letter) for letter in borrow(grapheme, hand, 0))
-        found.append(Borrowed(grapheme, instead(written), False, tuple(places)))
-    return found
+        letters.append(Borrowed(grapheme, instead(written), False, tuple(places)))
+    return letters
 
 
 def instead(written: str) -> str:
@@ -175,9 +216,9 @@ def _complaint(missing: dict[str, list[str]], hand: Repertoire, fallback: bool) 
     more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
     way_out = "use another hand"
     if not fallback:
-        given = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
+        names = [_name(grapheme) for grapheme in missing if grapheme in hand.lendable]
         which = (
-            f", which can supply {'all' if len(given) == len(missing) else ' '.join(given)} of them" if given else ""
+            f", which can supply {'all' if len(names) == len(missing) else ' '.join(names)} of them" if names else ""
         )
         pictures = [grapheme for grapheme in missing if PICTURE.match(grapheme)]
         ways = [f"accept similar forms{which}"] if len(pictures) < len(missing) else []
@@ -200,19 +241,3 @@ def _name(grapheme: str) -> str:
 def spelt(letter: Letter) -> str:
     """The grapheme that a letter and its accents are, NFC."""
     return recomposed(letter.base, letter.marks)
-
-
-def runs(letters: Sequence[Letter]) -> list[str]:
-    """For each letter, its place in its word: "start", "middle", "end" or "alone".
-
-    The place of a small letter is counted among small letters: a capital, a digit or a quotation mark is not
-    joined to it, so what follows starts afresh.
-    """
-
-    bases = ["", *(letter.base for letter in letters), ""]
-    places = []
-    for before_it, base, after_it in zip(bases, bases[1:], bases[2:], strict=False):
-        same = str.islower if base.islower() else str.isalpha
-        before, after = same(before_it) and before_it.isalpha(), same(after_it) and after_it.isalpha()
-        places.append("middle" if before and after else "end" if before else "start" if after else "alone")
-    return places

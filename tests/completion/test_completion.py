@@ -10,7 +10,7 @@ from handout.errors import InputError, MissingCharacters
 
 
 def spelt(borrowed):
-    return {one.letter: (one.source, one.own, one.at) for one in borrowed}
+    return {one.letter: (one.source, one.of_author, one.at) for one in borrowed}
 
 
 def test_a_hand_that_lacks_nothing_stays_as_it_is(small_hand):
@@ -76,14 +76,14 @@ def test_all_that_a_drawn_hand_has_can_be_lent(small_hand):
     found = spelt(borrowed)
     assert found["ł"][1] is False and found["ł"][2] == (text.index("ł"),) and found["ł"][0] == "l with a drawn slash"
     assert set("Z7&?!çñêåžX") <= set(lent.letters)
-    assert all(not one.own for one in borrowed)
+    assert all(not one.of_author for one in borrowed)
     again, _ = complete_hand(small_hand, text, fallback=True)
     assert np.array_equal(again.pages[-1].texture.rgba, lent.pages[-1].texture.rgba)
 
 
 def test_marks_are_set_as_the_drawn_hands_set_them(small_hand):
     lent, borrowed = complete_hand(small_hand, "ı ė")
-    assert {one.letter: (one.source, one.own) for one in borrowed} == {
+    assert {one.letter: (one.source, one.of_author) for one in borrowed} == {
         "ı": ("i without its dot", True),
         "ė": ("e with the author's own dot", True),
     }

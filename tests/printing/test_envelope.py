@@ -7,7 +7,7 @@ from handout.page_sizes import page
 from handout.printing.envelope import address_layout, address_text
 from handout.printing.rows import Row
 from handout.values import Page
-from handout.writing.sheets import ASCENT, DESCENT
+from handout.writing.layout import ASCENT, DESCENT
 
 ENVELOPES = ["DL", "C6", "C5", "number-10"]
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from handout.errors import DoesNotFit, InputError
 from handout.hand.library import load
 from handout.page_sizes import page
-from handout.writing.choice import Chooser, joined
+from handout.writing.choice import Chooser
+from handout.writing.clearance import joined
 from handout.writing.compose import compose
 from handout.writing.layout import Layout
 from handout.writing.text import Letter

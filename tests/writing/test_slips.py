@@ -14,20 +14,20 @@ from handout.page_sizes import page
 from handout.writing.compose import compose
 from handout.writing.drawn_line_writer import DrawnLineWriter
 from handout.writing.layout import Layout
-from handout.writing.line_writer import paragraphs_of
 from handout.writing.slips import StrikeThrough, Struck, slip
-from handout.writing.text import Letter, spelt
+from handout.writing.text import Repertoire, normalise, paragraphs_of, spelt
 
 HAND = load("house-joined")
 TEXT = "Dear Ada, thank you for the lovely letter which arrived on Monday morning and made everybody laugh. " * 3
 
 
-def tokens(text):
-    return [char if char.isspace() else Letter(char, (), at) for at, char in enumerate(text)]
+def paragraphs(text):
+    repertoire = Repertoire("any", frozenset(normalise(text)), frozenset())
+    return paragraphs_of(text, repertoire) if text.strip() else [[]]
 
 
 def slipped(text, rate=100.0, seed=1):
-    return list(slip(paragraphs_of(tokens(text)), rate, np.random.default_rng(seed)))
+    return list(slip(paragraphs(text), rate, np.random.default_rng(seed)))
 
 
 def word(piece):
@@ -53,7 +53,7 @@ WORDS = st.text("abceqthisABZ0123'’-.,äß", min_size=1, max_size=9)
 @settings(max_examples=150, deadline=None)
 @given(st.lists(WORDS, min_size=1, max_size=12), st.integers(0, 99))
 def test_only_words_go_wrong_and_what_was_meant_is_written_after(words, seed):
-    given_ = list(paragraphs_of(tokens(" ".join(words))))
+    given_ = paragraphs(" ".join(words))
     made = list(slip(given_, 100.0, np.random.default_rng(seed)))
     assert [without(pieces) for pieces in made] == given_
     for pieces in made:
@@ -95,7 +95,7 @@ def test_a_rate_out_of_bounds_is_refused(rate):
 
 
 def test_the_other_words_are_written_as_they_would_be_without():
-    plain, wrong = paragraphs_of(tokens(TEXT)), slipped(TEXT, 20.0)
+    plain, wrong = paragraphs(TEXT), slipped(TEXT, 20.0)
     ((_, lazily),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(plain)
     ((_, others),) = DrawnLineWriter(HAND, np.random.default_rng(3), 1.0).paragraphs(wrong)
     units, more = list(lazily), list(others)

@@ -51,8 +51,9 @@ def baseline_model(hand: ScannedHand) -> BaselineModel:
         return USUAL_BASELINES
     edges = [_edge(page) for page in pages]
     long = [page.reach >= _LONG * np.median(page.reach) for page in pages]
-    tilts = [(page.slope - np.median(page.slope[kept]))[kept] for page, kept in zip(pages, long, strict=True)]
-    sags = np.concatenate([page.sag[kept] for page, kept in zip(pages, long, strict=True)])
+    slopes = [page.slope[lines] for page, lines in zip(pages, long, strict=True)]
+    tilts = [slope - np.median(slope) for slope in slopes]
+    sags = np.concatenate([page.sag[lines] for page, lines in zip(pages, long, strict=True)])
     share = len(sags) / (len(sags) + _PRIOR)
     mean = float(np.median(sags))
     return BaselineModel(
@@ -92,10 +93,10 @@ def _lines(hand: ScannedHand, number: int, page: ScannedPage) -> _PageLines:
 
 def _edge(page: _PageLines) -> tuple[Array, float]:
     """Where lines begin about the course of the left edge, and how far right that goes from line to line."""
-    own = np.abs(page.left - np.median(page.left)) < 2 * _INDENTED
-    if own.sum() < LEAST:
+    at_margin = np.abs(page.left - np.median(page.left)) < 2 * _INDENTED
+    if at_margin.sum() < LEAST:
         return np.zeros(0), 0.0
-    drift, start = _course(page.number[own], page.left[own])
+    drift, start = _course(page.number[at_margin], page.left[at_margin])
     rest = page.left - (start + drift * page.number)
     return rest[np.abs(rest) < _INDENTED], drift
 
@@ -126,8 +127,8 @@ def _deviation(rests: Sequence[Array], usual: float, bounds: tuple[float, float]
     return float(np.clip(np.sqrt((squares.sum() + _PRIOR * usual**2) / (free + _PRIOR)), *bounds))
 
 
-def _memory(rests: Sequence[Array], usual: float, taken: int) -> float:
-    """Correlation of each line with the one before, after `taken` (1 the middle, 2 a course) were taken out of a page.
+def _memory(rests: Sequence[Array], usual: float, parameters: int) -> float:
+    """Correlation of each line with the one before, when a page's middle (1) or its course (2 parameters) is taken out.
 
     Source: for how much that lowers it on a page of n lines, Kendall 1954, Note on bias in the estimation of
     autocorrelation: (1 + 3ρ)/n, and (2 + 4ρ)/n.
@@ -136,7 +137,7 @@ def _memory(rests: Sequence[Array], usual: float, taken: int) -> float:
     alone = sum(float(np.square(rest).sum()) * (len(rest) - 1) / len(rest) for rest in rests if len(rest))
     if alone <= 0:
         return usual
-    seen = sum(float(rest[1:] @ rest[:-1]) for rest in rests) / alone
+    raw = sum(float(rest[1:] @ rest[:-1]) for rest in rests) / alone
     lines = max(sum(map(len, rests)) / len(rests), LEAST)
-    found = float(np.clip((seen + taken / lines) / (1 - (taken + 2) / lines), -1.0, 1.0))
-    return float(np.clip((count * found + _PRIOR * usual) / (count + _PRIOR), 0.0, 0.95))
+    correlation = float(np.clip((raw + parameters / lines) / (1 - (parameters + 2) / lines), -1.0, 1.0))
+    return float(np.clip((count * correlation + _PRIOR * usual) / (count + _PRIOR), 0.0, 0.95))

@@ -1,7 +1,7 @@
-"""A glyph that is written again is not the same again: it is bent a little, as far as its author's own letters vary.
+"""Bends a glyph a little each time it is written, within the range over which its author's own letters vary.
 
-The bend is a low-order affine map, a smooth warp, and what the hand aimed at being missed a little, all maps of the
-plane, so that strokes keep their smoothness and what hangs on a glyph follows it; the width of the line is not touched.
+A bend is the sum of an affine map, a smooth warp and small shifts around the glyph's targets (the points its strokes
+aim at).  All three map the plane, so strokes stay smooth and ligatures follow their glyph; line widths do not change.
 
 Source: own method; seed 000, §6.2 for the need; seed 002, §3.3 for the targets.
 """
@@ -22,17 +22,17 @@ from handout.hand.scanned import ScannedHand
 from handout.values import Array, Indices
 from handout.writing.scanned.forms import Form, Forms
 
-_SHARE = 0.7  # of the usual deviation of a letter, that a bend goes to
-_WARP = 1.5  # of the usual difference in shape between two instances
+_SHARE = 0.7  # standard deviation of a bend over that of the letter's instances
+_WARP = 1.5  # size of the warp over the usual difference in shape between two instances
 _WAVES = 3
-_MISSED = 0.8  # of the usual difference in shape, that targets are missed by; never more than _FARTHEST
+_MISSED = 0.8  # shift of targets over the usual difference in shape; never more than _FARTHEST
 _WORST = 2.0  # deviations
 _FARTHEST = 0.06  # x-heights
-_AROUND = 0.4  # x-heights around a target that go with it
-_AWAY = 0.15  # weight of staying where it is
-_ENOUGH = 5  # instances, from which a letter's own range is known
+_AROUND = 0.4  # x-heights: reach of a target's shift
+_AWAY = 0.15  # weight of no shift, against those of the targets
+_ENOUGH = 5  # instances from which on a letter's range is measured
 _SUREST = 10  # per cent of the letters
-_PRIOR = 4.0  # instances that what all letters have in common counts for
+_PRIOR = 4.0  # instances that the deviation common to all letters counts as
 _TRIES = (1.0, 0.7, 0.5)
 
 
@@ -42,8 +42,8 @@ class Spread:
 
     size : (n, 4) float, of every glyph: logarithms of width, height and aspect, and slant.
     deviation : (n, 4) float: usual deviation of its letter.
-    low, high : (n, 4) float: what its letter never goes below or above; its own size is always within.
-    warp : line space: how far the strokes of two instances usually lie apart when their boxes are laid over each other.
+    low, high : (n, 4) float: range of its letter; it always includes the glyph itself.
+    warp : line space: usual distance of the strokes of two instances when their boxes are laid over each other.
     x_height : line space.
     """
 
@@ -62,7 +62,7 @@ class Bend:
     affine : (2, 2) float.
     foot : height of the point on the axis of the centre that stays where it is.
     waves : (k, 2) float: wave vectors, rad; pushes : (k, 2) float: displacements; phases : (k,).
-    targets : (m, 2) float: places that are moved; misses : (m, 2) float: by how much; around : how far that reaches.
+    targets : (m, 2) float: places that are shifted; misses : (m, 2) float: the shifts; around : their reach.
     """
 
     affine: Array
@@ -75,7 +75,7 @@ class Bend:
     around: float
 
     def __call__(self, xy: Array) -> Array:
-        """Where places (n, 2) go; the same places are given back by a bend that does nothing."""
+        """Where places (n, 2) go."""
         from_foot = xy - (0.0, self.foot)
         moved = xy + from_foot @ (self.affine - np.eye(2)).T
         moved = moved + np.sin(xy @ self.waves.T + self.phases) @ self.pushes
@@ -83,7 +83,7 @@ class Bend:
         return np.asarray(moved + near @ self.misses / (near.sum(axis=1) + _AWAY)[:, None])
 
     def scaled(self, share: float) -> Bend:
-        """The same, but only so strong."""
+        """The bend, `share` times as strong."""
         affine = np.eye(2) + share * (self.affine - np.eye(2))
         return replace(self, affine=affine, pushes=share * self.pushes, misses=share * self.misses)
 
@@ -112,10 +112,10 @@ def bend(form: Form, number: int, spread: Spread, height: float, rng: np.random.
     low, high = spread.low[number] - 1e-9, spread.high[number] + 1e-9
     # a glyph at the edge of its letter's range can only be bent back into it: the other way, or without the affine part
     for affine, side in ((1.0, 1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0)):
-        made = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
-        made = replace(made, pushes=side * made.pushes, targets=form.targets, misses=side * reach * missed)
+        full = _warped(_affine(number, spread, affine * variation * normal), -height, directions, spread, variation)
+        full = replace(full, pushes=side * full.pushes, targets=form.targets, misses=side * reach * missed)
         for share in _TRIES:
-            tried = made.scaled(share)
+            tried = full.scaled(share)
             then = measure(tried(form.xy), form.radius, spread.x_height)
             if ((then >= low) & (then <= high)).all():
                 return tried
@@ -135,7 +135,7 @@ def _affine(number: int, spread: Spread, normal: Array) -> Array:
 
 
 def _warped(affine: Array, foot: float, directions: Array, spread: Spread, variation: float) -> Bend:
-    """The affine map with waves longer than a small letter is high, none of them steep enough to fold the plane."""
+    """The affine map and the warp: waves longer than an x-height, none steep enough to fold the plane."""
     length = 2 * np.pi / (spread.x_height * np.array([2.0, 2.6, 3.4]))
     waves = length[:, None] * np.column_stack([np.cos(directions[0]), np.sin(directions[0])])
     reach = min(variation * _WARP * spread.warp, 0.1 * spread.x_height) / _WAVES
@@ -152,16 +152,16 @@ def spread(forms: Forms) -> Spread:
     groups = [hand.of(letter) for letter in hand.letters]
     common = _common_deviation(size, groups, _unjoined(hand))
     deviation, low, high = np.tile(common, (len(size), 1)), size - common, size + common
-    for own in groups:
-        middle = np.median(size[own], axis=0)
+    for numbers in groups:
+        middle = np.median(size[numbers], axis=0)
         # letters whose ends were read wrongly are far off: medians do not see them
-        rough = 1.4826 * np.median(np.abs(size[own] - middle), axis=0)
-        usual = np.sqrt((len(own) * rough**2 + _PRIOR * common**2) / (len(own) + _PRIOR))
-        deviation[own] = np.clip(rough, common / 2, common)
-        if len(own) >= _ENOUGH:
+        rough = 1.4826 * np.median(np.abs(size[numbers] - middle), axis=0)
+        usual = np.sqrt((len(numbers) * rough**2 + _PRIOR * common**2) / (len(numbers) + _PRIOR))
+        deviation[numbers] = np.clip(rough, common / 2, common)
+        if len(numbers) >= _ENOUGH:
             # slips of the pen and of the reading lie outside twice the usual
-            low[own] = np.maximum(size[own].min(axis=0), middle - 2 * usual)
-            high[own] = np.minimum(size[own].max(axis=0), middle + 2 * usual)
+            low[numbers] = np.maximum(size[numbers].min(axis=0), middle - 2 * usual)
+            high[numbers] = np.minimum(size[numbers].max(axis=0), middle + 2 * usual)
     return Spread(
         size, deviation, np.minimum(low, size), np.maximum(high, size), _shape_difference(forms, groups), x_height
     )
@@ -175,16 +175,16 @@ def measure(xy: Array, radius: Array, x_height: float) -> Array:
 def _common_deviation(size: Array, groups: Sequence[Indices], free: NDArray[np.bool_]) -> Array:
     """(4,) the deviation within a letter that all letters have in common.
 
-    Of letters that stand free it is the middle one's.  Where letters are joined most of what varies is where they were
-    cut apart, which is none of the author's doing: of those it is that of the letters whose ends are read most surely.
+    Among letters that stand free it is the median.  Instances of joined letters vary mostly in where they were cut
+    apart, which the author did not do: among those a low percentile is taken, from letters with the surest ends.
     """
     alone = [size[group[free[group]]] for group in groups]
-    own, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
-    if len(own) < _ENOUGH:
-        own, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
-    if not own:
+    samples, share = [sizes for sizes in alone if len(sizes) >= _ENOUGH], 50.0
+    if len(samples) < _ENOUGH:
+        samples, share = [size[group] for group in groups if len(group) >= _ENOUGH], _SUREST
+    if not samples:
         return np.array([0.1, 0.06, 0.1, 0.06])
-    rough = [1.4826 * np.median(np.abs(one - np.median(one, axis=0)), axis=0) for one in own]
+    rough = [1.4826 * np.median(np.abs(sample - np.median(sample, axis=0)), axis=0) for sample in samples]
     return np.asarray(np.percentile(rough, share, axis=0)) + 1e-3
 
 
@@ -203,16 +203,16 @@ def _shape_difference(forms: Forms, groups: Sequence[Indices]) -> float:
     low = np.minimum.reduceat(forms.bodies.xy, first)
     sides = np.maximum(np.maximum.reduceat(forms.bodies.xy, first) - low, 1e-3)
     boxed = np.split((forms.bodies.xy - np.repeat(low, count, axis=0)) / np.repeat(sides, count, axis=0), first[1:])
-    pairs = [pair for own in groups if len(own) >= _ENOUGH for pair in pairwise(own.tolist())]
+    pairs = [pair for numbers in groups if len(numbers) >= _ENOUGH for pair in pairwise(numbers.tolist())]
     if not pairs:
         return 0.01
     away = np.sqrt(np.concatenate([cdist(boxed[i], boxed[j], "sqeuclidean").min(axis=0) for i, j in pairs]))
-    one, other = np.array(pairs).T
-    return float(np.median(_medians(away, count[other]) * sides[one].mean(axis=1)))
+    first_glyphs, second_glyphs = np.array(pairs).T
+    return float(np.median(_medians(away, count[second_glyphs]) * sides[first_glyphs].mean(axis=1)))
 
 
 def _medians(values: Array, count: Indices) -> Array:
     """(n,): of so many values each, one behind the other."""
     first = np.cumsum(count) - count
-    ranked = np.concatenate([np.sort(own) for own in np.split(values, first[1:])])
+    ranked = np.concatenate([np.sort(group) for group in np.split(values, first[1:])])
     return np.asarray((ranked[first + (count - 1) // 2] + ranked[first + count // 2]) / 2)

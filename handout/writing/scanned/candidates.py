@@ -39,8 +39,8 @@ def substitute_letter(index: GlyphIndex, letter: str) -> str:
     """The letter whose glyphs are written for `letter`: itself, or the small letter for a missing capital, or ""."""
     if letter and len(index.of(letter)):
         return letter
-    small = letter.lower()
-    return small if letter and small != letter and len(index.of(small)) else ""
+    lower_case = letter.lower()
+    return lower_case if letter and lower_case != letter and len(index.of(lower_case)) else ""
 
 
 def check_letters(index: GlyphIndex, targets: Sequence[TargetLetter]) -> None:
@@ -52,9 +52,9 @@ def check_letters(index: GlyphIndex, targets: Sequence[TargetLetter]) -> None:
         Some have none; the message lists them with their places.
     """
     missing: dict[str, list[int]] = {}
-    for one in targets:
-        if not substitute_letter(index, one.letter):
-            missing.setdefault(one.letter, []).append(one.at)
+    for target in targets:
+        if not substitute_letter(index, target.letter):
+            missing.setdefault(target.letter, []).append(target.at)
     if missing:
         named = ", ".join(f"'{letter}' ({_places(at)})" for letter, at in list(missing.items())[:_MOST_NAMED])
         more = f", and {len(missing) - _MOST_NAMED} others" if len(missing) > _MOST_NAMED else ""
@@ -102,27 +102,28 @@ def candidates_of(
         Some letters have none.
     """
     check_letters(index, targets)
-    kinds = {(one.letter, one.place) for one in targets}
+    kinds = {(target.letter, target.place) for target in targets}
     every = {kind: _all_candidates(index, *kind) for kind in kinds}
     if rng is None:
         few = {
             kind: _subset(candidates, np.arange(min(len(candidates.numbers), _MOST)))
             for kind, candidates in every.items()
         }
-        return [few[one.letter, one.place] for one in targets]
-    return [_sampled(every[one.letter, one.place], rng) for one in targets]
+        return [few[target.letter, target.place] for target in targets]
+    return [_sampled(every[target.letter, target.place], rng) for target in targets]
 
 
 def _all_candidates(index: GlyphIndex, letter: str, place: Place) -> Candidates:
     """All glyphs that might do, the best first."""
-    own = substitute_letter(index, letter)
-    numbers = index.of(own, place)
+    substitute = substitute_letter(index, letter)
+    numbers = index.of(substitute, place)
     if (index.intrinsic_cost[numbers] < WEIGHTS.elsewhere).sum() < ENOUGH:
-        numbers = index.of(own)
+        numbers = index.of(substitute)
     cost = candidate_cost(index.intrinsic_cost[numbers], index.places[numbers], place)
     order = np.argsort(cost, kind="stable")
     return Candidates(
-        readonly_indices(numbers[order], None), readonly(cost[order] + WEIGHTS.other_case * (own != letter), None)
+        readonly_indices(numbers[order], None),
+        readonly(cost[order] + WEIGHTS.other_case * (substitute != letter), None),
     )
 
 

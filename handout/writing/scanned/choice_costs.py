@@ -122,12 +122,12 @@ class TransitionCosts:
 
     def cost(self, first: Indices, second: Indices, parted: bool) -> Array:
         """(k, l) float ≥ 0: of each of `first` (k,) before each of `second` (l,), with or without a space between."""
-        known = self._costs[first[:, None], second]
-        if np.isnan(known).any():
-            row, column = np.nonzero(np.isnan(known))
-            known[row, column] = self._of_pairs(first[row], second[column])
-            self._costs[first[:, None], second] = known
-        cost = known.astype(np.float64)
+        costs = self._costs[first[:, None], second]
+        if np.isnan(costs).any():
+            row, column = np.nonzero(np.isnan(costs))
+            costs[row, column] = self._of_pairs(first[row], second[column])
+            self._costs[first[:, None], second] = costs
+        cost = costs.astype(np.float64)
         if parted:
             return np.asarray(
                 WEIGHTS.between_words * cost + self.cut(first)[:, None] + WEIGHTS.cut * self.has_entry[second]

@@ -96,14 +96,14 @@ def solve(
     history = UsageHistory(len(index)) if history is None else history
     before: Indices | None = None
     for first, last in _words(targets):
-        own = candidates[first:last]
-        noise = tuple(variation * WEIGHTS.noise * _noise(rng, len(each.numbers)) for each in own)
-        again = tuple(history.cost(each.numbers, i) for i, each in enumerate(own))
-        unary = [each.cost + chance for each, chance in zip(own, noise, strict=True)]
+        word_candidates = candidates[first:last]
+        noise = tuple(variation * WEIGHTS.noise * _noise(rng, len(each.numbers)) for each in word_candidates)
+        again = tuple(history.cost(each.numbers, i) for i, each in enumerate(word_candidates))
+        unary = [each.cost + chance for each, chance in zip(word_candidates, noise, strict=True)]
         if before is not None:
-            unary[0] = unary[0] + index.transitions.cost(before, own[0].numbers, parted=True)[0]
-        unary[-1] = unary[-1] + index.transitions.cut(own[-1].numbers)
-        numbers = _word(own, unary, again, _steps(index, targets[first:last], own))
+            unary[0] = unary[0] + index.transitions.cost(before, word_candidates[0].numbers, parted=True)[0]
+        unary[-1] = unary[-1] + index.transitions.cut(word_candidates[-1].numbers)
+        numbers = _word(word_candidates, unary, again, _steps(index, targets[first:last], word_candidates))
         history.write(numbers)
         before = numbers[-1:]
         yield Solved(first, numbers, noise, again)
@@ -117,7 +117,7 @@ def _word(
     Where one comes twice, it is made dear in its later places, in `again`, and the word is solved anew.
     """
     for _ in range(_TRIES):
-        path = viterbi([own + more for own, more in zip(unary, again, strict=True)], steps)
+        path = viterbi([costs + more for costs, more in zip(unary, again, strict=True)], steps)
         numbers = _taken(candidates, path)
         twice = np.setdiff1d(np.arange(len(numbers)), np.unique(numbers, return_index=True)[1])
         if not len(twice):
@@ -129,8 +129,8 @@ def _word(
 
 def _steps(index: GlyphIndex, targets: Sequence[TargetLetter], candidates: Sequence[Candidates]) -> list[Array]:
     return [
-        index.transitions.cost(a.numbers, b.numbers, one.word != other.word)
-        for (a, b), (one, other) in zip(pairwise(candidates), pairwise(targets), strict=True)
+        index.transitions.cost(a.numbers, b.numbers, left.word != right.word)
+        for (a, b), (left, right) in zip(pairwise(candidates), pairwise(targets), strict=True)
     ]
 
 
@@ -140,7 +140,7 @@ def _taken(candidates: Sequence[Candidates], path: Sequence[int]) -> Indices:
 
 def _words(targets: Sequence[TargetLetter]) -> Iterator[tuple[int, int]]:
     """Where each word begins and ends."""
-    sizes = [len(list(word)) for _, word in groupby(targets, lambda one: one.word)]
+    sizes = [len(list(word)) for _, word in groupby(targets, lambda target: target.word)]
     return pairwise([0, *np.cumsum(sizes).tolist()])
 
 

@@ -47,8 +47,8 @@ class Lines:
         return np.diff(self.first)
 
     def __getitem__(self, line: int) -> Line:
-        own = slice(self.first[line], self.first[line + 1])
-        return Line(self.xy[own], self.radius[own], self.density[own], self.uv[own])
+        part = slice(self.first[line], self.first[line + 1])
+        return Line(self.xy[part], self.radius[part], self.density[part], self.uv[part])
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +58,14 @@ class Connectors:
     lines : of each way, from the letter on the left to the one on the right.
     of : (ways,) int: the glyph that has it.
     away : (vertices,) int: how many vertices of its way are between each and the glyph's body.
-    own : (ways,) int: how many of its vertices belong to the glyph, counted from its body outwards; one at least.
+    owned : (ways,) int: how many of its vertices belong to the glyph, counted from its body outwards; one at least.
     anchor : (ways,) int: the vertex of the glyph's body that it begins (ends) at.
     """
 
     lines: Lines
     of: Indices
     away: Indices
-    own: Indices
+    owned: Indices
     anchor: Indices
 
     def within(self, reach: Indices) -> NDArray[np.bool_]:
@@ -105,8 +105,8 @@ class ExtractedStrokes:
 
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: of a glyph's body, by their numbers on its page."""
-        own = self._codes[self.bodies.first[number] : self.bodies.first[number + 1]]
-        return np.asarray(own % self._count - self._before[self._hand.glyphs[number].page])
+        codes = self._codes[self.bodies.first[number] : self.bodies.first[number + 1]]
+        return np.asarray(codes % self._count - self._before[self._hand.glyphs[number].page])
 
     def edges(self) -> list[Indices]:
         """n of (m, 2) int: the edges between vertices of each body, by their place in it, without those of the ways."""
@@ -124,16 +124,16 @@ class ExtractedStrokes:
             self._steps(np.delete(np.column_stack([way[:-1], way[1:]]), first[1:-1] - 1, axis=0))
             for way, first in self._ways
         ]
-        kept = (self._codes[at] == codes).all(axis=1) & ~_among(self._steps(codes), np.sort(np.concatenate(walked)))
-        order = np.flatnonzero(kept)[np.argsort(holder[kept], kind="stable")]
+        in_body = (self._codes[at] == codes).all(axis=1) & ~_among(self._steps(codes), np.sort(np.concatenate(walked)))
+        order = np.flatnonzero(in_body)[np.argsort(holder[in_body], kind="stable")]
         local = at[order] - self.bodies.first[holder[order], None]
         return np.split(local, np.searchsorted(holder[order], np.arange(1, len(self._centre))))
 
     def _coded(self, lines: Iterable[tuple[int, Indices]]) -> Indices:
         """The numbers of the vertices of lines, each with the glyph that has it."""
         pages = [glyph.page for glyph in self._hand.glyphs]
-        found = [vertices + (number * self._count + self._before[pages[number]]) for number, vertices in lines]
-        return np.concatenate([np.zeros(0, dtype=np.intp), *found])
+        codes = [vertices + (number * self._count + self._before[pages[number]]) for number, vertices in lines]
+        return np.concatenate([np.zeros(0, dtype=np.intp), *codes])
 
     def _steps(self, codes: Indices) -> Indices:
         """(m,): one number for each pair of vertices (m, 2) of one glyph, the same in either order."""
@@ -146,10 +146,10 @@ class ExtractedStrokes:
         if not leaving:
             away = np.repeat(size, size) - 1 - away
         theirs = np.where(_among(codes, self._owned), np.repeat(size, size), away)
-        own = np.maximum(np.minimum.reduceat(theirs, begin), 1) if len(begin) else size
+        owned = np.maximum(np.minimum.reduceat(theirs, begin), 1) if len(begin) else size
         of = codes[begin] // self._count
         anchor = np.searchsorted(self._codes, codes[begin if leaving else end]) - self.bodies.first[of]
-        return Connectors(self._lines(codes, first), of, away, own, anchor)
+        return Connectors(self._lines(codes, first), of, away, owned, anchor)
 
     def _lines(self, codes: Indices, first: Indices) -> Lines:
         number, vertex = codes // self._count, codes % self._count
@@ -159,9 +159,9 @@ class ExtractedStrokes:
         radius, density = np.empty((2, len(codes)))
         for page, (scan, before) in enumerate(zip(self._hand.pages, self._before, strict=False)):
             here = np.flatnonzero(on == page)
-            own = vertex[here] - before
-            uv[here], density[here] = scan.graph.uv[own], scan.graph.density[own]
-            place[here], radius[here] = scan.to_line(row[here], uv[here]), scan.graph.radius[own] / scan.pitch
+            vertices = vertex[here] - before
+            uv[here], density[here] = scan.graph.uv[vertices], scan.graph.density[vertices]
+            place[here], radius[here] = scan.to_line(row[here], uv[here]), scan.graph.radius[vertices] / scan.pitch
         return Lines(first, place - self._centre[number], radius, density, uv)
 
 

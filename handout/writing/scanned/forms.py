@@ -1,7 +1,7 @@
-"""Forms: the line of every glyph's body, and the connectors to its neighbours, taken off the pages of a scanned hand.
+"""Forms: the line of each glyph's body, with the connectors to its neighbours, extracted from a scanned hand's pages.
 
-A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.  Here too: how long a
-connector is where nothing joins it (`tails`), and what the hand aimed at in a body (`targets`).
+A form lies in line space with the glyph's centre at the origin, so that it can be set anywhere.  `tails` estimates how
+much of a connector remains where no letter joins it, and `targets` finds the points that the strokes of a body aim at.
 
 Source: seed 000, §6.3, §6.4; seed 002, §3.2 (key points).
 """
@@ -36,13 +36,13 @@ def targets(xy: Array, radius: Array, edges: Indices) -> Array:
     xy, radius, edges : as in `values.LineGraph`.
     """
     apart = _TARGETS_APART * float(np.median(radius))
-    kept: list[Array] = []
+    chosen: list[Array] = []
     for branch in branches(edges, len(xy)):
         line = xy[branch]
         for place in line[[0, len(line) - 1, *_bends(line)]]:
-            if all(np.hypot(*(place - other)) > apart for other in kept):
-                kept.append(place)
-    return np.array(kept)
+            if all(np.hypot(*(place - other)) > apart for other in chosen):
+                chosen.append(place)
+    return np.array(chosen)
 
 
 def _bends(line: Array) -> list[int]:
@@ -55,13 +55,13 @@ def _bends(line: Array) -> list[int]:
     return [int(peak) + arm for peak in peaks(turned, prominence=_BEND, apart=_BENDS_APART)]
 
 
-_ENOUGH = 8  # instances, of letters that there are both joined and free, that the length of tails is told by
+_ENOUGH = 8  # instances of letters that occur both joined and free, from which on the length of tails is estimated
 
 
-def tails(hand: ScannedHand, taken: ExtractedStrokes) -> tuple[float, float]:
-    """The shares of the neighbour's half of a ligature that a loose entry and a loose exit still have, 0 to 1."""
-    entry = _share(hand, taken.bodies, taken.entries, leaving=False)
-    return entry, _share(hand, taken.bodies, taken.exits, leaving=True)
+def tails(hand: ScannedHand, strokes: ExtractedStrokes) -> tuple[float, float]:
+    """How much of the neighbour's half of a ligature a loose entry and a loose exit keep, each 0 to 1."""
+    entry = _share(hand, strokes.bodies, strokes.entries, leaving=False)
+    return entry, _share(hand, strokes.bodies, strokes.exits, leaving=True)
 
 
 def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool) -> float:
@@ -71,12 +71,12 @@ def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool)
     met = np.zeros(len(letters), dtype=bool)
     met[ways.of] = True
     free, joined = named & alone & ~met, named & met
-    body, own, whole = _widths(hand, bodies, ways, leaving)
+    body, owned, whole = _widths(hand, bodies, ways, leaving)
     rows = []
     for letter in np.intersect1d(letters[free], letters[joined]):
         ended, led = (of & (letters == letter) for of in (free, joined))
         count = min(ended.sum(), led.sum())
-        rows.append((count, np.median(body[ended]), np.median(own[led]), np.median(whole[led])))
+        rows.append((count, np.median(body[ended]), np.median(owned[led]), np.median(whole[led])))
     counts, wanted, short, long = np.array(rows).reshape(-1, 4).T
     if counts.sum() < _ENOUGH:
         return 0.0
@@ -84,7 +84,7 @@ def _share(hand: ScannedHand, bodies: Lines, ways: Connectors, *, leaving: bool)
 
 
 def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -> Array:
-    """(3, n) line space, upright: of each body alone, with the glyph's own part of its ways, and with all of them."""
+    """(3, n) line space, upright: width of each body alone, with its half of its connectors, and with all of them."""
     slant = np.array([hand.pages[glyph.page].slant for glyph in hand.glyphs])
     letter, way = (
         (1 if leaving else -1) * (lines.xy[:, 0] - np.repeat(slant[of], lines.count) * lines.xy[:, 1])
@@ -92,14 +92,16 @@ def _widths(hand: ScannedHand, bodies: Lines, ways: Connectors, leaving: bool) -
     )
     begin = bodies.first[:-1]
     ends = np.tile(np.maximum.reduceat(letter, begin), (3, 1))
-    of, own = np.repeat(ways.of, ways.lines.count), ways.within(ways.own)
-    np.maximum.at(ends[1], of[own], way[own])
+    of, owned = np.repeat(ways.of, ways.lines.count), ways.within(ways.owned)
+    np.maximum.at(ends[1], of[owned], way[owned])
     np.maximum.at(ends[2], of, way)
     thick = np.add.reduceat(bodies.radius, begin) / bodies.count
     return np.asarray(ends - np.minimum.reduceat(letter, begin) + 2 * thick)
 
 
-_CLEAR = 0.25  # x-heights before the letter that a way led to, where a loose one ends: there is ink of that letter
+_CLEAR = (
+    0.25  # x-heights before the letter that a connector led to, where a loose one ends: beyond is that letter's ink
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +111,9 @@ class Connector:
     xy, radius : (n, 2), (n,) float, line space, from the glyph's centre.
     density : (n,) float.
     uv : (n, 2) float, pixels of the glyph's picture.
-    anchor : the vertex of the form's body that the way begins (ends) at.
-    own : how many of its vertices, counted from the anchor, belong to the glyph.
-    loose : how many of them it has where nothing meets it; see `forms.tails`.
+    anchor : the vertex of the form's body at which the connector begins (ends).
+    owned : how many of its vertices, counted from the anchor, belong to the glyph.
+    loose : how many of its vertices remain where nothing joins it; see `tails`.
     height : of its middle over the source's baseline, line space.
     """
 
@@ -120,7 +122,7 @@ class Connector:
     density: Array
     uv: Array
     anchor: int
-    own: int
+    owned: int
     loose: int
     height: float
 
@@ -138,7 +140,7 @@ class Form:
     """The line of one glyph; all lengths in line space, from its centre.
 
     xy, radius, density, uv, edges : as in `values.LineGraph`, of the body.
-    entries, exits : the ways from the glyph before and to the glyph after, from the lowest upwards.
+    entries, exits : the connectors from the glyph before and to the glyph after, from the lowest upwards.
     """
 
     xy: Array
@@ -156,7 +158,7 @@ class Form:
 
     @cached_property
     def whole(self) -> tuple[Array, Array]:
-        """(n, 2), (n,): places and radii of all that is there where nothing joins it: its body, and its loose ways."""
+        """(n, 2), (n,): places and radii of the glyph where nothing joins it: its body and its loose connectors."""
         parts = [(self.xy, self.radius)]
         parts += [(way.xy[: way.loose], way.radius[: way.loose]) for way in self.exits]
         parts += [(way.xy[-way.loose :], way.radius[-way.loose :]) for way in self.entries]
@@ -168,8 +170,8 @@ class Forms:
 
     centre : (n, 2) float, line space of each glyph's own line: see `ScannedHand.centre`.
     marks : (n,) bool: what is neither a letter nor a digit.
-    bodies : Lines, one a form: what all forms have of xy, radius, density and uv.
-    paths : glyph → its ways to the glyph after, as vertices of the graph of its page.
+    bodies : Lines: the bodies of all forms, one line each.
+    paths : glyph → its connectors to the glyph after, as vertices of its page's graph.
     """
 
     def __init__(self, hand: ScannedHand) -> None:
@@ -201,8 +203,8 @@ class Forms:
     def _way(self, strokes: Connectors, way: int, loose: Indices) -> Connector:
         place, radius, density, uv = strokes.lines[way]
         height = float((place[0, 1] + place[-1, 1]) / 2 + self.centre[strokes.of[way], 1])
-        anchor, own = int(strokes.anchor[way]), int(strokes.own[way])
-        return Connector(place, radius, density, uv, anchor, own, int(loose[way]), height)
+        anchor, owned = int(strokes.anchor[way]), int(strokes.owned[way])
+        return Connector(place, radius, density, uv, anchor, owned, int(loose[way]), height)
 
     def vertices(self, number: int) -> Indices:
         """(n,) int, rising: the vertices of a form's body, by their numbers in the graph of its page."""
@@ -211,31 +213,31 @@ class Forms:
     def ends(self) -> tuple[Array, Array]:
         """Twice (n, k, 2): y of the first and of the last vertex of each glyph's exits, and of its entries; nan where
         there are fewer."""
-        found = []
+        both = []
         for strokes in (self._extracted.exits, self._extracted.entries):
             rank = np.arange(len(strokes.of)) - np.searchsorted(strokes.of, strokes.of)
             ends = np.full((len(self), int(rank.max(initial=0)) + 1, 2), np.nan)
             first, y = strokes.lines.first, strokes.lines.xy[:, 1]
             ends[strokes.of, rank] = np.column_stack([y[first[:-1]], y[first[1:] - 1]])
-            found.append(ends)
-        return found[0], found[1]
+            both.append(ends)
+        return both[0], both[1]
 
     def wholes(self) -> tuple[Indices, Array, Array]:
-        """(m,), (m, 2), (m,): `Form.whole` of all forms, one's after the other's, and whose each vertex is."""
+        """(m,), (m, 2), (m,): the glyph, place and radius of every vertex of `Form.whole`, form after form."""
         of, xy, radius = [np.repeat(np.arange(len(self)), self.bodies.count)], [self.bodies.xy], [self.bodies.radius]
         for strokes, loose in zip((self._extracted.entries, self._extracted.exits), self._loose, strict=True):
-            own = strokes.within(loose)
-            of.append(np.repeat(strokes.of, strokes.lines.count)[own])
-            xy.append(strokes.lines.xy[own])
-            radius.append(strokes.lines.radius[own])
+            near = strokes.within(loose)
+            of.append(np.repeat(strokes.of, strokes.lines.count)[near])
+            xy.append(strokes.lines.xy[near])
+            radius.append(strokes.lines.radius[near])
         order = np.argsort(np.concatenate(of), kind="stable")
         return np.concatenate(of)[order], np.concatenate(xy)[order], np.concatenate(radius)[order]
 
 
 def along(xy: Array, count: int) -> Array:
     """(count, 2): places at even distances along a line (n, 2) from its first to its last."""
-    t, own = _even(count), _fractions(xy)
-    return np.column_stack([np.interp(t, own, column) for column in xy.T])
+    t, fractions = _even(count), _fractions(xy)
+    return np.column_stack([np.interp(t, fractions, column) for column in xy.T])
 
 
 @lru_cache
@@ -260,45 +262,44 @@ _Loose: TypeAlias = "tuple[Indices, Indices]"
 
 @lru_cache(maxsize=4)
 def _extracted(hand: ScannedHand) -> tuple[Mapping[int, Sequence[Indices]], ExtractedStrokes, list[Indices], _Loose]:
-    """A hand's ways between glyphs, all its lines, the edges of its bodies, and how much of entries and exits is there
-    where nothing joins.
+    """A hand's connectors as paths, all its lines, the edges of its bodies, and the loose lengths of entries and exits.
 
-    A hand's forms are asked for when a text is set and again when it is traced; to take them off takes a while.
+    Cached, since it takes a while and a hand's forms are needed when a text is set and again when it is traced.
     """
     paths = ways(hand)
-    taken = ExtractedStrokes(hand, paths, hand.centres)
-    entry, leave = tails(hand, taken)
+    strokes = ExtractedStrokes(hand, paths, hand.centres)
+    entry, leave = tails(hand, strokes)
     clear = _CLEAR / hand.pitch
     loose = (
-        _loose(taken.entries, entry, clear, entering=True),
-        _loose(taken.exits, leave, clear, entering=False),
+        _loose(strokes.entries, entry, clear, entering=True),
+        _loose(strokes.exits, leave, clear, entering=False),
     )
-    return paths, taken, taken.edges(), loose
+    return paths, strokes, strokes.edges(), loose
 
 
 def _loose(strokes: Connectors, share: float, clear: float, *, entering: bool) -> Indices:
-    """(ways,): how many vertices each has where nothing meets it; `share` of the other letter's, see `tails`."""
+    """(ways,): how many vertices of each remain where nothing joins it; `share` of the other letter's, see `tails`."""
     lines = strokes.lines
     end = lines.xy[lines.first[:-1] if entering else lines.first[1:] - 1]
     far = np.linalg.norm(lines.xy - np.repeat(end, lines.count, axis=0), axis=1) > clear
-    theirs = np.maximum(np.add.reduceat(far, lines.first[:-1], dtype=np.intp) - strokes.own, 0)
-    return np.asarray(strokes.own + np.rint(share * theirs).astype(np.intp))
+    theirs = np.maximum(np.add.reduceat(far, lines.first[:-1], dtype=np.intp) - strokes.owned, 0)
+    return np.asarray(strokes.owned + np.rint(share * theirs).astype(np.intp))
 
 
 def _grouped(strokes: Connectors) -> Mapping[int, range]:
     """Glyph → the numbers of its ways."""
     glyphs, first, count = np.unique(strokes.of, return_index=True, return_counts=True)
-    found = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
-    return {glyph: range(at, at + size) for glyph, at, size in found}
+    groups = zip(glyphs.tolist(), first.tolist(), count.tolist(), strict=True)
+    return {glyph: range(at, at + size) for glyph, at, size in groups}
 
 
 def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
-    """Glyph → the paths of its ligatures; what is part of two ligatures of one letter is that letter's body."""
+    """Glyph → the paths of its ligatures, without what two ligatures of a letter share: that belongs to its body."""
     often = [np.zeros(len(page.graph), dtype=np.intp) for page in hand.pages]
     for glyph in hand.glyphs:
         for way in glyph.ligatures:
             often[glyph.page][way.path] += 1
-    found = {}
+    paths_of = {}
     for number, glyph in enumerate(hand.glyphs):
         if glyph.ligatures:
             paths = [way.path for way in glyph.ligatures]
@@ -306,8 +307,8 @@ def ways(hand: ScannedHand) -> Mapping[int, tuple[Indices, ...]]:
                 entries = [way.path for way in hand.glyphs[glyph.before].ligatures] if glyph.before >= 0 else []
                 beyond = [way.path for way in hand.glyphs[glyph.after].ligatures]
                 paths = [_clear(path, entries, beyond) for path in paths]
-            found[number] = tuple(paths)
-    return found
+            paths_of[number] = tuple(paths)
+    return paths_of
 
 
 def _clear(path: Indices, entries: list[Indices], beyond: list[Indices]) -> Indices:

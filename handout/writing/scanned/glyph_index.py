@@ -1,7 +1,8 @@
-"""What choosing needs to know of every glyph of a scanned hand, worked out once.
+"""Indexes the glyphs of a scanned hand for choosing among them, once per hand.
 
-All arrays are over the numbers of the hand's glyphs.  Lengths are in line space.  `Neighbours` says which glyphs stood
-side by side on the pages; `residuals` how far each departs from what is usual of its letter.
+`neighbours` finds which glyphs stood side by side on the pages, `residuals` measures how far each glyph departs from
+the median of its letter, and `index_glyphs` collects all that choosing needs.  Arrays are indexed by the numbers of the
+glyphs; lengths are in line space.
 
 Source: seed 000, §6.2, §6.3; the residuals are this project's.
 """
@@ -29,7 +30,7 @@ class Neighbours:
     """The neighbours of every glyph on its line of the source.
 
     before, after : (n,) int: number of the glyph on either side, −1 for none.
-    parted : (n,) bool: whether there is a space between a glyph and the one before it.
+    parted : (n,) bool: whether a space precedes the glyph.
     """
 
     before: Indices
@@ -42,7 +43,7 @@ class Neighbours:
         return np.column_stack([self.before[second], second])
 
     def closes(self, second: Indices) -> NDArray[np.bool_]:
-        """(n,) whether the words that begin with some glyphs (n,) are the last of their lines."""
+        """(n,) whether the words that begin with the glyphs `second` (n,) are the last of their lines."""
         last = second.copy()
         for _ in range(len(self.after)):
             following = self.after[last]
@@ -66,7 +67,7 @@ def neighbours(hand: ScannedHand, x: Array) -> Neighbours:
 
 
 def _spaces(hand: ScannedHand, x: Array) -> Iterator[tuple[int, int]]:
-    """The last glyph of a word and the first of the next, wherever both are on one line."""
+    """Pairs of the last glyph of a word and the first of the next, where both are on one line."""
     starts: dict[tuple[int, int], list[int]] = {}
     for number, glyph in enumerate(hand.glyphs):
         if glyph.before == NOBODY and glyph.letter:
@@ -77,18 +78,21 @@ def _spaces(hand: ScannedHand, x: Array) -> Iterator[tuple[int, int]]:
             last = head
             while hand.glyphs[last].after != NOBODY:
                 last = hand.glyphs[last].after
-            # a word that lost a letter is in two pieces: there is no space between those
+            # a word in which a letter was not found is in two pieces without a space between them
             apart = hand.glyphs[head].word != hand.glyphs[following].word or hand.glyphs[head].at < 0
             if apart and x[last] < x[following]:
                 yield last, following
 
 
-_FEW = 4  # glyphs of a letter, fewer than which have nothing usual
-_MOST = 2.5  # deviations: what is further off was read wrongly
+_FEW = 4  # glyphs of a letter, below which there is no median to compare with
+_MOST = 2.5  # deviations at most: a glyph further off was misread
 
 
 def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
-    """(n, 4) float: residuals of glyphs with the given bodies, in deviations; 0 for letters of which there are few."""
+    """(n, 4) float: height, slant, log thickness and density of bodies less their letter's median, in deviations.
+
+    0 for letters with fewer than `_FEW` glyphs.
+    """
     if not bodies:
         return readonly(np.zeros((0, 4)), 0, 4)
     size = np.array([len(body) for body in bodies])
@@ -101,31 +105,31 @@ def residuals(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     _, height, _, slant = body_sizes(hand.placed(of, vertices), radius, first, 1 / hand.pitch).T
     begin = first[:-1]
     thick, dark = np.add.reduceat(radius, begin) / size, np.add.reduceat(density, begin) / size
-    found = np.stack([height, slant, np.log(thick), dark], axis=1)
-    made = np.zeros_like(found)
+    features = np.stack([height, slant, np.log(thick), dark], axis=1)
+    departures = np.zeros_like(features)
     for letter in hand.letters:
-        own = hand.of(letter)
-        if len(own) >= _FEW:
-            made[own] = found[own] - np.median(found[own], axis=0)
-    known = made[np.abs(made).sum(axis=1) > 0]
-    usual = 1.4826 * np.median(np.abs(known), axis=0) + 1e-9 if len(known) else np.ones(4)
-    return readonly(np.clip(made / usual, -_MOST, _MOST), len(size), 4)
+        numbers = hand.of(letter)
+        if len(numbers) >= _FEW:
+            departures[numbers] = features[numbers] - np.median(features[numbers], axis=0)
+    compared = departures[np.abs(departures).sum(axis=1) > 0]
+    usual = 1.4826 * np.median(np.abs(compared), axis=0) + 1e-9 if len(compared) else np.ones(4)
+    return readonly(np.clip(departures / usual, -_MOST, _MOST), len(size), 4)
 
 
-_PLACES = 8  # along a ligature, that two are compared at
+_PLACES = 8  # along a ligature, at which two are compared
 
 
 @dataclass(frozen=True, eq=False)
 class GlyphIndex:
-    """The glyphs of a hand, as those who choose among them see them.
+    """The glyphs of a hand with all that choosing among them needs.
 
-    letters : (n) what each glyph is; "" for one that has no name.
-    places : (n,) int: its place in its word, index in `hand.scanned.PLACES`.
+    letters : (n) letter of each glyph; "" for one without a name.
+    places : (n,) int: its place in its word, index in `hand.places.PLACES`.
     before, after : (n,) int: the glyphs beside it in its word, −1 for none.
     exits, entries : (n, k, 8, 2) float: places along each ligature to the glyph after, and from the one before, over
         the baseline; nan where there are fewer.
     residual : (n, 4) float: see `residuals`.
-    intrinsic_cost : (n,) float: of writing it; 0 unless its reading is doubtful, it has no body, or its size is odd.
+    intrinsic_cost : (n,) float: 0 unless its reading is doubtful, it has no body, or its size is odd.
     """
 
     hand: ScannedHand
@@ -143,25 +147,25 @@ class GlyphIndex:
 
     @cached_property
     def _of(self) -> dict[tuple[str, int], Indices]:
-        found: dict[tuple[str, int], list[int]] = {}
+        numbers_of: dict[tuple[str, int], list[int]] = {}
         for number, key in enumerate(zip(self.letters, self.places.tolist(), strict=True)):
-            found.setdefault(key, []).append(number)
-        return {key: readonly_indices(numbers, None) for key, numbers in found.items()}
+            numbers_of.setdefault(key, []).append(number)
+        return {key: readonly_indices(numbers, None) for key, numbers in numbers_of.items()}
 
     def of(self, letter: str, place: Place | None = None) -> Indices:
         """(m,) int: the glyphs of a letter, of one place or of all, rising."""
         kinds = range(len(PLACES)) if place is None else (PLACES.index(place),)
-        found = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
-        return readonly_indices(np.sort(np.concatenate(found)) if found else np.zeros(0), None)
+        groups = [self._of[letter, kind] for kind in kinds if (letter, kind) in self._of]
+        return readonly_indices(np.sort(np.concatenate(groups)) if groups else np.zeros(0), None)
 
     @cached_property
     def transitions(self) -> TransitionCosts:
-        """What it costs to write one glyph after another."""
+        """The costs of writing one glyph after another."""
         return TransitionCosts(self.exits, self.entries, self.residual, self.after)
 
 
 def index_glyphs(hand: ScannedHand) -> GlyphIndex:
-    """What there is to choose from in a hand."""
+    """The index of a hand's glyphs."""
     glyphs, count = hand.glyphs, len(hand.glyphs)
     inner = _inner(hand)
     bodies = [glyph.vertices[~inner[glyph.page][glyph.vertices]] for glyph in glyphs]
@@ -181,7 +185,7 @@ def index_glyphs(hand: ScannedHand) -> GlyphIndex:
 
 
 def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
-    """For each page, which vertices are on the way from one letter to another."""
+    """For each page, which vertices lie inside a ligature."""
     inner = [np.zeros(len(page.graph), dtype=bool) for page in hand.pages]
     for glyph in hand.glyphs:
         for way in glyph.ligatures:
@@ -191,11 +195,11 @@ def _inner(hand: ScannedHand) -> list[NDArray[np.bool_]]:
 
 def _ligatures(hand: ScannedHand) -> tuple[Array, Array]:
     """Places along the ligatures of each glyph to the next, and along those from the one before."""
-    found = ways(hand)
-    most = max((len(paths) for paths in found.values()), default=0)
+    paths_of = ways(hand)
+    most = max((len(paths) for paths in paths_of.values()), default=0)
     exits = np.full((len(hand.glyphs), max(1, most), _PLACES, 2), np.nan)
     entries = exits.copy()
-    each = [(number, k, path) for number, paths in found.items() for k, path in enumerate(paths)]
+    each = [(number, k, path) for number, paths in paths_of.items() for k, path in enumerate(paths)]
     size = np.array([len(path) for _, _, path in each], dtype=np.intp)
     of = np.repeat(np.array([number for number, _, _ in each], dtype=np.intp), size)
     places = hand.placed(of, np.concatenate([np.zeros(0, dtype=np.intp), *(path for _, _, path in each)]))

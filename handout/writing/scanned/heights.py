@@ -77,12 +77,12 @@ class HeightModel:
 
     def _ligature_rises(self, numbers: Indices, new_word: NDArray[np.bool_]) -> list[Array | None]:
         """What the ligatures from each glyph to the next say of the rise; None without any."""
-        found: list[Array | None] = []
+        all_rises: list[Array | None] = []
         for k in range(len(numbers) - 1):
             first, second = self.forms[int(numbers[k])], self.forms[int(numbers[k + 1])]
             pairs = () if new_word[k + 1] else matches(first, second)
-            found.append(rises(first, second, pairs) if pairs else None)
-        return found
+            all_rises.append(rises(first, second, pairs) if pairs else None)
+        return all_rises
 
     def _sourced(self, numbers: Indices, new_word: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n − 1,) whether each glyph and the next were neighbours in the source, in one word or not as here."""
@@ -101,15 +101,15 @@ class HeightModel:
         rise = np.where(source, self.height[second] - self.height[first], rise)
         deviation = np.where(source, 0.0, deviation)
         for k in np.flatnonzero((np.diff(chain) == 1) & ~source):
-            found = joined[chain[k]]
-            if found is not None:
-                rise[k], deviation[k] = self._combined(found, rise[k], deviation[k])
+            ligature_rises = joined[chain[k]]
+            if ligature_rises is not None:
+                rise[k], deviation[k] = self._combined(ligature_rises, rise[k], deviation[k])
         return rise, deviation
 
-    def _combined(self, found: Array, predicted: float, deviation: float) -> tuple[float, float]:
+    def _combined(self, ligature_rises: Array, predicted: float, deviation: float) -> tuple[float, float]:
         """What ligatures and shapes say together: each weighs as far as it can be trusted in this hand."""
-        ours, theirs = max(float(np.ptp(found)) / 4, self.ligature_deviation) ** -2.0, deviation**-2.0
-        return (ours * float(found.mean()) + theirs * predicted) / (ours + theirs), (ours + theirs) ** -0.5
+        ours, theirs = max(float(np.ptp(ligature_rises)) / 4, self.ligature_deviation) ** -2.0, deviation**-2.0
+        return (ours * float(ligature_rises.mean()) + theirs * predicted) / (ours + theirs), (ours + theirs) ** -0.5
 
 
 def smoothed(height: Array, rise: Array, deviation: Array, hold: float = 1.0) -> Array:
@@ -159,33 +159,33 @@ def _ligature_deviation(forms: Forms, predicted: Array, deviation: float) -> flo
         rise = np.where(partner == NOBODY, np.nan, out[i] - np.take_along_axis(into[j], partner, axis=1))
         away.append(np.nanmean(rise, axis=(1, 2)) - predicted[j] + predicted[i])
     missed = np.abs(np.concatenate(away))
-    found = 1.4826 * float(np.median(missed)) if len(missed) else 0.0
+    together = 1.4826 * float(np.median(missed)) if len(missed) else 0.0
     # what is seen is the miss of both, of the ligatures and of what the shapes tell
-    return float(np.sqrt(max(found**2 - deviation**2, deviation**2)))
+    return float(np.sqrt(max(together**2 - deviation**2, deviation**2)))
 
 
 def _rise_deviation(pairs: Indices, rest: Array, marks: NDArray[np.bool_]) -> float:
     """How far the rises of the source are from what was predicted, robustly."""
-    own = pairs[~marks[pairs].any(axis=1)]
-    away = np.abs(rest[own[:, 1]] - rest[own[:, 0]])
+    letters = pairs[~marks[pairs].any(axis=1)]
+    away = np.abs(rest[letters[:, 1]] - rest[letters[:, 0]])
     return max(float(1.4826 * np.median(away)), LEAST) if len(away) > 1 else 3 * LEAST
 
 
 def _predicted_heights(forms: Forms, height: Array, letters: NDArray[np.bool_]) -> Array:
     """(n,) the height that a glyph's shape tells by what the other glyphs have."""
-    own = np.flatnonzero(letters)
-    if len(own) < _ENOUGH:
+    sample = np.flatnonzero(letters)
+    if len(sample) < _ENOUGH:
         return height.copy()
-    own = own[:: -(-len(own) // _MOST)]
+    sample = sample[:: -(-len(sample) // _MOST)]
     shapes = _shapes(forms)
-    shapes = (shapes - shapes[own].mean(axis=0)) / (shapes[own].std(axis=0) + 1e-9)
-    alike = np.exp(-cdist(shapes, shapes[own], "sqeuclidean") / (2 * _LENGTH**2))
-    factor = dpotrf(alike[own] + _NOISE * np.eye(len(own)), lower=1)[0]
-    middle = height[own].mean()
-    weights = dpotrs(factor, height[own] - middle, lower=1)[0]
+    shapes = (shapes - shapes[sample].mean(axis=0)) / (shapes[sample].std(axis=0) + 1e-9)
+    alike = np.exp(-cdist(shapes, shapes[sample], "sqeuclidean") / (2 * _LENGTH**2))
+    factor = dpotrf(alike[sample] + _NOISE * np.eye(len(sample)), lower=1)[0]
+    middle = height[sample].mean()
+    weights = dpotrs(factor, height[sample] - middle, lower=1)[0]
     predicted = middle + alike @ weights
     # what is known of a glyph itself is left out; of the inverse nothing but the diagonal is asked for that
-    predicted[own] = height[own] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
+    predicted[sample] = height[sample] - weights / np.square(dtrtri(factor, lower=1)[0]).sum(axis=0)
     return np.asarray(predicted)
 
 

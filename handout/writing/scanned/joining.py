@@ -38,11 +38,11 @@ def partners(exits: Array, entries: Array) -> Indices:
 
 def rises(first: Form, second: Form, pairs: tuple[tuple[int, int], ...]) -> Array:
     """(2 m,): by how much the second centre must stand over the first for every start, and every end, to meet."""
-    found = []
+    differences = []
     for i, j in pairs:
         out, into = first.exits[i].xy, second.entries[j].xy
-        found += [out[0, 1] - into[0, 1], out[-1, 1] - into[-1, 1]]
-    return np.array(found)
+        differences += [out[0, 1] - into[0, 1], out[-1, 1] - into[-1, 1]]
+    return np.array(differences)
 
 
 def meets(out: Connector, into: Connector) -> tuple[float, float]:

@@ -51,8 +51,8 @@ class LayoutModel:
 
         Strokes count that are its own part of a ligature: where it is joined, the next letter has more of it.
         """
-        found = [_reach(self.forms[int(number)], bend) for number, bend in zip(numbers, bends, strict=True)]
-        return np.array(found).reshape(-1, 2)
+        reaches = [_reach(self.forms[int(number)], bend) for number, bend in zip(numbers, bends, strict=True)]
+        return np.array(reaches).reshape(-1, 2)
 
 
 def layout_model(hand: ScannedHand) -> LayoutModel:
@@ -143,9 +143,9 @@ def set_line(
     laid = [_LaidForm(form, bent, centre) for form, bent, centre in zip(forms, bends, centres, strict=True)]
     for first, second, separate in zip(laid[:-1], laid[1:], parted[1:], strict=True):
         _join(first, second, model.spread.x_height, apart=bool(separate))
-    for one in laid:
-        one.lift()
-    return [one.graph() for one in laid]
+    for glyph in laid:
+        glyph.lift()
+    return [glyph.graph() for glyph in laid]
 
 
 def _checked_text(numbers: ArrayLike, new_word: ArrayLike) -> tuple[Indices, NDArray[np.bool_]]:
@@ -189,8 +189,8 @@ class _LaidForm:
         for way, outwards in self._unmet_connectors():
             order = outwards[: way.loose]
             xy, radius = self.place(way.xy[order]), way.radius[order]
-            kept = min((_clear(xy, radius, *body) for body in self.obstacles), default=len(order))
-            self.add(way, (xy[:kept], radius[:kept], way.density[order][:kept], way.uv[order][:kept]))
+            visible = min((_clear(xy, radius, *body) for body in self.obstacles), default=len(order))
+            self.add(way, (xy[:visible], radius[:visible], way.density[order][:visible], way.uv[order][:visible]))
 
     def _unmet_connectors(self) -> Iterable[tuple[Connector, Indices]]:
         for ways, step in ((self.form.entries, -1), (self.form.exits, 1)):
@@ -246,7 +246,7 @@ def resolve_collisions(
         return apart
     first, second = numbers[:-1], numbers[1:]
     kind = kinds(spacing.forms, first, second, new_word[1:])
-    own = spacing.sourced(first, second, kind)
+    sourced = spacing.sourced(first, second, kind)
     glyphs = [
         _BentGlyph(spacing, int(number), bend, float(height))
         for number, bend, height in zip(numbers, bends, y, strict=True)
@@ -254,13 +254,13 @@ def resolve_collisions(
     away = apart + spacing.sides.clearance(first, second, kind) + np.diff([glyph.shifted for glyph in glyphs])
     for k, of in enumerate(kind.tolist()):
         away[k] -= nearness(glyphs[k].side(of), glyphs[k + 1].side(of))
-        for _ in range(_COLLISION_PUSHES if of != WORDS and not own[k] else 0):
+        for _ in range(_COLLISION_PUSHES if of != WORDS and not sourced[k] else 0):
             shift = np.array([away[k], y[k + 1] - y[k]])
             short = spacing.least - glyphs[k].apart(glyphs[k + 1], shift)
             if short <= 0:
                 break
             away[k] += short
-    for k in np.flatnonzero(~own & (kind == WORDS)).tolist():
+    for k in np.flatnonzero(~sourced & (kind == WORDS)).tolist():
         before, after = letters_at_gap(new_word, k)
         begin, end = int(before[-1]), int(after[-1]) + 1
         upright = np.concatenate([[0.0], np.cumsum(away[begin : end - 1])]) - spacing.slant * y[begin:end]

@@ -17,7 +17,7 @@ from handout.hand.places import places
 from handout.hand.scanned import ScannedHand
 from handout.values import Array, Glyph, Indices, Ink, LineGraph, Placed
 from handout.writing.drawn_line_writer import cuts
-from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, Piece, ToPage, Unit, paragraphs_of
+from handout.writing.line_writer import MORE_SPACE, MOST_SPACES, ToPage, Unit
 from handout.writing.scanned.baseline_model import baseline_model
 from handout.writing.scanned.bending import Bend
 from handout.writing.scanned.candidates import TargetLetter
@@ -33,7 +33,8 @@ from handout.writing.scanned.layout_model import (
     resolve_collisions,
     set_line,
 )
-from handout.writing.text import Letter, Repertoire, normalise, spell, spelt
+from handout.writing.slips import intended_word
+from handout.writing.text import Letter, Piece, Repertoire, paragraphs_of, spelt
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +120,10 @@ class ScannedLineWriter:
 
     def paragraphs(self, pieces: Iterable[Sequence[Piece]]) -> Iterator[tuple[float, Iterator[Unit[ScannedWord]]]]:
         """(indent, units) of one paragraph after the other; the glyphs of the whole text are chosen together."""
-        known = list(pieces)
-        numbers = choose(self.index, _target_letters(known), self._rng, variation=self._variation)
+        paragraphs = list(pieces)
+        numbers = choose(self.index, _target_letters(paragraphs), self._rng, variation=self._variation)
         count = 0
-        for paragraph in known:
+        for paragraph in paragraphs:
             length = sum(len(piece) for piece in paragraph if not isinstance(piece, int))
             indent, units = self._paragraph(paragraph, numbers[count : count + length])
             yield indent, iter(units)
@@ -130,7 +131,7 @@ class ScannedLineWriter:
 
     def explained(self, text: str) -> list[Explained]:
         """Which glyphs would write a text, and what else might have."""
-        targets = _target_letters(list(paragraphs_of(spell(normalise(text), self.repertoire))))
+        targets = _target_letters(paragraphs_of(text, self.repertoire))
         return explain(self.index, targets, self._rng, variation=self._variation)
 
     def _paragraph(self, pieces: Sequence[Piece], numbers: Indices) -> tuple[float, list[Unit[ScannedWord]]]:
@@ -162,7 +163,8 @@ class ScannedLineWriter:
                 advance=float(extents[b, 0] - begin if followed else extents[b - 1, 1] - begin),
                 glued=bool(a) and not starts[a],
             )
-            units.append(Unit(word, _gap(float(begin - extents[a - 1, 1]) if a else 0.0, spaces, usual)))
+            gap = _gap(float(begin - extents[a - 1, 1]) if a else 0.0, spaces, usual)
+            units.append(Unit(word, gap, intended_word(letters)))
         return MORE_SPACE * usual * words[0][0], units
 
     def _space(self) -> float:

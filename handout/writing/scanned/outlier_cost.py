@@ -58,13 +58,12 @@ def outlier_cost(hand: ScannedHand, bodies: Sequence[Indices]) -> Array:
     length = np.einsum("ij,ij->i", looks, looks)
     cost = np.zeros(len(bodies))
     for letter in set(letters.tolist()) - {""}:
-        own = letters == letter
-        own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(own)]
+        same_letter = letters == letter
+        own_y = [y[first[number] : first[number + 1]] for number in np.flatnonzero(same_letter)]
         stems = np.array([_stem_top(line) for line in own_y]) if letter in DOTTED else np.zeros(0)
-        odd = np.stack(
-            [_size_cost(sizes[own]), _likeness_cost(looks, length, own), _lost_stem_cost(letter, sizes[own], stems)]
-        )
-        cost[own] = np.clip(odd.max(axis=0), 0.0, SETTINGS.most)
+        lost = _lost_stem_cost(letter, sizes[same_letter], stems)
+        odd = np.stack([_size_cost(sizes[same_letter]), _likeness_cost(looks, length, same_letter), lost])
+        cost[same_letter] = np.clip(odd.max(axis=0), 0.0, SETTINGS.most)
     return cost
 
 
@@ -96,20 +95,20 @@ def _size_cost(sizes: Array) -> Array:
     return np.asarray(SETTINGS.rise * ((away / spread).max(axis=1) - SETTINGS.usual))
 
 
-def _likeness_cost(looks: Looks, length: Looks, own: NDArray[np.bool_]) -> Array:
+def _likeness_cost(looks: Looks, length: Looks, same_letter: NDArray[np.bool_]) -> Array:
     """(k,): cost of the `own` glyphs, which are of one letter, for being nearer to those of others.
 
     length : (n,): squares of the lengths of looks (n, points).
     """
-    if own.sum() < SETTINGS.kin or (~own).sum() < SETTINGS.nearest:
-        return np.zeros(int(own.sum()))
-    others = -2 * looks[own] @ looks.T
-    others += length[own][:, None]
+    if same_letter.sum() < SETTINGS.kin or (~same_letter).sum() < SETTINGS.nearest:
+        return np.zeros(int(same_letter.sum()))
+    others = -2 * looks[same_letter] @ looks.T
+    others += length[same_letter][:, None]
     others += length
     np.maximum(others, 0.0, out=others)
-    kin = others[:, own]
+    kin = others[:, same_letter]
     np.fill_diagonal(kin, np.inf)
-    others[:, own] = np.inf
+    others[:, same_letter] = np.inf
     near, far = (_nearest(part, SETTINGS.nearest).mean(axis=1) + 1e-9 for part in (kin, others))
     like = max(SETTINGS.nearest, round(SETTINGS.share * len(kin)))
     most = _nearest(kin, like).max(axis=1) + 1e-9

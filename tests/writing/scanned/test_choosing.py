@@ -157,9 +157,9 @@ def test_an_explanation_tells_of_the_choice(kept, small_hand, variation):
     wanted = asked("the hen")
     told = explain(kept, wanted, np.random.default_rng(4), variation=variation)
     chosen = choose(kept, wanted, np.random.default_rng(4), variation=variation)
-    assert [one.numbers[one.taken] for one in told] == chosen.tolist()
+    assert [one.numbers[one.choice] for one in told] == chosen.tolist()
     for one in told:
-        assert one.order[0] == one.taken or one.total[one.taken] == pytest.approx(one.total.min())
+        assert one.order[0] == one.choice or one.total[one.choice] == pytest.approx(one.total.min())
     lines = reasons(kept, told)
     assert len(lines) == 6 and lines[0].startswith("t start: glyph")
     sheet = choices_sheet(small_hand, told)

@@ -19,7 +19,7 @@ def test_a_form_is_its_glyph_in_line_space(small_hand, small_manner):
             for way in ways:
                 assert np.array_equal(way.uv[::step][0], form.uv[way.anchor])
                 assert np.allclose(page.to_picture(glyph.line, way.xy + centre), way.uv, atol=1e-6)
-                parts.append(way.uv[::step][: way.own])
+                parts.append(way.uv[::step][: way.owned])
         there = {tuple(place) for place in np.concatenate(parts).tolist()}
         assert there == {tuple(place) for place in page.graph.uv[glyph.vertices].tolist()}
         thick = dict(zip(map(tuple, page.graph.uv.tolist()), page.graph.radius, strict=True))
@@ -36,7 +36,7 @@ def test_a_way_is_one_stroke_from_letter_to_letter(small_hand, small_manner):
         ):
             assert np.array_equal(out.uv, into.uv) and np.array_equal(out.radius, into.radius)
             assert out.height == pytest.approx(into.height, abs=1e-12)
-            assert out.own + into.own == len(out) or out.own == into.own == len(out)
+            assert out.owned + into.owned == len(out) or out.owned == into.owned == len(out)
             assert out.along[0] == 0 and out.along[-1] == 1 and (np.diff(out.along) > 0).all()
             joined += 1
     assert joined > 5

@@ -45,4 +45,4 @@ def test_loose_ways_end_before_the_letter_they_led_to(small_manner):
     for number in range(len(small_manner.forms)):
         form = small_manner.forms[number]
         for way in (*form.exits, *form.entries):
-            assert way.own <= way.loose <= len(way)
+            assert way.owned <= way.loose <= len(way)

@@ -1,0 +1,164 @@
+"""Letters and marks of a drawn hand, as slanting, wide and tall as the author of a scanned hand writes.
+
+Lengths are in line space, y up from the baseline.
+
+Source: own method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from handout.completion.specimens import Part, Specimen
+from handout.hand import measures
+from handout.hand.diacritics import NOT_ABOVE
+from handout.hand.letter_classes import X_HEIGHT
+from handout.hand.library import load
+from handout.hand.scanned import NO_PAGE, ScannedHand
+from handout.motion.trace import trace
+from handout.values import Array, Hand, LineGraph
+from handout.writing.specimen import single_letter
+
+_STEP = 0.03  # x-heights between vertices of a line that is drawn; .9 pixels at 300 dpi and 2.5 mm
+_HASTY = 0.85  # share of joins from which an author writes as the quick hand does
+_WIDER = (0.7, 1.45)  # least and most that letters are made narrower or broader, however odd the widths measured
+_LIKE = 0.11  # of the box around a letter: how far its line lies from that of the drawn one on the average
+
+
+class DrawnLetters:
+    """The drawn hand that lends its letters to a scanned one, and what of that hand they are fitted to.
+
+    radius : half the width of the author's line; slant : dx/dy; x_height : of a small letter.
+    """
+
+    def __init__(self, hand: ScannedHand) -> None:
+        self._hand = hand
+        self.radius = measures.letter_half_width(hand)
+        self.slant = measures.slant(hand)
+        self.x_height = measures.x_height(hand)
+
+    @cached_property
+    def house(self) -> Hand:
+        """The drawn hand that is most like it."""
+        share = measures.joins(self._hand).share
+        if share < measures.JOINED_SHARE:
+            return load("house-print")
+        return load("house-quick" if share > _HASTY else "house-joined")
+
+    @cached_property
+    def capital(self) -> float:
+        """Height of the author's capitals."""
+        return measures.capital_height(self._hand)
+
+    @cached_property
+    def _ascender(self) -> float:
+        return measures.ascender_height(self._hand)
+
+    def forms(self, letter: str, count: int, rng: np.random.Generator) -> list[Specimen]:
+        """A letter written `count` times; [] if the drawn hand has none."""
+        written = [self._strokes(letter, rng) for _ in range(count)]
+        return [Specimen(letter, (self._part(strokes),)) for strokes in written if strokes]
+
+    def mark(self, mark: str, rng: np.random.Generator) -> list[Part]:
+        """An accent over (under) the baseline at x = 0, its lowest point at the gap that it keeps from its letter."""
+        forms = self.house.marks[mark]
+        form = forms[int(rng.integers(len(forms)))]
+        curves = [_smooth(stroke) for stroke in form.strokes]
+        upright = [np.column_stack([xy[:, 0] - self.house.slant * xy[:, 1], xy[:, 1]]) for xy in curves]
+        strokes = [self.x_height * xy for xy in upright]
+        if mark not in NOT_ABOVE:
+            strokes = [xy - [0.0, self.x_height] for xy in strokes]
+        low = min(float(xy[:, 1].min()) for xy in strokes)
+        leant = [np.column_stack([xy[:, 0] + self.slant * (xy[:, 1] - low), xy[:, 1]]) for xy in strokes]
+        return [self._part(leant)]
+
+    def recognises(self, letter: str, number: int) -> bool:
+        """Whether a glyph's body has the shape of a letter as the drawn hand writes it; letters cut amiss have not."""
+        from scipy.spatial import cKDTree
+
+        scanned = self._hand.outline(number)[np.isin(self._hand.glyphs[number].vertices, self._hand.body(number))]
+        drawn = np.concatenate(self._strokes(letter, np.random.default_rng(0)))
+        boxes = [(xy - xy.min(axis=0)) / np.maximum(np.ptp(xy, axis=0), 1e-9) for xy in (scanned, drawn)]
+        scanned_width, drawn_width = (max(_upright_width(xy, self.slant), 1e-9) for xy in (scanned, drawn))
+        distances = [cKDTree(a).query(b)[0] for a, b in (boxes, boxes[::-1])]
+        alike = max(float(np.mean(distance)) for distance in distances) < _LIKE
+        return bool(0.55 < scanned_width / drawn_width < 1.8 and alike)
+
+    def _strokes(self, letter: str, rng: np.random.Generator) -> list[Array]:
+        """The strokes of a letter in the author's proportions; [] if the drawn hand has none."""
+        if letter not in self.house.glyphs:
+            return []
+        strokes = _traced(letter, self.house, rng)
+        top = max(self._ascender_drawn, *(float(xy[:, 1].max()) for xy in strokes))
+        rise = ((self._ascender if letter.islower() else self.capital) - self.x_height) / (top - 1)
+        return [self._fitted(xy, rise) for xy in strokes]
+
+    def _fitted(self, upright: Array, rise: float) -> Array:
+        """Upright x-heights to line space; what is over small letters is `rise` an x-height."""
+        x, y = upright.T * self.x_height
+        over = np.maximum(upright[:, 1] - 1, 0)
+        high = np.minimum(y, self.x_height) + rise * over
+        return np.column_stack([x * self._breadth + self.slant * high, high])
+
+    def _part(self, strokes: Sequence[Array]) -> Part:
+        """Strokes in line space as a line that is still to be inked; each is sampled already, or one point."""
+        count, edges = 0, [np.zeros((0, 2), dtype=np.intp)]
+        for stroke in strokes:
+            numbers = count + np.arange(len(stroke))
+            edges.append(np.column_stack([numbers[:-1], numbers[1:]]))
+            count += len(stroke)
+        xy = np.concatenate(list(strokes))
+        radius = np.full(count, self.radius)
+        graph = LineGraph(xy, radius, np.ones(count), np.zeros((count, 2)), np.concatenate(edges))
+        return Part(graph, NO_PAGE, np.zeros(count, dtype=np.intp))
+
+    @cached_property
+    def _ascender_drawn(self) -> float:
+        """Height of the drawn hand's letters with an ascender, x-heights."""
+        rng = np.random.default_rng(0)
+        return float(np.median([max(xy[:, 1].max() for xy in _traced(x, self.house, rng)) for x in "bhl"]))
+
+    @cached_property
+    def _breadth(self) -> float:
+        """Widths of the author's small letters by those of the drawn hand."""
+        rng, ratios = np.random.default_rng(0), []
+        for letter in sorted(X_HEIGHT):
+            numbers = self._hand.of(letter)[:7]
+            if len(numbers) < 2:
+                continue
+            widths = [_upright_width(self._hand.outline(int(i))[:, :2], self.slant) for i in numbers]
+            drawn_width = np.ptp(np.concatenate(_traced(letter, self.house, rng))[:, 0]) * self.x_height
+            ratios.append(float(np.median(widths)) / max(float(drawn_width), 1e-6))
+        return float(np.clip(np.median(ratios), *_WIDER)) if ratios else 1.0
+
+
+def _upright_width(xy: Array, slant: float) -> float:
+    return float(np.ptp(xy[:, 0] - slant * xy[:, 1]))
+
+
+def _smooth(points: Array) -> Array:
+    """(m, 2): a curve through points (n, 2), x-heights."""
+    from scipy.interpolate import CubicSpline
+
+    lengths = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
+    moves = lengths > 1e-6
+    if not moves.any():
+        return np.array(points[:1])
+    along = np.concatenate([[0.0], np.cumsum(lengths[moves])])
+    at = np.linspace(0, along[-1], max(3, int(along[-1] / _STEP) + 2))
+    return np.asarray(CubicSpline(along, points[np.concatenate([[True], moves])])(at))
+
+
+def _traced(letter: str, house: Hand, rng: np.random.Generator) -> list[Array]:
+    """Strokes of a letter as a drawn hand writes it: x-heights, upright, the baseline at y = 0."""
+    size = 10.0  # mm: large, so that what depends on mm is small in x-heights
+    sheet = single_letter(letter, house, rng, size)
+    baseline = sheet.lines[0].baseline
+    strokes = []
+    for stroke in trace(sheet, house, rng).strokes:
+        x, y = stroke.xy[:, 0] / size, (baseline - stroke.xy[:, 1]) / size
+        strokes.append(np.column_stack([x - house.slant * y, y]))
+    return strokes
