@@ -7,7 +7,7 @@ import ast
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from test_architecture import DOORS, GROUND, MAY, PACKAGE, arrows, door
+from test_architecture import DOORS, GROUND, MAY, PACKAGE, arrows, door, parsed
 
 DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
@@ -53,7 +53,7 @@ def table() -> list[str]:
 
 def said(path: Path) -> str:
     """The first line of a file's docstring."""
-    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    text = ast.get_docstring(parsed(path)) or ""
     return text.split("\n\n")[0].replace("\n", " ").strip()
 
 
@@ -61,7 +61,7 @@ def defined(path: Path) -> list[str]:
     """The public functions, classes and tables that a file defines."""
     if not path.is_file():
         return []
-    body = ast.parse(path.read_text(encoding="utf-8")).body
+    body = parsed(path).body
     names = [node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
     for node in body:
         targets = (

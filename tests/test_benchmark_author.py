@@ -78,6 +78,7 @@ def test_without_likeness_neighbours_are_less_alike(hand, written):
     assert unlike(_numbers(written())) < 0.9 * unlike(_numbers(written(likeness=False)))
 
 
+@pytest.mark.slow
 def test_without_fit_ligatures_lie_further_from_each_other(hand, written):
     kept = index_glyphs(hand)
 
@@ -89,6 +90,7 @@ def test_without_fit_ligatures_lie_further_from_each_other(hand, written):
     assert away(_numbers(written())) < 0.8 * away(_numbers(written(fit=False)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bending", [True, False])
 def test_constant_gaps_are_constant_though_letters_are_bent(written, bending):
     plain = {"ligatures": False, "bending": bending, "heights": "source"}
@@ -139,6 +141,7 @@ def test_steps_switch_on_all_that_there_is_and_one_part_is_left_out_at_a_time():
     assert all(sum(one[part] != on[part] for part in on) == 1 for one in alone.values())
 
 
+@pytest.mark.slow
 def test_nothing_of_kept_out_lines_reaches_the_hand():
     whole = file.load(library.scanned_file("house-print-fountain"))
     text = tuple(line for page in whole.pages for line in page.transcript.splitlines())

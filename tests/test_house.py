@@ -4,9 +4,8 @@ import ast
 import re
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
-from pathlib import Path
 
-from test_architecture import PACKAGE
+from test_architecture import PACKAGE, parsed
 
 FILES = sorted(PACKAGE.rglob("*.py"))
 BIBLIOGRAPHY = PACKAGE.parent / "docs" / "bibliography.md"
@@ -15,10 +14,6 @@ FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 @cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
 def functions() -> list[tuple[str, ast.FunctionDef]]:
     return [
         (f"{path.relative_to(PACKAGE)}:{node.name}", node)

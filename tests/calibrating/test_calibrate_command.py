@@ -76,6 +76,7 @@ def test_a_bad_scan_writes_no_patches(call, tmp_path):
     assert "16 square marks" in err and not (tmp_path / "patches.ti3").exists()
 
 
+@pytest.mark.slow
 def test_the_dry_run_is_what_the_printer_gets(call, coarse, profile, tmp_path):
     out, _ = call("calibrate", "chart", "--printer", "sim", "-o", "chart.pdf", "--dry-run", "chart.png", "--json")
     assert json.loads(out)["dpi"] == profile.dpi

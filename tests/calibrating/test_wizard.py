@@ -131,6 +131,7 @@ def refused(wizard, path):
     return {one.code for one in caught.value.findings if one.severity == "refuse"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", BAD)
 def test_a_bad_scan_is_named(code, wizard, picture, tmp_path):
     path = tmp_path / "scan.tif"
@@ -167,6 +168,7 @@ def test_a_bad_print_is_named(fault, code, wizard, profile, chart_pixels, tmp_pa
     assert store.every() == []
 
 
+@pytest.mark.slow
 def test_other_settings_than_the_hands_are_named(profile, scan, monkeypatch):
 
     monkeypatch.setattr(ink_samples, "paper_of", lambda name: np.array([0.80, 0.95, 0.97]))

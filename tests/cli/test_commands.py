@@ -148,6 +148,7 @@ def test_print_dry_run(call):
     assert len(list(Path().glob("e-*.png"))) == 2
 
 
+@pytest.mark.slow
 def test_print_reports_rows_that_cannot_be_done(call):
     Path("t.csv").write_text("name,street,city\nAnna,Weg 1,Ulm\nИван,Weg 2,Ulm\n", encoding="utf-8")
     out, err = call("print", "t.csv", "--dry-run", "e.pdf", "--json", code=4)

@@ -85,6 +85,7 @@ def photo():
     return made, rules, margin
 
 
+@pytest.mark.slow
 def test_a_photographed_sheet_is_written_on_its_rules_and_inside_its_margin(call, photo):
     made, rules, margin = photo
     facts, err = write(call, "--paper", "sheet.jpg", "-o", "a.png", "--dpi", 100)
@@ -110,6 +111,7 @@ def test_a_sheet_without_rules_is_said(call):
     assert "cut.png is stretched to fill the page" in write(call, "--paper", "cut.png")[1]
 
 
+@pytest.mark.slow
 def test_a_scanned_sheet_says_its_own_size(call):
     how, *_ = kinds()["wide"]
     made = scanned(sheet(**how, size=(120.0, 180.0), dpi=120), np.random.default_rng(2))

@@ -28,6 +28,7 @@ def test_the_sheet_is_plotted_and_kept_as_a_job(call):
     assert "handout plot --resume" in err
 
 
+@pytest.mark.slow
 def test_heights_are_found_and_saved(call, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("d\nf\nd\nu\nd\nt\no\n0\n2\n"))
     out, err = call("pen", "heights", "--port", "sim:", "--save", "mine")
@@ -45,6 +46,7 @@ def quick_disk(monkeypatch):
     monkeypatch.setattr("os.fsync", lambda _: None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -152,6 +152,7 @@ def test_the_tray_is_told(call, table):
         assert any(one.name == "media-col" and "rear" in str(one) for one in printer.jobs[0].attributes)
 
 
+@pytest.mark.slow
 def test_the_printer_s_own_address_is_in_its_profile(call, table):
     with SimulatedPrinter() as printer:
         own = Path("config/handout/devices")

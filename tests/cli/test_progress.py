@@ -74,6 +74,7 @@ def test_the_parts_of_work_are_shares_of_the_whole():
     assert found == [(0.4, "a: b: x"), (0.6, "a: b: y")]
 
 
+@pytest.mark.slow
 def test_pages_and_plots_tell_how_far_they_are(call, told):
     text = "Dear Ada, all is well with us. " * 12
     call("write", text, "--page", "90x60mm", "-o", "a.png", "-o", "a.svg", "--dpi", 50, "--seed", 1)

@@ -70,6 +70,7 @@ def test_the_letters_of_a_text_are_lent_where_they_are_shown_too(call, kept):
     assert len(facts["why"]) == 4 and "Lent to the hand: z (" in err and Path("a.png").exists()
 
 
+@pytest.mark.slow
 def test_check_says_how_letters_are_had_as_write_has_them(call, kept):
     out, err = call("hand", "check", kept, "--for", "fëlt zed 漢", "--json")
     how = {one["letter"]: one["how"] for one in json.loads(out)["supply"]}
@@ -84,6 +85,7 @@ def test_check_says_how_letters_are_had_as_write_has_them(call, kept):
     assert "Every letter of that text is there." in call("hand", "check", kept, "--for", "even")[1]
 
 
+@pytest.mark.slow
 def test_import_list_show_export_remove(call, kept):
     call("hand", "import", kept, "--name", "mine")
     assert "mine" in call("hand", "list")[0]
@@ -243,6 +245,7 @@ def test_a_text_in_utf_16_is_read(small_scan):
     assert _transcript(Path("wide.txt"), SILENT) == small_scan.written
 
 
+@pytest.mark.slow
 def test_a_pen_needs_no_text(call, small_scan):
     out, err = call("hand", "pen", small_scan.scan, "-o", "pen.hand", "--json")
     facts = json.loads(out)
@@ -253,6 +256,7 @@ def test_a_pen_needs_no_text(call, small_scan):
     assert "pen.hand" in err
 
 
+@pytest.mark.slow
 def test_letters_that_the_hand_lacks(call, kept):
     _, err = call("write", "eZ", "--hand", kept, "-o", "a.png", code=2)
     assert "'Z' (line 1, character 2)" in err and "--fallback" in err and not Path("a.png").exists()

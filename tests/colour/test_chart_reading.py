@@ -123,6 +123,7 @@ def test_png_of_16_bits(tmp_path, good):
     assert far(reading) < 1.5
 
 
+@pytest.mark.slow
 def test_pages_of_a_file_are_scans(tmp_path, sheet, good):
     again = scanned(sheet, 100.0, seed=1)[0]
     pages = [good[:1100, :850], again[:1100, :850]]

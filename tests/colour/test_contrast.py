@@ -24,6 +24,7 @@ def seen(printer, **settings):
     return Flatbed(**settings).see(printer.reflectance(CUBE)) + noise
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTERS)
 def test_a_contrast_is_seen_and_how_strong_it_is(name):
     weak, strong, dark = (
@@ -33,6 +34,7 @@ def test_a_contrast_is_seen_and_how_strong_it_is(name):
     assert 0.1 <= weak <= strong + 0.03 and weak <= 0.22 and 0.17 <= strong <= 0.28 and 0.17 <= dark <= 0.28
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTERS)
 def test_nothing_else_is_taken_for_one(name):
     assert [chart_contrast(CUBE, seen(PRINTERS[name], **settings)) for settings in OTHER_SETTINGS] == [0.0] * 5

@@ -32,6 +32,7 @@ def test_a_diaeresis_is_two_of_the_authors_dots(small_hand):
         assert glyph.before < 0 or lent.glyphs[glyph.before].letter == ""
 
 
+@pytest.mark.slow
 def test_the_sheet_has_ink_where_its_letters_are(small_hand):
     lent, _ = complete_hand(small_hand, "ëZ7", fallback=True, seed=3)
     page = lent.pages[-1]

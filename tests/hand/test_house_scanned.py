@@ -34,6 +34,7 @@ def test_together_they_are_small():
     assert sum(library.scanned_file(name).stat().st_size for name in NAMES) < 12e6
 
 
+@pytest.mark.slow
 def test_they_load_quickly():
     path = library.scanned_file(NAMES[0])
     assert min(timeit.repeat(lambda: file.load(path), timer=time.process_time, number=1, repeat=3)) < 1.0

@@ -36,6 +36,7 @@ def changed(hand, near, inks, made):
     return (made[rows + y, columns + x] != picture(hand)[rows, columns]).any(axis=1)
 
 
+@pytest.mark.slow
 def test_words_of_the_source_come_back_pixel_for_pixel(small_page, small_hand):
     near, exact = owners(small_hand), 0
     for word in dict.fromkeys(small_page.written.replace(",", "").split()):

@@ -20,6 +20,7 @@ def made(name: str, dpi: float = 300, pitch: float | None = None, seed: int = 1)
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "mean"),
     [

@@ -177,6 +177,7 @@ def test_a_fast_fineliner_skips_and_its_ink_is_not_even_from_word_to_word() -> N
     assert np.abs(np.diff(np.log(words))).max() < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", REAL)
 def test_crossing_is_darker_than_either_line(model: str) -> None:
     up = replace(line(0), xy=np.stack([np.full(60, 12.0), np.linspace(10, 2, 60)], axis=1))
@@ -209,6 +210,7 @@ def test_own_width_of_a_stroke_is_kept() -> None:
     assert np.allclose(flow.pieces(drawn(stroke), 0.3, Flow(width_pressure=1.0, bleed=0.5), rng()).radius, 0.4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", PENS)
 def test_raster_over_white_is_the_image(model: str) -> None:
     drawing = drawn(line(4), zigzag())
@@ -220,6 +222,7 @@ def test_raster_over_white_is_the_image(model: str) -> None:
     assert not raster.rgba[alpha[..., 0] == 0].any() and (alpha == 0).mean() > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", PENS)
 def test_paper_without_ink_is_unchanged_and_ink_filters_it(model: str) -> None:
     drawing = drawn(line(6))

@@ -36,6 +36,7 @@ def red(small_hand):
     return replace(small_hand, name="red", pages=(sheet,), glyphs=())
 
 
+@pytest.mark.slow
 def test_the_line_is_whole_and_all_in_the_other_ink(small_hand, red):
     manuscript = replace_pen(whole(small_hand), red)
     inks = [placed.ink for line in manuscript.lines for placed in line.placed]
@@ -51,6 +52,7 @@ def test_the_line_is_whole_and_all_in_the_other_ink(small_hand, red):
     assert raster.rgba[..., 3].sum() == pytest.approx(was, rel=0.15), "as wide a line as before"
 
 
+@pytest.mark.slow
 def test_a_width_of_its_own(small_hand, red):
     usual = 2 * float(np.median(small_hand.pages[0].graph.radius))
     areas = [

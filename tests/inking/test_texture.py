@@ -120,6 +120,7 @@ def test_bent_ink_follows_its_line(small_hand):
     assert alpha.sum() / 4 == pytest.approx(picture(small_hand)[mine, 3].sum() / 255, rel=0.1)
 
 
+@pytest.mark.slow
 def test_other_resolutions_are_averages(small_hand):
     manuscript = whole(small_hand)
     real = picture(small_hand).astype(np.float32) / 255
@@ -137,6 +138,7 @@ def test_other_resolutions_are_averages(small_hand):
     assert fine.max() <= real.max() + 1e-6, "no ringing"
 
 
+@pytest.mark.slow
 def test_nothing_but_ink_is_touched(small_hand):
     raster = texture(whole(small_hand), small_hand, 150.0)
     assert raster.rgba.min() >= 0 and raster.rgba.max() <= 1

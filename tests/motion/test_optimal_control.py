@@ -185,6 +185,7 @@ def test_refuses_a_plan_without_points():
         follow(ActionPlan(np.zeros((0, 2)), 0.1, 0.3))
 
 
+@pytest.mark.slow
 def test_imports_nothing_heavy():
     code = "import sys, handout.motion.optimal_control, handout.motion.sigma_lognormal;"
     code += "print([m for m in ('scipy.signal', 'scipy.stats', 'scipy.interpolate', 'cv2') if m in sys.modules])"

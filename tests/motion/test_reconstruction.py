@@ -54,6 +54,7 @@ def test_recorded_movements_are_explained_with_few_strokes(moving):
     assert np.median(chords) <= 2
 
 
+@pytest.mark.slow
 def test_a_long_movement_is_explained_a_window_at_a_time():
     t = np.arange(0, 4.0, 0.005)
     xy = np.column_stack([5 * t + np.sin(2 * np.pi * 4 * t), 1.5 * np.cos(2 * np.pi * 4 * t + 0.3)])
@@ -101,6 +102,7 @@ def test_a_plan_says_what_it_is():
             LognormalPlan(**(parts | wrong))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_page_of_plans_survives_json_and_draws_the_page(written, timed):
     page = planned_page.fit(written, timed=timed)

@@ -27,6 +27,7 @@ def circle(turns, phase=0.0):
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("m", [2, 3, 8, 60, 300])
 @pytest.mark.parametrize("smooth", [0.1, 0.3, 0.36])
 def test_passes_through_the_points_and_ends_on_the_last(m, smooth):

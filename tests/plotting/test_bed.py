@@ -71,6 +71,7 @@ def test_outside_the_bed_says_where():
         plan(low, PROFILE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [A3, Page(1000, 300), Page(250, 900), A4, A5])
 @pytest.mark.parametrize(("origin", "y"), KINDS)
 def test_fit_makes_everything_fit(size, origin, y):

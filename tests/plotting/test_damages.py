@@ -39,6 +39,7 @@ def test_whatever_byte_of_the_handshake_is_lost_it_ends(machine, step):
     assert all(sentence == "connected" or sentence.endswith(".") for sentence in said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", [MACHINES[12], MACHINES[14]], ids=lambda machine: machine.title)
 def test_a_plotter_that_starts_anew_at_any_byte_draws_nothing_astray(machine):
     for at in range(60, extent(machine).bytes, 71):

@@ -163,6 +163,7 @@ def test_a_job_in_the_making_becomes_what_it_would_have_been_at_once(tmp_path, m
     assert (done.drawing(3).strokes[0].xy == whole.drawing(3).strokes[0].xy).all()
 
 
+@pytest.mark.slow
 def test_the_same_is_asked_for_whether_the_pages_are_there_or_not(tmp_path, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda handle: None)
     options, asked = Options(overlap=OVERLAP, copies=2, pause_every=100.0), []

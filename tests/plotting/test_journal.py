@@ -44,6 +44,7 @@ def test_it_says_how_far_a_job_has_come(written):
     assert read(path)[0].finished and read(path)[0].part == 2
 
 
+@pytest.mark.slow
 def test_cut_off_at_every_byte_it_is_still_true(written):
     path, standings = written
     data = path.read_bytes()

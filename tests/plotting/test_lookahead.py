@@ -126,6 +126,7 @@ def test_the_machine_rests_where_it_is_told_to():
     assert motion.entry[7] == 0 and motion.leave[6] == 0 and motion.entry[8] > 0
 
 
+@pytest.mark.slow
 def test_travelled_follows_the_trapezoid():
     points, feed = polyline(9, 30, step=3.0)
     lines = lookahead.blocks(points, np.zeros(30, dtype=bool), MACHINE)

@@ -67,6 +67,7 @@ def turned(stroke):
     return stroke.xy[::-1]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(drawings(), st.booleans())
 def test_a_drawing_keeps_its_strokes_and_its_way_is_not_longer(strokes, homing):
@@ -140,6 +141,7 @@ def test_strokes_that_all_end_in_one_place():
     assert travel(by_tour(same)) == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hand", ["house-joined", "house-print", "house-quick"])
 def test_words_of_a_page_of_handwriting_save_a_tenth(hand):
     import handout

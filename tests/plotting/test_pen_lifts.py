@@ -52,6 +52,7 @@ def test_a_z_axis_comes_down_slowly_and_goes_up_fast():
     assert pen_lift.lowering_speed(with_pen(ON_Z, ramp=profiles.Time(0.01)).pen) == 15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)
 def test_a_ramp_is_announced_and_draws_the_same(profile):
     drawing, ramped = page(words=3), with_pen(profile, ramp=profiles.Time(0.3))

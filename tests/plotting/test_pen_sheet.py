@@ -53,6 +53,7 @@ def test_the_vernier_reads_the_play(along, play):
     assert labels == ["0", ".2", ".4", ".6", "X play"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [SIM, EBB], ids=["grbl", "ebb"])
 @pytest.mark.parametrize("ladder", [panels.straight, panels.loops])
 def test_a_ladder_is_drawn_at_the_speeds_it_says(profile, ladder):

@@ -248,6 +248,7 @@ def test_nothing_makes_a_machine_crawl():
         assert (took <= 3 * made.target_time[drawn] + 0.05).all()
 
 
+@pytest.mark.slow
 def test_a_long_page_is_planned_in_a_few_seconds():
     drawing = page(seed=2, words=150, x_height=2.0, size=Page(210, 297, "A4"))
     assert sum(len(s.t) for s in drawing.strokes) > 30_000

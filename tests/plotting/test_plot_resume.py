@@ -139,6 +139,7 @@ def test_a_plotter_of_vectors_finds_its_zero_by_itself(tmp_path, fault):
     assert person.asked == []
 
 
+@pytest.mark.slow
 def test_again_and_again(tmp_path):
     plotter, person = SimulatedPlotter(PROFILE), Somebody()
     job = made(tmp_path, drawings=(LONGER,))

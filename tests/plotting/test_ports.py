@@ -63,6 +63,7 @@ def serve(read, write, plotter, end):
                 write(answer)
 
 
+@pytest.mark.slow
 @posix
 def test_a_plot_through_a_serial_line():
     """The answers of the simulated plotter come as fast as it can give them; nothing is lost on the way."""

@@ -73,6 +73,7 @@ def test_any_bytes_are_a_message_or_a_plain_error(data):
     assert behind <= len(data) and encode(found)[:8] == data[:8]
 
 
+@pytest.mark.slow
 @given(MESSAGES, st.data())
 def test_a_message_that_is_cut_off_is_noticed(message, data):
     whole = encode(message)

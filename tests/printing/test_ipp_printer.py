@@ -126,6 +126,7 @@ def test_a_busy_printer_is_asked_again_ever_less_often(page):
         assert len(printer.jobs) == 1 and said == [f"{printer.uri} is busy; waiting for it."]
 
 
+@pytest.mark.slow
 def test_a_printer_that_stays_busy_is_given_up(page):
     with SimulatedPrinter(faults=Faults(busy=10**6)) as printer:
         queue, _, waits = connected(printer)

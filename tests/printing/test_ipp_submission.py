@@ -147,6 +147,7 @@ def test_any_failure_at_any_request(tmp_path, hand, failure, simple):
         assert left in ([], [2]) and (not left or simple), (at, said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simple", [False, True])
 def test_silence_after_any_request(tmp_path, hand, simple):
     for at in range(1, requests_of_a_batch(tmp_path, hand, simple=simple) + 1):
@@ -172,6 +173,7 @@ def test_a_printer_that_forgets_is_never_believed_to_have_printed_nothing(tmp_pa
         assert len(numbers) == len(set(numbers)), at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simple", [False, True])
 @pytest.mark.parametrize(("retry_after", "waits"), [(-1, {0.5, 1.0}), (7, {7.0})])
 def test_a_passing_503_is_waited_for_as_long_as_it_asks(tmp_path, hand, retry_after, waits, simple):

@@ -144,6 +144,7 @@ def test_a_sheet_that_it_does_not_take(started):
         queue_of(started()).check(Ticket("t", "", "", {}, Page(50, 60)))
 
 
+@pytest.mark.slow
 def test_a_busy_printer_is_waited_for(started):
     printer = started()
     said = []

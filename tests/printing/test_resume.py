@@ -230,6 +230,7 @@ def test_ctrl_c_cancels_the_job_in_flight(what, tmp_path):
         assert printed(printer) == [2, 3, 4]
 
 
+@pytest.mark.slow
 def test_what_the_printer_still_has_is_waited_for_and_not_sent_again(what, tmp_path):
     with SimulatedPrinter(faults=Faults(hold_at=2)) as printer:
         with pytest.raises(PrintingStopped, match="Row 3: job 2 is not printed yet: it is held"):
@@ -304,6 +305,7 @@ def test_two_programs_do_not_print_one_batch(what, tmp_path):
     assert resume(what, tmp_path).steps.keys() == {(2, 1)}
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_a_journal_that_was_cut_off_is_read_up_to_there(tmp_path_factory, data):

@@ -28,6 +28,7 @@ def test_what_names_no_rows_is_refused(text):
         numbers(text)
 
 
+@pytest.mark.slow
 @given(st.sets(st.integers(2, 20), min_size=1), st.sets(st.integers(2, 20)))
 def test_ranges_can_be_read_again(wanted, others):
     among = sorted(wanted | others)

@@ -34,6 +34,7 @@ def test_sheets_and_a_report(call):
     assert Path("a.pdf").read_bytes() == Path("b.pdf").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_table_is_there_for_the_asking(call):
     out, err = call("-o", "a.pdf", "--pages", 1, "--ruling", "20mm", "--verbose")
     assert out.startswith("Letters\n") and "The 200 commonest pairs" in out and "pairs fewer than 8 times:" in out

@@ -37,6 +37,7 @@ def test_a_mirrored_sheet_is_named(photo, tmp_path):
         gather_sources([str(tmp_path / "photo.png")], [], None, print)
 
 
+@pytest.mark.slow
 def test_half_a_sheet_is_named_with_its_file(photo, tmp_path):
     Image.fromarray(photo[: len(photo) // 2]).save(tmp_path / "half.png")
     with pytest.raises(InputError, match=r"half\.png: Only the marks at the top left and top right.*Scan the whole"):

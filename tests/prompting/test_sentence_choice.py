@@ -50,6 +50,7 @@ def slow_cost(text, target, taken):
     return total
 
 
+@pytest.mark.slow
 @given(st.lists(sentence, min_size=1, max_size=8, unique=True), st.lists(sentence, max_size=3))
 @settings(max_examples=60, deadline=None)
 def test_gain_and_order_are_those_of_a_slow_search(texts, other):

@@ -85,6 +85,7 @@ def test_symbols_are_read_by_a_reader_of_qr_codes():
     assert parts == sheet_codes.split(sheet_codes.pack(RECORD))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", sheet_codes.VERSIONS)
 def test_every_size_holds_what_is_said_of_it(version):
     most = sheet_codes._HOLDS[version - 1]

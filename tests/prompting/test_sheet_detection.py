@@ -70,6 +70,7 @@ def test_too_few_marks_are_refused(drawn, missing, seen):
         find_sheet(covered(image, truth, missing))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("missing", "perspective"), [((3,), 0.2), ((1,), 0.03), ((0, 2), 0.03)])
 def test_a_photograph_with_marks_missing_is_refused_and_not_guessed_at(drawn, missing, perspective):
     image, truth = scans.scanned(drawn, 200, perspective=perspective)
@@ -100,6 +101,7 @@ def test_what_is_no_picture_is_refused(image):
         find_sheet(image)
 
 
+@pytest.mark.slow
 def test_one_spoilt_code_is_made_up_for_and_two_are_not(drawn, prompt):
     image, truth = scans.scanned(drawn, 200, angle=1)
     boxes = sheet_detection.SheetLayout(A4).codes
@@ -113,6 +115,7 @@ def test_one_spoilt_code_is_made_up_for_and_two_are_not(drawn, prompt):
         find_sheet(spoilt)
 
 
+@pytest.mark.slow
 def test_codes_are_read_where_the_paper_has_moved(drawn):
     """A sheet that is not flat: codes lie off by most of a module, more than a plane explains."""
     image, _ = scans.scanned(drawn, 200)
@@ -157,6 +160,7 @@ def test_a_rectified_page_is_upright_and_in_its_place(drawn, colours):
         rectify(image, sheet, 10)
 
 
+@pytest.mark.slow
 def test_letter_paper_is_told_by_its_marks(prompt):
     from handout.prompting import sheet_pdf
     from handout.prompting.prompt_pages import Prompt

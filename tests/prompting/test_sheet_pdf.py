@@ -62,6 +62,7 @@ def test_marks_are_all_different_and_say_where_they_are():
     assert len(set(turned)) == len(turned)
 
 
+@pytest.mark.slow
 def test_the_same_prompt_gives_the_same_bytes(prompt, pdf):
     again = sheet_pdf.to_pdf(prompt, SheetLayout(A4))
     assert again == pdf

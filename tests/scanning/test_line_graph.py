@@ -83,6 +83,7 @@ def test_rough_edges_leave_no_spurs():
     assert len(graph.branches) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pen", [0.35, 0.6])
 def test_the_path_is_that_of_the_pen(pen):
     t = np.linspace(5, 55, 4000)
@@ -92,6 +93,7 @@ def test_the_path_is_that_of_the_pen(pen):
     assert np.sqrt((off**2).mean()) < 0.04  # under half a pixel
 
 
+@pytest.mark.slow
 def test_the_graph_does_not_depend_on_the_resolution():
     one, two = graph_of([LONG, circle(15, 10, 5)]), graph_of([LONG, circle(15, 10, 5)], dpi=600.0)
     assert one.lengths.sum() == pytest.approx(two.lengths.sum(), rel=0.01)

@@ -42,6 +42,7 @@ def test_no_less_opaque_ink_would_do(seed):
     assert (((ink < -1e-6) | (ink > 255 + 1e-6)).any(axis=1) | (alpha[:, 0] <= 2)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0.97, 0.80])
 @pytest.mark.parametrize("noise", [0.002, 0.02])
 def test_scan_comes_back_and_no_halo(level, noise):

@@ -99,6 +99,7 @@ def pieces(edges, count):
     return connected_components(joined, directed=False)[0]
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 7), st.integers(3, 9))
 def test_pieces_stay_whole(seed, strokes, width):

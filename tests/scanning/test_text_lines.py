@@ -18,6 +18,7 @@ def mask_of(count, fall=0.0, slant=0.0, pitch=9.0, dpi=300.0, bend=0.0, height=2
     return coverage(strokes, WIDTH, 16.0 + pitch * count, dpi) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 5, 8])
 @pytest.mark.parametrize("told", [False, True])
 def test_every_line_is_found(count, told):
@@ -69,6 +70,7 @@ def stems(slant):
     return coverage(strokes, WIDTH, 70.0, 300.0) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slant", [-0.2, 0.0, 0.3, 0.6])
 def test_slant(slant):
     assert find_text_lines(stems(slant), 300.0).slant == pytest.approx(slant, abs=0.04)

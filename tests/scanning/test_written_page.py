@@ -26,6 +26,7 @@ def test_a_page_is_read(tmp_path):
     assert np.array_equal(read.matte.rgba, again.matte.rgba)
 
 
+@pytest.mark.slow
 def test_the_files_resolution_is_doubted(tmp_path):
     path = tmp_path / "page.png"
     Image.fromarray(page(4).rgb).save(path, dpi=(1200, 1200))
@@ -53,6 +54,7 @@ def test_pages_may_share_a_scale():
     assert np.abs(find_ink(own[0]).density.scale.density(levels) - found[0]).max() > 0.005
 
 
+@pytest.mark.slow
 def test_a_page_can_be_turned():
     scan = page(4)
     lying = prepare(Scan(np.rot90(scan.rgb, -1), scan.dpi))

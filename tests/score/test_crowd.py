@@ -30,6 +30,7 @@ def folder(tmp_path_factory):
     return place
 
 
+@pytest.mark.slow
 def test_the_writer_comes_first(folder):
     crowd = read_crowd(folder)
     assert sorted(crowd) == ["0.png", "1.png", "2.png", "3.png"]

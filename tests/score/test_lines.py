@@ -32,6 +32,7 @@ def test_the_bend_of_lines(bend):
     assert np.mean([line.bend for line in lines]) == pytest.approx(bend * reach, abs=2.5)
 
 
+@pytest.mark.slow
 def test_a_short_last_line_stays_below_the_one_above():
     grey = page(slope=-0.02, pitch=90)
     grey[int(level(6, pitch=90)) + 30 :, 500:] = 255

@@ -120,6 +120,7 @@ def test_imports_are_lazy() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_pictures_on_paper_and_without(tmp_path: Path) -> None:
     files = [tmp_path / f"{name}.png" for name in ("white", "laid", "clear", "again")]
     pen = Pen(0.4, "#303060", "ballpoint")

@@ -215,6 +215,7 @@ def test_travel_is_hidden_and_complete() -> None:
     assert np.allclose(moves, ends, atol=6e-4)
 
 
+@pytest.mark.slow
 @given(text=st.text() | st.sampled_from(["\x00\x07]]>", "<script>&amp;", "\ud800 \udfff", "--> ￾", "‮abc"]))
 def test_is_xml_whatever_the_text(text: str) -> None:
     drawing = replace(loops(1), about={"text": text, "hand": text, "seed": 3, "odd " + text: [text]})

@@ -12,6 +12,7 @@ from handout.tagging.line_space import ABOVE, X_HEIGHT, Frame, median_slant, str
 finite = st.floats(-3000, 3000)
 
 
+@pytest.mark.slow
 @given(
     st.tuples(st.floats(0, 3000), st.floats(-0.1, 0.1), st.floats(-1e-5, 1e-5)),
     st.floats(8, 90),

@@ -61,6 +61,7 @@ def test_a_picture_under_another_name_is_the_same_picture(small_scan):
         gathered([str(small_scan.scan), "copy.png"], ["text", "text"])
 
 
+@pytest.mark.slow
 def test_every_page_needs_its_text(small_scan, three):
     scan = str(small_scan.scan)
     with pytest.raises(InputError, match=r"page\.png: what is written on it\? Give its text with --text; only"):
@@ -72,6 +73,7 @@ def test_every_page_needs_its_text(small_scan, three):
         gathered(scan_and_more, ["a"])
 
 
+@pytest.mark.slow
 def test_the_resolution_of_the_file_may_be_overruled_and_that_is_said(small_scan):
     (source,), said = gathered([str(small_scan.scan)], ["a"], 310)
     assert source.prepared.scan.dpi == 310 and "says 300" in said[0] and "310 is believed" in said[0]

@@ -80,6 +80,7 @@ def test_the_line_is_the_way_of_the_pen(told, read):
     assert page.graph.lengths.sum() == pytest.approx(told.drawing.pen_down, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_file_keeps_when_the_pen_was_where(read, tmp_path):
     hand = read[1]
     file.save(hand, tmp_path / "pen.hand")

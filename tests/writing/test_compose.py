@@ -33,6 +33,7 @@ def ink(sheet):
     return np.vstack([s for line in sheet.lines for p in line.placed for s in p.strokes])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hand", [JOINED, QUICK, PRINT])
 def test_every_letter_is_written_once_in_order(hand):
     sheets = pages(LONG, hand)
@@ -53,6 +54,7 @@ def test_words_keep_their_order_and_stay_on_the_page(words, seed):
         assert x.min() > 3 and x.max() < 102 and y.min() > 0 and y.max() < 148
 
 
+@pytest.mark.slow
 def test_same_seed_same_writing_other_seed_differs_in_every_word():
     def words(sheets):
         found = {}

@@ -55,6 +55,7 @@ def test_a_tag_fits_its_page_and_is_the_same_for_the_same_seed(name):
     assert abs((x + right) / 2 - 74) < 3 and abs((y + foot) / 2 - 52.5) < 3
 
 
+@pytest.mark.slow
 def test_joined_styles_write_a_tag_in_one_go():
     counts = [len(asemic.tag(6, style.find(n), PAGE, np.random.default_rng(1)).strokes) for n in ("fast-tag", "calm")]
     assert counts == [1, 6]

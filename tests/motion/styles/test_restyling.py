@@ -134,6 +134,7 @@ def test_more_smoothing_cuts_corners():
     assert missed(0.2) < missed(0.4) < missed(0.7)
 
 
+@pytest.mark.slow
 def test_jitter_has_the_asked_size():
     line = Drawing((stroke(np.column_stack([np.linspace(20, 80, 61), 40 + 8 * np.sin(np.linspace(0, 9, 61))])),), PAGE)
     plain = restyled(line, "calm").strokes[0].xy

@@ -99,6 +99,7 @@ def test_an_interrupt_stops_at_once_and_the_place_is_known(version, share):
     assert fidelity.compare(DRAWING, port.executed()).deviation < 0.1 and again.lines > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "error", "said", "lifted"),
     [

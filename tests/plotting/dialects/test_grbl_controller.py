@@ -54,6 +54,7 @@ def ends(made, port, profile):
     return np.maximum.accumulate(found) if found else at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [SERVO, ON_Z], ids=lambda p: p.name)
 @pytest.mark.parametrize("options", ["", "$10=1", "$10=0&$13=1", "latency=8ms", "variant=grblhal&queue=60&buffer=512"])
 def test_what_is_said_to_be_executed_is(profile, options):

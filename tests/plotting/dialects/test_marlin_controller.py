@@ -81,6 +81,7 @@ def test_a_fault_at_every_byte_changes_nothing_on_the_paper(fault):
         assert controller.executed == controller.sent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("echoes", [False, True])
 @pytest.mark.parametrize("advanced", [False, True])
 @pytest.mark.parametrize("latency", [0.001, 0.02])

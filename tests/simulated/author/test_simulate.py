@@ -245,6 +245,7 @@ def test_pages_run_on():
         simulate(text, hand, Desk(layout=narrow, dpi=120.0), rng=np.random.default_rng(4))
 
 
+@pytest.mark.slow
 def test_sixteen_bits_are_finer():
     eight, sixteen = made(), made(bits=16)
     assert sixteen.image.dtype == np.uint16

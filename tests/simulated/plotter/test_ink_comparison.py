@@ -43,6 +43,7 @@ def test_each_stroke_that_is_missing(plotted):
         assert told.dots == (stroke.length == 0)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
 def test_pieces(plotted, data):

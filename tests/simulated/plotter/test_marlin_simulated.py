@@ -173,6 +173,7 @@ def test_it_survives_anything(pieces):
     assert port.firmware.dead or port.now > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "rms"),
     [({"acceleration": 2000}, 0.03), ({"acceleration": 1000, "jerk": 10.0}, 0.09)],

@@ -109,6 +109,7 @@ def test_printing_twice_is_the_same_and_the_page_is_left_alone():
 
 
 # the measured press has no black ink that could be empty
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "fault"),
     [(kind, one) for kind in (Inkjet, Measured) for one in FAULTS if (kind, one) != (Measured, "no-black")],

@@ -29,6 +29,7 @@ def test_a_bend_stays_within_what_the_letter_has(small_manner, number, seed, var
     assert (size >= spread.low[number] - 1e-6).all() and (size <= spread.high[number] + 1e-6).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(number=st.integers(0, 40), seed=st.integers(0, 10**6), variation=st.floats(0.1, 20))
 def test_a_bend_is_smooth_and_never_folds(small_manner, number, seed, variation):

@@ -61,6 +61,7 @@ def test_the_cheapest_sequence_is_the_cheapest_of_all(sizes, seed):
     assert cost(path) == pytest.approx(min(cost(p) for p in product(*map(range, sizes))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["th", "an", "mite", "it me"])
 def test_without_variation_nothing_is_cheaper(kept, text):
     wanted = asked(text)

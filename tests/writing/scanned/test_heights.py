@@ -24,6 +24,7 @@ def dense(height, rise, deviation, hold):
     return np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0]
 
 
+@pytest.mark.slow
 @given(st.integers(2, 40), st.integers(0, 2**31), st.sampled_from([0.05, 0.3, 1.0]))
 def test_the_banded_solve_is_the_dense_one(count, seed, hold):
     rng = np.random.default_rng(seed)

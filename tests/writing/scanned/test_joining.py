@@ -25,6 +25,7 @@ def arc(rise, count, turn=0.0):
 heights = st.lists(st.floats(-1, 1), max_size=4)
 
 
+@pytest.mark.slow
 @given(heights, heights)
 def test_matches_are_each_other_s_closest(out, into):
     first = SimpleNamespace(exits=tuple(way(arc(0, 4), height=h) for h in out))

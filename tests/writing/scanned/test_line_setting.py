@@ -34,6 +34,7 @@ def test_a_text_of_the_source_comes_back_at_its_own_places(small_hand, small_man
         assert seen == {tuple(place) for place in np.round(page.graph.uv[vertices], 4).tolist()}
 
 
+@pytest.mark.slow
 def test_both_letters_have_the_whole_of_their_ligature(small_manner, jumbles):
     joined = 0
     for numbers, new_word in jumbles:
@@ -56,6 +57,7 @@ def test_both_letters_have_the_whole_of_their_ligature(small_manner, jumbles):
     assert joined > 3
 
 
+@pytest.mark.slow
 def test_graphs_hang_together_as_their_glyphs_do(small_manner, jumbles):
     """No stroke comes loose: a graph has no more pieces than the body and its ways had."""
     for numbers, new_word in jumbles:
@@ -114,6 +116,7 @@ def test_nothing_to_set_and_what_does_not_fit(small_manner):
         heights(small_manner, [1, 2], [True, False, False], rng)
 
 
+@pytest.mark.slow
 def test_a_sentence_is_set_at_once(small_manner):
     """Sixty letters in well under a second, however busy the machine."""
     from time import process_time
